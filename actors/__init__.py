@@ -1,0 +1,1 @@
+"""Nodes, topics, services and timers on asyncio: callboard's public API."""

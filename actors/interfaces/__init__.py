@@ -1,0 +1,1 @@
+"""Message types: the standard packages, and the tools that define, parse and generate them."""

@@ -1,0 +1,106 @@
+"""Everything that can go wrong, as types.
+
+    CallboardError                      base of every error callboard raises
+    ├── InvalidNameError (ValueError)   a name breaks a naming rule; says which, and where
+    │   ├── InvalidNodeNameError
+    │   ├── InvalidNamespaceError
+    │   ├── InvalidTopicNameError
+    │   └── InvalidServiceNameError
+    ├── InvalidUrlError (ValueError)    a broker URL that cannot be read
+    └── ProtocolError                   the peer broke the protocol; the session ends with `code`
+
+`ErrorCode` is what travels in ERROR and REFUSED frames (docs/protocol.md §9). The packages `broker` and
+`actors` add their own errors below `CallboardError` in their own `errors.py`.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class ErrorCode(IntEnum):
+    """Why a session was closed or a declaration refused (docs/protocol.md §9)."""
+
+    MALFORMED = 1
+    """Bytes that are not a frame, or a frame whose fields are missing or of the wrong type."""
+    TOO_LARGE = 2
+    """A frame, message, name or table is over its limit."""
+    UNEXPECTED = 3
+    """A well-formed frame that this session state does not allow."""
+    VERSION = 4
+    """The two sides have no protocol version in common."""
+    TIMEOUT = 5
+    """The handshake or the keepalive limit passed."""
+    INVALID_NAME = 6
+    """A declared name breaks the naming rules."""
+    NAME_TAKEN = 7
+    """Another live node has this full name."""
+    UNKNOWN_ID = 8
+    """A frame refers to an endpoint or publisher that this link does not own."""
+    LIMIT = 9
+    """A per-connection limit (endpoints, pending requests) is reached."""
+    CREDIT = 10
+    """A publisher sent more than it was granted."""
+    SHUTDOWN = 11
+    """The broker is stopping."""
+    TAKEN_OVER = 12
+    """The same instance has connected again; this link is the old one."""
+    INTERNAL = 13
+    """A bug on the other side."""
+
+
+class CallboardError(Exception):
+    """Base of every error callboard raises."""
+
+
+class InvalidNameError(CallboardError, ValueError):
+    """A name breaks a naming rule.
+
+    Attributes:
+        kind: What the name was meant to be, as in the message ("node name", "topic name").
+        name: The offending name.
+        reason: The broken rule, in words.
+        index: Position of the first offending character in `name`.
+    """
+
+    def __init__(self, kind: str, name: str, reason: str, index: int) -> None:
+        super().__init__(kind, name, reason, index)
+        self.kind = kind
+        self.name = name
+        self.reason = reason
+        self.index = index
+
+    def __str__(self) -> str:
+        return f"Invalid {self.kind}: {self.reason}:\n  '{self.name}'\n   {' ' * self.index}^"
+
+
+class InvalidNodeNameError(InvalidNameError):
+    """A node name breaks a naming rule."""
+
+
+class InvalidNamespaceError(InvalidNameError):
+    """A namespace breaks a naming rule."""
+
+
+class InvalidTopicNameError(InvalidNameError):
+    """A topic name breaks a naming rule."""
+
+
+class InvalidServiceNameError(InvalidNameError):
+    """A service name breaks a naming rule."""
+
+
+class InvalidUrlError(CallboardError, ValueError):
+    """A broker URL that cannot be read."""
+
+
+class ProtocolError(CallboardError):
+    """The peer broke the protocol, so this session must end.
+
+    Attributes:
+        code: What to tell the peer in the ERROR frame.
+    """
+
+    def __init__(self, code: ErrorCode, message: str) -> None:
+        super().__init__(message)
+        self.code = code
