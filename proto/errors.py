@@ -15,7 +15,30 @@
 
 from __future__ import annotations
 
+import unicodedata
 from enum import IntEnum
+from typing import Final
+
+_SHOWN_NAME_LENGTH: Final = 512
+"""Longest offending name that an error text quotes whole; a hostile one may have megabytes."""
+_SHOWN_AROUND: Final = 40
+"""Characters quoted on either side of the fault in a longer name."""
+
+
+def shown(text: str) -> str:
+    """Return foreign text made harmless for a terminal or a log, one column per character kept.
+
+    Control characters, line ends, invisible, combining and double-width characters become Python escapes.
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(char if _is_plain(char) else char.encode("unicode_escape").decode() for char in text)
+
+
+def _is_plain(char: str) -> bool:
+    if not char.isprintable() or unicodedata.category(char).startswith("M"):
+        return False
+    return unicodedata.east_asian_width(char) not in {"W", "F"}
 
 
 class ErrorCode(IntEnum):
@@ -71,7 +94,13 @@ class InvalidNameError(CallboardError, ValueError):
         self.index = index
 
     def __str__(self) -> str:
-        return f"Invalid {self.kind}: {self.reason}:\n  '{self.name}'\n   {' ' * self.index}^"
+        start, end, before, after = 0, len(self.name), "", ""
+        if end > _SHOWN_NAME_LENGTH:
+            start, end = max(0, self.index - _SHOWN_AROUND), min(end, self.index + _SHOWN_AROUND)
+            before, after = "..." * (start > 0), "..." * (end < len(self.name))
+        left = before + shown(self.name[start : self.index])
+        right = shown(self.name[self.index : end]) + after
+        return f"Invalid {self.kind}: {self.reason}:\n  '{left}{right}'\n   {' ' * len(left)}^"
 
 
 class InvalidNodeNameError(InvalidNameError):
