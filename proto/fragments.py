@@ -1,0 +1,80 @@
+"""Large frames in pieces: cut on one side, put together in one preallocated buffer on the other."""
+
+from __future__ import annotations
+
+from proto import limits
+from proto.codec import encode
+from proto.errors import ErrorCode, ProtocolError
+from proto.frames import Abort, Buffer, Fragment
+
+
+def is_large(raw: Buffer) -> bool:
+    """Tell whether an encoded frame must travel as fragments."""
+    return len(raw) > limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES
+
+
+class Transfer:
+    """A large frame on its way out."""
+
+    __slots__ = ("_offset", "_raw", "id")
+
+    def __init__(self, transfer_id: int, raw: Buffer) -> None:
+        self.id = transfer_id
+        self._raw = memoryview(raw)
+        self._offset = 0
+
+    def next(self) -> tuple[bytes, bool]:
+        """Return the next FRAGMENT frame, encoded, and whether it was the last."""
+        start, total = self._offset, len(self._raw)
+        stop = min(start + limits.FRAGMENT_BYTES, total)
+        self._offset = stop
+        piece = Fragment(self.id, total if start == 0 else None, stop < total, self._raw[start:stop])
+        return encode(piece), stop == total
+
+
+class Reassembler:
+    """Puts a peer's fragments together.
+
+    Bounded: `limits.MAX_TRANSFERS` frames at a time, each at most `max_bytes`.
+    """
+
+    __slots__ = ("_max_bytes", "_open")
+
+    def __init__(self, max_bytes: int = limits.MAX_MESSAGE_BYTES) -> None:
+        self._max_bytes = max_bytes
+        self._open: dict[int, tuple[bytearray, int]] = {}
+
+    def add(self, fragment: Fragment) -> bytearray | None:
+        """Take one piece; return the whole encoded frame when it was the last.
+
+        Raises:
+            ProtocolError: Too large, too many at a time, or pieces that do not fit together.
+        """
+        found = self._open.pop(fragment.transfer, None)
+        if (found is None) == (fragment.total is None):
+            raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: exactly the first piece has the total size")
+        if found is None:
+            assert fragment.total is not None
+            found = self._start(fragment.total), 0
+        buffer, filled = found
+        end = filled + len(fragment.payload)
+        if end > len(buffer) or fragment.more == (end == len(buffer)) or filled == end:
+            raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: the pieces do not add up to the total size")
+        buffer[filled:end] = fragment.payload
+        if not fragment.more:
+            return buffer
+        self._open[fragment.transfer] = buffer, end
+        return None
+
+    def _start(self, total: int) -> bytearray:
+        if total > self._max_bytes:
+            text = f"a message of {total} bytes is over the limit of {self._max_bytes}"
+            raise ProtocolError(ErrorCode.TOO_LARGE, text)
+        if len(self._open) >= limits.MAX_TRANSFERS:
+            text = f"more than {limits.MAX_TRANSFERS} fragmented frames at a time"
+            raise ProtocolError(ErrorCode.LIMIT, text)
+        return bytearray(total)
+
+    def abort(self, abort: Abort) -> None:
+        """Forget a transfer; an unknown one is ignored (its last piece may have crossed the ABORT)."""
+        self._open.pop(abort.transfer, None)

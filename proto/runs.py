@@ -1,0 +1,92 @@
+"""Runs: many messages of one publisher in one frame, built, cut and addressed without decoding them."""
+
+from __future__ import annotations
+
+from array import array
+
+from proto import limits
+from proto.codec import ARRAY_HEAD_BYTES, array_head, encode, ends_from_bytes, ends_to_bytes
+from proto.frames import Replay, Run
+
+
+class RunBuilder:
+    """Collects a publisher's messages until they are sent.
+
+    Append an encoded message to `buffer`, then call `close_message`. Messages are numbered from the
+    `next_sequence` given; `take` returns them as a run and starts the next one.
+    """
+
+    __slots__ = ("buffer", "count", "ends", "next_sequence")
+
+    def __init__(self, next_sequence: int) -> None:
+        self.next_sequence = next_sequence
+        self.buffer = bytearray(ARRAY_HEAD_BYTES)
+        self.ends = array("I")
+        self.count = 0
+
+    def close_message(self) -> bool:
+        """Count the bytes appended since the last call as one message; True if the run should go now."""
+        end = len(self.buffer) - ARRAY_HEAD_BYTES
+        self.ends.append(end)
+        self.count += 1
+        return end >= limits.RUN_FLUSH_BYTES or self.count >= limits.RUN_FLUSH_COUNT
+
+    def take(self, publisher: int, stamp_ns: int) -> Run:
+        """Return everything collected as one run, encoded."""
+        count, first = self.count, self.next_sequence
+        payload = self.buffer
+        payload[:ARRAY_HEAD_BYTES] = array_head(count)
+        ends = ends_to_bytes(self.ends) if count > 1 else None
+        self.buffer = bytearray(ARRAY_HEAD_BYTES)
+        self.ends = array("I")
+        self.count = 0
+        self.next_sequence = first + count
+        return with_raw(Run(publisher, first, stamp_ns, count, ends, None, payload, b""))
+
+
+def with_raw(run: Run) -> Run:
+    """Return the run encoded, its payload a view into the encoded bytes."""
+    raw = encode(run)
+    return run._replace(raw=raw, payload=memoryview(raw)[len(raw) - len(run.payload) :])
+
+
+def cut(run: Run, start: int, stop: int) -> Run:
+    """Return messages `start` (included) to `stop` (excluded) of a run, as an encoded run of their own.
+
+    Needs 0 <= start < stop <= run.length.
+    """
+    if start == 0 and stop == run.length:
+        return run
+    assert run.ends is not None
+    offsets = ends_from_bytes(run.ends)
+    base = offsets[start - 1] if start else 0
+    body = memoryview(run.payload)[ARRAY_HEAD_BYTES + base : ARRAY_HEAD_BYTES + offsets[stop - 1]]
+    count = stop - start
+    ends = None
+    if count > 1:
+        ends = ends_to_bytes(array("I", [offset - base for offset in offsets[start:stop]]))
+    payload = array_head(count) + body
+    return with_raw(
+        Run(
+            run.publisher, run.first_sequence + start, run.stamp_ns, count, ends, run.attributes, payload, b""
+        )
+    )
+
+
+def readdress(run: Run, publisher: int) -> Run:
+    """Return the run under another publisher id: the broker gives a new one with every link."""
+    return run if run.publisher == publisher else with_raw(run._replace(publisher=publisher, raw=b""))
+
+
+def messages(run: Run | Replay) -> list[memoryview]:
+    """Return the encoded messages of a run one by one, as views: what remains when a run does not decode."""
+    body = memoryview(run.payload)[ARRAY_HEAD_BYTES:]
+    if run.ends is None:
+        return [body]
+    offsets = ends_from_bytes(run.ends).tolist()
+    return [body[start:end] for start, end in zip([0, *offsets[:-1]], offsets, strict=True)]
+
+
+def message_bytes(run: Run | Replay) -> int:
+    """Return the size of a run's messages: what credit counts."""
+    return len(run.payload) - ARRAY_HEAD_BYTES

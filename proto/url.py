@@ -1,0 +1,70 @@
+"""Broker URLs: `callboard://host:port`, `callboards://host:port` (TLS), `callboard+unix:///path`."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+from urllib.parse import urlsplit
+
+from proto.errors import InvalidUrlError
+
+DEFAULT_HOST: Final = "127.0.0.1"
+DEFAULT_PORT: Final = 7411
+DEFAULT_URL: Final = f"callboard://{DEFAULT_HOST}:{DEFAULT_PORT}"
+
+_EXAMPLE: Final = f"write it like {DEFAULT_URL} or callboard+unix:///run/callboard.sock"
+
+
+class BrokerUrl(NamedTuple):
+    """Where a broker listens: a host and port, or the path of a unix socket (then host is empty, port 0)."""
+
+    host: str
+    port: int
+    path: str = ""
+
+    def __str__(self) -> str:
+        if self.path:
+            return f"callboard+unix://{self.path}"
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"callboard://{host}:{self.port}"
+
+
+def parse_url(text: str) -> BrokerUrl:
+    """Return the place one URL names. The port may be missing and is then 7411.
+
+    Raises:
+        InvalidUrlError: Names what is wrong and shows what a right one looks like.
+    """
+    try:
+        parts = urlsplit(text)
+        port = DEFAULT_PORT if parts.port is None else parts.port
+    except ValueError as error:
+        raise InvalidUrlError(f"Invalid broker URL {text!r}: {error}; {_EXAMPLE}") from error
+    if parts.scheme == "callboards":
+        raise InvalidUrlError(f"Broker URL {text!r}: TLS is not supported yet; use callboard://")
+    if parts.query or parts.fragment or parts.username is not None:
+        raise InvalidUrlError(f"Invalid broker URL {text!r}: only a host, port or path; {_EXAMPLE}")
+    if parts.scheme == "callboard+unix":
+        if parts.netloc or not parts.path.strip("/"):
+            raise InvalidUrlError(f"Invalid broker URL {text!r}: needs an absolute path; {_EXAMPLE}")
+        return BrokerUrl("", 0, parts.path)
+    if parts.scheme != "callboard":
+        raise InvalidUrlError(f"Invalid broker URL {text!r}: unknown scheme; {_EXAMPLE}")
+    if not parts.hostname:
+        raise InvalidUrlError(f"Invalid broker URL {text!r}: no host; {_EXAMPLE}")
+    if parts.path not in {"", "/"}:
+        raise InvalidUrlError(f"Invalid broker URL {text!r}: a TCP URL has no path; {_EXAMPLE}")
+    if port == 0:
+        raise InvalidUrlError(f"Invalid broker URL {text!r}: nothing listens on port 0; {_EXAMPLE}")
+    return BrokerUrl(parts.hostname, port)
+
+
+def parse_urls(text: str) -> tuple[BrokerUrl, ...]:
+    """Return the places a comma-separated list names, in the order in which to try them.
+
+    Raises:
+        InvalidUrlError: One of them cannot be read, or there is none.
+    """
+    urls = tuple(parse_url(part.strip()) for part in text.split(",") if part.strip())
+    if not urls:
+        raise InvalidUrlError(f"No broker URL given; {_EXAMPLE}")
+    return urls
