@@ -1,0 +1,221 @@
+"""Numeric sequences: packed arrays that travel as one msgpack extension each.
+
+An extension's code says the element type; its bytes are the elements, little-endian, without padding:
+
+    1 int8      2 int16     3 int32     4 int64
+    5 (uint8: not used, `uint8[]`, `byte[]` and `char[]` travel as bin)
+    6 uint16    7 uint32    8 uint64
+    9 float32  10 float64
+
+A sender may also write such a field as a plain msgpack array of numbers; a reader accepts both. `bool[]`,
+strings and messages are plain arrays always. Codes 11 to 31 are kept for later element types.
+"""
+
+from __future__ import annotations
+
+import array
+import struct
+import sys
+from typing import TYPE_CHECKING, Any, ClassVar
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from typing import Self, SupportsFloat
+
+    from typing_extensions import Buffer
+
+    # Only typing knows this type parameter before Python 3.12.
+    _Base = array.array[Any]
+else:
+    _Base = array.array
+
+_SWAP = sys.byteorder == "big"
+_KIND_BY_CODE = {"c": "", "?": "", "n": "i", "N": "u", "e": "", "f": "f", "d": "f"} | dict.fromkeys(
+    "bhilq", "i"
+)
+_KIND_BY_CODE |= dict.fromkeys("BHILQ", "u")
+
+
+def _element_name(typecode: str) -> str:
+    """Return "int64", "float32", … for an array or buffer format character, "" for anything else."""
+    kind = _KIND_BY_CODE.get(typecode, "")
+    if not kind:
+        return ""
+    prefix = {"i": "int", "u": "uint", "f": "float"}[kind]
+    return f"{prefix}{8 * struct.calcsize(typecode)}"
+
+
+class NumericArray(_Base):
+    """An `array.array` whose element type is its class's: base of `Float64Array` and its like.
+
+    Takes any iterable of numbers or any buffer (bytes are taken as numbers 0 to 255). A buffer of the same
+    element type, NumPy's included, is copied without a loop. Compares equal to lists of equal numbers.
+
+    Raises:
+        TypeError: An element is not a number of the right kind, or a buffer has more than one dimension.
+        OverflowError: An integer is out of the element type's range. (A float beyond float32 becomes inf.)
+    """
+
+    element: ClassVar[str]
+    """The ROS name of the element type."""
+    code: ClassVar[int]
+    """The msgpack extension code."""
+    format: ClassVar[str]
+    """The `array` and `struct` format character."""
+    item_size: ClassVar[int]
+    """Bytes per element."""
+
+    __slots__ = ()
+
+    def __init_subclass__(cls) -> None:
+        cls.item_size = struct.calcsize(f"={cls.format}")
+
+    def __new__(cls, values: Iterable[SupportsFloat] | Buffer = ()) -> Self:
+        if isinstance(values, list | tuple):
+            return super().__new__(cls, cls.format, values)
+        made = super().__new__(cls, cls.format)
+        try:
+            view = memoryview(values)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+        except TypeError:
+            made.extend(values)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+            return made
+        with view:
+            if view.ndim != 1:
+                raise TypeError(f"Expected a one-dimensional sequence, got {view.ndim} dimensions")
+            if _element_name(view.format) == cls.element and view.c_contiguous:
+                made.frombytes(view.cast("B") if view.nbytes else b"")
+                return made
+        made.extend(array.array(cls.format, list(values)))  # type: ignore[arg-type]  # pyright: ignore
+        return made
+
+    @classmethod
+    def from_packed(cls, data: Buffer) -> Self:
+        """Return the array that `data`, little-endian packed elements, stands for.
+
+        Raises:
+            ValueError: The length is not a multiple of the element's size.
+        """
+        made = super().__new__(cls, cls.format)
+        made.frombytes(data)
+        if _SWAP:
+            made.byteswap()
+        return made
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.tolist()!r})"
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, list | tuple):
+            return self.tolist() == list(other)  # pyright: ignore[reportUnknownArgumentType]
+        return super().__eq__(other)
+
+    __hash__ = None  # type: ignore[assignment]  # pyright: ignore[reportAssignmentType]
+
+    def __copy__(self) -> Self:
+        return type(self)(self)
+
+    def __deepcopy__(self, memo: dict[int, object]) -> Self:
+        return type(self)(self)
+
+    def __reduce__(self) -> tuple[type[Self], tuple[list[Any]]]:
+        return type(self), (self.tolist(),)
+
+    def __reduce_ex__(self, protocol: object) -> tuple[type[Self], tuple[list[Any]]]:
+        return self.__reduce__()
+
+
+class Int8Array(NumericArray):
+    """`int8[]`."""
+
+    __slots__ = ()
+    element, code, format = "int8", 1, "b"
+
+
+class Int16Array(NumericArray):
+    """`int16[]`."""
+
+    __slots__ = ()
+    element, code, format = "int16", 2, "h"
+
+
+class Int32Array(NumericArray):
+    """`int32[]`."""
+
+    __slots__ = ()
+    element, code, format = "int32", 3, "i"
+
+
+class Int64Array(NumericArray):
+    """`int64[]`."""
+
+    __slots__ = ()
+    element, code, format = "int64", 4, "q"
+
+
+class UInt16Array(NumericArray):
+    """`uint16[]`."""
+
+    __slots__ = ()
+    element, code, format = "uint16", 6, "H"
+
+
+class UInt32Array(NumericArray):
+    """`uint32[]`."""
+
+    __slots__ = ()
+    element, code, format = "uint32", 7, "I"
+
+
+class UInt64Array(NumericArray):
+    """`uint64[]`."""
+
+    __slots__ = ()
+    element, code, format = "uint64", 8, "Q"
+
+
+class Float32Array(NumericArray):
+    """`float32[]`. A finite number beyond float32's range becomes infinite, as in C."""
+
+    __slots__ = ()
+    element, code, format = "float32", 9, "f"
+
+
+class Float64Array(NumericArray):
+    """`float64[]`."""
+
+    __slots__ = ()
+    element, code, format = "float64", 10, "d"
+
+
+ARRAYS: tuple[type[NumericArray], ...] = (
+    Int8Array, Int16Array, Int32Array, Int64Array, UInt16Array, UInt32Array, UInt64Array, Float32Array, Float64Array,
+)  # fmt: skip
+ARRAY_BY_CODE: dict[int, type[NumericArray]] = {cls.code: cls for cls in ARRAYS}
+ARRAY_BY_ELEMENT: dict[str, type[NumericArray]] = {cls.element: cls for cls in ARRAYS}
+
+
+def pack(value: object) -> tuple[int, memoryview] | memoryview | None:
+    """Return how a buffer travels: (extension code, bytes), a view for bin, or None if it is no numeric buffer.
+
+    Raises:
+        TypeError: The buffer has more than one dimension.
+    """
+    try:
+        view = memoryview(value)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+    except TypeError:
+        return None
+    if view.ndim != 1:
+        raise TypeError(f"Expected a one-dimensional sequence, got {view.ndim} dimensions")
+    element = _element_name(view.format)
+    if not view.c_contiguous:
+        view = memoryview(view.tobytes()).cast(view.format)
+    if element == "uint8":
+        return view
+    found = ARRAY_BY_ELEMENT.get(element)
+    if found is None:
+        return None
+    if _SWAP:
+        swapped = array.array(found.format, view.tobytes())
+        swapped.byteswap()
+        view = memoryview(swapped)
+    return found.code, view.cast("B")

@@ -1,0 +1,43 @@
+"""Everything that can go wrong with message types and messages.
+
+    CallboardError (proto.errors)
+    ├── InvalidMessageError (ValueError)   a field's value breaks its type, or bytes are not such a message
+    ├── InterfaceSyntaxError (ValueError)  a .msg, .srv or .action file breaks a rule; says file and line
+    └── UnknownInterfaceError (LookupError) no message, service or action of that name can be imported
+
+Handing in an object of another class altogether (`publish("text")`) is a plain `TypeError`, as in rclpy.
+"""
+
+from __future__ import annotations
+
+from proto.errors import CallboardError
+
+
+class InvalidMessageError(CallboardError, ValueError):
+    """A message does not fit its type: the text names the type, the field's path and what was expected."""
+
+
+class InterfaceSyntaxError(CallboardError, ValueError):
+    """An interface definition breaks a rule.
+
+    ROS raises NameError, ValueError or TypeError here, by rule; callboard has this one type for all.
+
+    Attributes:
+        source: The file, or the name that stands for it.
+        line: The line number, counted from 1; 0 if the whole file is meant.
+        reason: The broken rule and the remedy, in words.
+    """
+
+    def __init__(self, source: str, line: int, reason: str) -> None:
+        super().__init__(source, line, reason)
+        self.source = source
+        self.line = line
+        self.reason = reason
+
+    def __str__(self) -> str:
+        place = f"{self.source}:{self.line}" if self.line else self.source
+        return f"{place}: {self.reason}"
+
+
+class UnknownInterfaceError(CallboardError, LookupError):
+    """No message, service or action type of that name can be imported."""

@@ -1,0 +1,98 @@
+"""Texts for messages that do not fit their type: the type, the field's path, what was expected, what was there."""
+
+from __future__ import annotations
+
+import re
+import reprlib
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, cast
+
+import msgspec
+
+from actors.interfaces.fields import fields_of
+from actors.interfaces.naming import message_name
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message
+
+_AT: Final = re.compile(r" - at `\$?([^`]*)`$")
+_STEP: Final = re.compile(r"\.(\w+)|\[(\d+)\]")
+_INTEGER_RANGE: Final = {
+    name: (0, 2**bits - 1) if name.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+    for bits in (8, 16, 32, 64)
+    for name in (f"int{bits}", f"uint{bits}")
+} | {"char": (0, 255)}
+
+
+def _split(error: BaseException) -> tuple[str, str]:
+    """Return the path ("" or ".a[0].b") and the reason that msgspec's error text holds."""
+    text = str(error).replace("`, got `", ", got ") if "`, got `" in str(error) else str(error)
+    at = _AT.search(text)
+    path = at[1] if at else ""
+    reason = (text[: at.start()] if at else text).replace("`", "")
+    return path, reason or type(error).__name__
+
+
+def explain_decoding(cls: type[Message], error: BaseException) -> str:
+    """Say why bytes are not a message of type `cls`."""
+    path, reason = _split(error)
+    return f"{message_name(cls)}{path}: {reason}"
+
+
+def _value_at(message: Message, path: str) -> object:
+    value: Any = message
+    for name, index in _STEP.findall(path):
+        value = getattr(value, name) if name else value[int(index)]
+    return value
+
+
+def _unencodable(
+    value: Any, encode: Callable[[Any], bytes], path: str, depth: int = 0
+) -> tuple[str, Any, Any]:
+    """Return the path to the innermost value that cannot be encoded, it, and the message it is a field of."""
+    children: list[tuple[str, Any]] = []
+    if isinstance(value, msgspec.Struct):
+        children = [(f".{name}", getattr(value, name, None)) for name in value.__struct_fields__]
+    elif isinstance(value, list | tuple):
+        children = [(f"[{index}]", item) for index, item in enumerate(cast("list[Any]", value))]
+    for step, child in children if depth < 20 else []:  # a message that contains itself has no end
+        try:
+            encode(child)
+        except Exception:  # noqa: BLE001 - whatever it is, it is what is looked for
+            found = _unencodable(child, encode, path + step, depth + 1)
+            return found if found[2] is not None else (found[0], found[1], value)
+    return path, value, None
+
+
+def _expected(owner: object, path: str, value: object, error: BaseException) -> str:
+    """Return what the field that `path` ends with takes, where `value` could not even be encoded."""
+    if isinstance(value, int) and isinstance(owner, msgspec.Struct):
+        name = path.rpartition(".")[2]
+        types = {field.name: field.type for field in fields_of(cast("Any", type(owner)))}
+        low, high = _INTEGER_RANGE.get(types[name].base if name in types else "int64", (0, 0))
+        if high:
+            return f"Expected int <= {high}" if value > high else f"Expected int >= {low}"
+        return f"Expected {types[name]}"
+    return _split(error)[1]
+
+
+def explain_encoding(message: Message, error: BaseException, encode: Callable[[Any], bytes]) -> str:
+    """Say which field of `message` does not fit, why, and what it holds."""
+    name = message_name(type(message))
+    if isinstance(error, RecursionError):
+        return f"{name}: the message contains itself, or is nested too deeply"
+    if isinstance(error, msgspec.ValidationError):
+        path, reason = _split(error)
+        if ", got " in reason:
+            return f"{name}{path}: {reason}"
+        try:
+            value = _value_at(message, path)
+        except (AttributeError, IndexError, KeyError, TypeError):
+            return f"{name}{path}: {reason}"
+    else:
+        path, value, owner = _unencodable(message, encode, "")
+        reason = _expected(owner, path, value, error)
+        if ", got " in reason:
+            return f"{name}{path}: {reason}"
+    shown = repr(value) if isinstance(value, int) and abs(value) < 2**256 else reprlib.repr(value)
+    return f"{name}{path}: {reason}, got {shown}"

@@ -1,0 +1,260 @@
+"""What the fields of a message class are: their ROS types, and the types that the decoder is given.
+
+A class's annotations are read once, here. `fields_of` says what each field is in ROS's terms (for the definition,
+the hash and the rendered text); `wired` says what msgspec shall check and build, which differs: a plain `int` is
+checked as int64, a numeric sequence is decoded through the hooks of `codec.py`.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cache
+from types import UnionType
+from typing import Annotated, Any, Final, TypeVar, get_args, get_origin, get_type_hints
+
+import msgspec
+
+from actors.interfaces.arrays import ARRAY_BY_ELEMENT, NumericArray
+from actors.interfaces.naming import MessageType, message_name
+from actors.interfaces.types import AtMost, Length, Ros
+
+BINARY: Final = frozenset({"uint8", "byte", "char"})
+"""Element types whose sequences travel as msgpack bin."""
+_PLAIN: Final[dict[type, str]] = {
+    bool: "bool", int: "int64", float: "float64", str: "string",
+    bytes: "uint8[]", bytearray: "uint8[]", memoryview: "uint8[]",
+}  # fmt: skip
+_INT64: Final = Annotated[int, msgspec.Meta(ge=-(2**63), le=2**63 - 1)]
+_NO_ROS_TYPE: Final = (
+    "has no ROS type; use bool, int, float, str, bytes, a type of actors.interfaces.types, "
+    "a Message class, or a list of one of these"
+)
+
+
+@dataclass(frozen=True)
+class FieldType:
+    """A field's type in ROS's terms.
+
+    Attributes:
+        base: A primitive's name, or the type name of a message ("std_msgs/msg/Header").
+        message: The nested message's class; None for a primitive.
+        string_bound: The `n` of `string<=n`; 0 if unbounded.
+        is_array: Whether this is a sequence of `base`.
+        low: The least number of elements.
+        high: The greatest number of elements; None if unbounded. Equal to `low`: a fixed-size array.
+    """
+
+    base: str
+    message: MessageType | None = None
+    string_bound: int = 0
+    is_array: bool = False
+    low: int = 0
+    high: int | None = None
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether this is `T[n]`."""
+        return self.is_array and self.high is not None and self.low == self.high
+
+    def __str__(self) -> str:
+        text = self.base if self.message is None else self.base.replace("/msg/", "/")
+        if self.string_bound:
+            text += f"<={self.string_bound}"
+        if not self.is_array:
+            return text
+        if self.is_fixed:
+            return f"{text}[{self.high}]"
+        return f"{text}[]" if self.high is None else f"{text}[<={self.high}]"
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a message class, in order of declaration."""
+
+    name: str
+    type: FieldType
+
+
+class SequenceWire(type):
+    """What the decoder is told a numeric sequence is: the value is built and checked by a hook.
+
+    Attributes:
+        field_type: The sequence's ROS type.
+        array: The class that holds its elements.
+        as_list: Whether the field's value is a plain list.
+    """
+
+    field_type: FieldType
+    array: type[NumericArray]
+    as_list: bool
+
+    def __instancecheck__(cls, instance: object) -> bool:
+        # The hook has checked the value; msgspec asks nevertheless.
+        return True
+
+    def check_length(cls, count: int) -> None:
+        """Raise ValueError unless the sequence may have `count` elements."""
+        low, high = cls.field_type.low, cls.field_type.high
+        if count < low or (high is not None and count > high):
+            raise ValueError(f"Expected {cls.field_type}, got {count} elements")
+
+
+def sequence_wire(field_type: FieldType, array: type[NumericArray], *, as_list: bool) -> SequenceWire:
+    """Return the decoder's type for a numeric sequence, read as `array` or as a plain list."""
+    wire = SequenceWire(str(field_type), (), {})
+    wire.field_type, wire.array, wire.as_list = field_type, array, as_list
+    return wire
+
+
+def _bounded(field_type: FieldType, extras: list[Any]) -> FieldType:
+    """Return `field_type` with the bounds that Length, AtMost and msgspec.Meta declare."""
+    low, high = 0, None
+    for extra in extras:
+        if isinstance(extra, Length):
+            low = high = extra.count
+        elif isinstance(extra, AtMost):
+            high = extra.count
+        elif isinstance(extra, msgspec.Meta):
+            low, high = extra.min_length or low, extra.max_length if extra.max_length is not None else high
+    if field_type.is_array:
+        return replace(field_type, low=low, high=high)
+    if field_type.base in {"string", "wstring"} and high is not None:
+        return replace(field_type, string_bound=high)
+    return field_type
+
+
+def _length_meta(field_type: FieldType) -> msgspec.Meta | None:
+    if not field_type.low and field_type.high is None:
+        return None
+    return msgspec.Meta(min_length=field_type.low or None, max_length=field_type.high)
+
+
+def _annotated(base: Any, *metas: msgspec.Meta | None) -> Any:
+    for meta in metas:
+        if meta is not None:
+            base = Annotated[base, meta]
+    return base
+
+
+def _list_type(item: Any, extras: list[Any]) -> tuple[FieldType, Any]:
+    """Resolve `list[item]`."""
+    element, wire = _resolve(item)
+    if element.is_array:
+        raise TypeError("is a sequence of sequences, which ROS does not have")
+    if element.base in BINARY:
+        raise TypeError(f"is a list of {element.base}; use bytes or types.UInt8Sequence")
+    field_type = _bounded(replace(element, is_array=True), extras)
+    array = ARRAY_BY_ELEMENT.get(element.base)
+    if array is not None:
+        return field_type, sequence_wire(field_type, array, as_list=True)
+    return field_type, _annotated(list[wire], _length_meta(field_type))
+
+
+def _resolve(annotation: Any) -> tuple[FieldType, Any]:
+    """Return what `annotation` is in ROS's terms and what the decoder shall use for it.
+
+    Raises:
+        TypeError: There is no ROS type for it; the text continues "field x of class Y …".
+    """
+    extras: list[Any] = []
+    while get_origin(annotation) is Annotated:
+        annotation, *metadata = get_args(annotation)
+        extras[:0] = metadata
+    marker = next((extra.name for extra in extras if isinstance(extra, Ros)), "")
+    if get_origin(annotation) is list:
+        return _list_type(get_args(annotation)[0], extras)
+    if isinstance(annotation, MessageType):
+        return FieldType(message_name(annotation), annotation), annotation
+    if isinstance(annotation, type) and issubclass(annotation, NumericArray):
+        field_type = _bounded(FieldType(annotation.element, is_array=True), extras)
+        return field_type, sequence_wire(field_type, annotation, as_list=False)
+    if get_origin(annotation) is UnionType or annotation not in _PLAIN:
+        raise TypeError(_NO_ROS_TYPE)
+    name = marker or _PLAIN[annotation]
+    field_type = _bounded(FieldType(name.removesuffix("[]"), is_array=name.endswith("[]")), extras)
+    if field_type.is_array:
+        return field_type, _annotated(annotation, _length_meta(field_type))
+    if name == "string" and field_type.string_bound or name == "wstring" and field_type.string_bound:
+        return field_type, Annotated[str, msgspec.Meta(max_length=field_type.string_bound)]
+    metas = [extra for extra in extras if isinstance(extra, msgspec.Meta)]
+    return field_type, _INT64 if name == "int64" and not metas else _annotated(annotation, *metas)
+
+
+def _check_options(cls: MessageType) -> None:
+    config = cls.__struct_config__
+    if config.array_like or config.tag is not None or cls.__struct_encode_fields__ != cls.__struct_fields__:
+        raise TypeError(
+            f"Message class {cls.__qualname__} uses array_like, tag or rename; "
+            "messages travel as maps of their field names, so leave these out"
+        )
+
+
+@cache
+def _resolved(cls: MessageType) -> tuple[tuple[Field, ...], dict[str, Any]]:
+    _check_options(cls)
+    try:
+        hints = get_type_hints(cls, localns={cls.__name__: cls}, include_extras=True)
+    except NameError as error:
+        raise TypeError(
+            f"A field of message class {cls.__qualname__} has a type that is not found: {error}. "
+            "Define the types of its fields at the top level of a module"
+        ) from error
+    fields: list[Field] = []
+    wires: dict[str, Any] = {}
+    for name in cls.__struct_fields__:
+        try:
+            field_type, wires[name] = _resolve(hints[name])
+        except TypeError as error:
+            raise TypeError(f"Field '{name}' of message class {cls.__qualname__} {error}") from None
+        fields.append(Field(name, field_type))
+    return tuple(fields), wires
+
+
+def fields_of(cls: MessageType) -> tuple[Field, ...]:
+    """Return the fields of a message class in order.
+
+    Raises:
+        TypeError: A field has no ROS type, or the class uses options that change how it travels.
+    """
+    return _resolved(cls)[0]
+
+
+def nested_classes(cls: MessageType) -> set[MessageType]:
+    """Return every message class that `cls` contains, at any depth, and `cls` itself."""
+    found: set[MessageType] = set()
+    waiting = [cls]
+    while waiting:
+        this = waiting.pop()
+        if this not in found:
+            found.add(this)
+            waiting += [field.type.message for field in fields_of(this) if field.type.message is not None]
+    return found
+
+
+T = TypeVar("T")
+_annotations_lock = threading.Lock()
+
+
+@contextmanager
+def _wired_annotations(classes: set[MessageType]) -> Iterator[None]:
+    saved = [(cls, cls.__annotations__) for cls in classes]
+    for cls in classes:
+        cls.__annotations__ = dict(_resolved(cls)[1])
+    try:
+        yield
+    finally:
+        for cls, annotations in saved:
+            cls.__annotations__ = annotations
+
+
+def wired(cls: MessageType, build: Callable[[], T]) -> T:
+    """Call `build`, which makes msgspec decoders for `cls`, while the classes show the decoder's types.
+
+    msgspec reads a Struct's annotations when it first makes a decoder for it, and keeps what it found with the
+    class; so the annotations can be as the author wrote them before and after.
+    """
+    with _annotations_lock, _wired_annotations(nested_classes(cls)):
+        return build()

@@ -1,0 +1,194 @@
+"""Message, Service and Action: the bases of all types that travel.
+
+    class Reading(actors.Message):                      # "<top module>/msg/Reading", or type_name="…"
+        sensor: str = ""
+        value: float = 0.0
+
+    class Calibrate(actors.Service):                    # "<top module>/srv/Calibrate"
+        class Request(actors.Message):
+            sensor: str = ""
+
+        class Response(actors.Message):
+            ok: bool = False
+
+Fields are checked when a message is sent and when it is received, not when they are assigned.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, Protocol, TypeVar, cast
+
+import msgspec
+
+from actors.interfaces.definition import action_definition, hash_of, message_definition, service_definition
+from actors.interfaces.naming import TYPE_NAME, MessageType, message_name, package_of
+
+_REPR_BYTES = 256
+"""Longer binary fields are not written out in a repr."""
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, bytes | bytearray | memoryview):
+        size = value.nbytes if isinstance(value, memoryview) else len(value)
+        return f"<{size} bytes>" if size > _REPR_BYTES else repr(bytes(value))
+    return repr(value)
+
+
+def _rebuilt(cls: type[Message], values: dict[str, Any]) -> Message:
+    return cls(**values)
+
+
+class Message(msgspec.Struct, metaclass=MessageType):
+    """Base of all message types, generated or written by hand.
+
+    The class keyword `type_name` sets the ROS type name; without it the name is derived from the class's top
+    module, or the script's file name. Field types are those of `actors.interfaces.types`.
+    """
+
+    def __repr__(self) -> str:
+        name = message_name(type(self)).replace("/", ".")
+        fields = (f"{field}={_shown(getattr(self, field))}" for field in self.__struct_fields__)
+        return f"{name}({', '.join(fields)})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        values: dict[str, Any] = {field: getattr(self, field) for field in self.__struct_fields__}
+        # A memoryview can be neither copied nor pickled.
+        plain = {
+            name: bytes(value) if isinstance(value, memoryview) else value for name, value in values.items()
+        }
+        return _rebuilt, (type(self), plain)
+
+
+def _adopt(owner: type, parts: tuple[str, ...], kind: str, type_name: str | None) -> None:
+    """Give a service or action and its parts their type names.
+
+    Raises:
+        TypeError: A part is missing or is not a message class.
+    """
+    name = type_name or f"{package_of(owner.__module__)}/{kind}/{owner.__name__}"
+    setattr(owner, TYPE_NAME, name)
+    for part in parts:
+        message = getattr(owner, part, None)
+        if not isinstance(message, MessageType):
+            raise TypeError(
+                f"Class {owner.__qualname__} needs a nested message class '{part}': class {part}(Message): ..."
+            )
+        if message.__qualname__ == f"{owner.__qualname__}.{part}" and message.__dict__[TYPE_NAME] is None:
+            setattr(message, TYPE_NAME, f"{name}_{part}")
+
+
+class Service:
+    """Base of service types: a namespace with the message classes `Request` and `Response`."""
+
+    def __init_subclass__(cls, *, type_name: str | None = None) -> None:
+        _adopt(cls, ("Request", "Response"), "srv", type_name)
+
+
+class Action:
+    """Base of action types: a namespace with the message classes `Goal`, `Result` and `Feedback`."""
+
+    def __init_subclass__(cls, *, type_name: str | None = None) -> None:
+        _adopt(cls, ("Goal", "Result", "Feedback"), "action", type_name)
+
+
+RequestT = TypeVar("RequestT", bound=Message, covariant=True)
+ResponseT = TypeVar("ResponseT", bound=Message, covariant=True)
+GoalT = TypeVar("GoalT", bound=Message, covariant=True)
+ResultT = TypeVar("ResultT", bound=Message, covariant=True)
+FeedbackT = TypeVar("FeedbackT", bound=Message, covariant=True)
+
+
+class ServiceType(Protocol[RequestT, ResponseT]):
+    """What a service class is to a type checker: pass `AddTwoInts`, and both message types are inferred."""
+
+    @property
+    def Request(self) -> type[RequestT]:  # noqa: N802 - rclpy's name
+        """The request's class."""
+        ...
+
+    @property
+    def Response(self) -> type[ResponseT]:  # noqa: N802 - rclpy's name
+        """The response's class."""
+        ...
+
+
+class ActionType(Protocol[GoalT, ResultT, FeedbackT]):
+    """What an action class is to a type checker."""
+
+    @property
+    def Goal(self) -> type[GoalT]:  # noqa: N802 - rclpy's name
+        """The goal's class."""
+        ...
+
+    @property
+    def Result(self) -> type[ResultT]:  # noqa: N802 - rclpy's name
+        """The result's class."""
+        ...
+
+    @property
+    def Feedback(self) -> type[FeedbackT]:  # noqa: N802 - rclpy's name
+        """The feedback's class."""
+        ...
+
+
+def is_message_type(cls: object) -> bool:
+    """Whether `cls` is a message class (`Message` itself, which has no type name, is none)."""
+    return isinstance(cls, MessageType) and cls is not Message
+
+
+def _check_type(cls: object) -> None:
+    if is_message_type(cls):
+        return
+    if isinstance(cls, type) and issubclass(cls, Service | Action) and cls not in {Service, Action}:
+        return
+    shown = f"{cls.__module__}.{cls.__qualname__}" if isinstance(cls, type) else repr(cls)
+    hint = "the class, not an instance of it" if isinstance(cls, Message) else "such as std_msgs.msg.String"
+    raise TypeError(f"Expected a message, service or action class, {hint}; got {shown}")
+
+
+def type_name(cls: object) -> str:
+    """Return the ROS type name of a message, service or action class: "std_msgs/msg/String".
+
+    Raises:
+        TypeError: `cls` is no such class.
+    """
+    _check_type(cls)
+    if isinstance(cls, MessageType):
+        return message_name(cls)
+    return str(getattr(cls, TYPE_NAME))
+
+
+@cache
+def _definition(cls: Any) -> bytes:
+    if isinstance(cls, MessageType):
+        return message_definition(cls)
+    name = type_name(cls)
+    if issubclass(cls, Service):
+        return service_definition(name, cast("Any", cls).Request, cast("Any", cls).Response)
+    return action_definition(name, cls.Goal, cls.Result, cls.Feedback)
+
+
+@cache
+def _hash(cls: Any) -> str:
+    return hash_of(_definition(cls))
+
+
+def definition(cls: object) -> bytes:
+    """Return the canonical definition of a message, service or action class: JSON, UTF-8.
+
+    Raises:
+        TypeError: `cls` is no such class, or one of its fields has no ROS type.
+    """
+    _check_type(cls)
+    return _definition(cls)
+
+
+def type_hash(cls: object) -> str:
+    """Return the RIHS01 hash of a message, service or action class: "RIHS01_…", 71 characters.
+
+    Raises:
+        TypeError: `cls` is no such class, or one of its fields has no ROS type.
+    """
+    _check_type(cls)
+    return _hash(cls)

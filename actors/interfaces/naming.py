@@ -1,0 +1,58 @@
+"""The ROS type name of a message class: declared, or derived from where the class was written."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import PurePath
+from typing import Any, Final, dataclass_transform
+
+import msgspec
+
+TYPE_NAME: Final = "__ros_type_name__"
+"""The attribute, in the class's own dict, that holds a declared or derived name."""
+
+
+def package_of(module: str) -> str:
+    """Return the package part of a derived type name: the top module's name.
+
+    A script's classes live in `__main__` while it runs and in the script's own module when another program
+    imports it; both must have the same name, or publisher and subscriber would not match.
+    """
+    if module == "__main__":
+        main = sys.modules["__main__"]
+        spec = getattr(main, "__spec__", None)
+        file = getattr(main, "__file__", None)
+        if spec is not None:
+            module = str(spec.name)
+        elif file:
+            module = PurePath(str(file)).stem
+        else:
+            module = "main"
+    return module.partition(".")[0]
+
+
+@dataclass_transform(field_specifiers=(msgspec.field,))
+class MessageType(msgspec.StructMeta):
+    """The class of message classes: takes `type_name=` beside msgspec's own options."""
+
+    def __new__(
+        mcls,
+        name: str,
+        bases: tuple[type, ...],
+        namespace: dict[str, Any],
+        *,
+        type_name: str | None = None,
+        **options: Any,
+    ) -> MessageType:
+        """Make the class; `type_name` is its ROS name, such as "std_msgs/msg/String"."""
+        namespace[TYPE_NAME] = type_name
+        return super().__new__(mcls, name, bases, namespace, **options)
+
+
+def message_name(cls: type) -> str:
+    """Return the ROS type name of a message class: "std_msgs/msg/String"."""
+    name: str | None = cls.__dict__.get(TYPE_NAME)
+    if name is None:
+        name = f"{package_of(cls.__module__)}/msg/{cls.__name__}"
+        setattr(cls, TYPE_NAME, name)
+    return name

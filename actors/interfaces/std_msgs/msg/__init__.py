@@ -1,0 +1,3 @@
+"""Messages of std_msgs."""
+
+from actors.interfaces.std_msgs.msg._string import String as String

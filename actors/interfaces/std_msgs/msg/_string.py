@@ -1,0 +1,11 @@
+"""std_msgs/msg/String."""
+
+from __future__ import annotations
+
+from actors.interfaces.message import Message
+
+
+class String(Message, type_name="std_msgs/msg/String"):
+    """std_msgs/msg/String."""
+
+    data: str = ""
