@@ -1,0 +1,73 @@
+"""The environment variables that callboard knows; nothing else in `actors` reads any.
+
+    CALLBOARD_URL        where the broker is, e.g. callboard://127.0.0.1:7411
+    CALLBOARD_DOMAIN     which of the broker's separate graphs to join, 0 to 232
+    CALLBOARD_LOG_LEVEL  what scripts log: DEBUG, INFO, WARN, ERROR or FATAL
+    NO_COLOR             set to anything: no colours
+    FORCE_COLOR          set to anything: colours, also where there is no terminal
+
+An empty variable counts as unset. Options given in code or on a command line go before all of them.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import TYPE_CHECKING, Final
+
+from proto.errors import CallboardError, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+MAX_DOMAIN: Final = 232
+"""Highest domain id, as in ROS 2."""
+
+_DOMAIN = re.compile(r"[0-9]{1,3}")
+
+
+class InvalidEnvironmentError(CallboardError, ValueError):
+    """An environment variable has a value that it cannot have; the text says which one can stand there."""
+
+    def __init__(self, variable: str, value: str, expected: str) -> None:
+        super().__init__(f"{variable} must be {expected}, not '{shown(value)}'")
+        self.variable = variable
+        self.value = value
+
+
+def broker_url(environ: Mapping[str, str] | None = None) -> str | None:
+    """Return CALLBOARD_URL as it stands, None if unset. The caller parses it."""
+    return _get("CALLBOARD_URL", environ)
+
+
+def domain_id(environ: Mapping[str, str] | None = None) -> int | None:
+    """Return CALLBOARD_DOMAIN, None if unset.
+
+    Raises:
+        InvalidEnvironmentError: It is not an integer from 0 to `MAX_DOMAIN`.
+    """
+    value = _get("CALLBOARD_DOMAIN", environ)
+    if value is None:
+        return None
+    if not _DOMAIN.fullmatch(value) or int(value) > MAX_DOMAIN:
+        raise InvalidEnvironmentError("CALLBOARD_DOMAIN", value, f"an integer from 0 to {MAX_DOMAIN}")
+    return int(value)
+
+
+def log_level(environ: Mapping[str, str] | None = None) -> str | None:
+    """Return CALLBOARD_LOG_LEVEL as it stands, None if unset. `actors.logger` knows the levels."""
+    return _get("CALLBOARD_LOG_LEVEL", environ)
+
+
+def color_wish(environ: Mapping[str, str] | None = None) -> bool | None:
+    """Return False if colours are unwanted, True if wanted everywhere, None to let the terminal decide."""
+    if _get("NO_COLOR", environ) is not None:
+        return False
+    if _get("FORCE_COLOR", environ) is not None:
+        return True
+    return False if _get("TERM", environ) == "dumb" else None
+
+
+def _get(variable: str, environ: Mapping[str, str] | None) -> str | None:
+    source = os.environ if environ is None else environ
+    return source.get(variable) or None

@@ -1,0 +1,235 @@
+"""Loggers as rclpy's nodes have them, on top of the standard `logging` module.
+
+A logger named `ns.node` writes to `logging.getLogger("callboard.ns.node")`: its records go wherever the
+program sends them. Nothing here adds a handler until a script asks for ROS 2's lines with
+`configure_logging`. The level of the `callboard` logger starts at INFO, as in ROS 2, and is inherited.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+from enum import IntEnum
+from functools import cache
+from typing import TYPE_CHECKING, Final, TypedDict, Unpack
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import CodeType
+
+ROOT_NAME: Final = "callboard"
+"""Name of the standard logger above all of callboard's."""
+_PREFIX: Final = ROOT_NAME + "."
+
+
+class LoggingSeverity(IntEnum):
+    """How bad it is; the numbers are those of rclpy and of the standard `logging` module."""
+
+    UNSET = 0
+    DEBUG = 10
+    INFO = 20
+    WARN = 30
+    ERROR = 40
+    FATAL = 50
+
+
+_DEBUG: Final = 10
+_INFO: Final = 20
+_WARN: Final = 30
+_ERROR: Final = 40
+_FATAL: Final = 50
+
+_top = logging.getLogger(ROOT_NAME)
+if _top.level == logging.NOTSET:
+    _top.setLevel(logging.INFO)
+
+
+def severity_from_name(name: str) -> LoggingSeverity:
+    """Return the severity that a word means, in any case; `ValueError` lists the words."""
+    try:
+        return LoggingSeverity[name.upper()]
+    except KeyError:
+        words = ", ".join(severity.name for severity in LoggingSeverity)
+        raise ValueError(f"{name!r} is not a log level, expected one of {words}") from None
+
+
+def node_logger_name(full_name: str) -> str:
+    """Return the logger name of a node's full name: `/my_ns/my_node` gives `my_ns.my_node`."""
+    return full_name.strip("/").replace("/", ".")
+
+
+class LogOptions(TypedDict, total=False):
+    """What a log call may ask for. The filters belong to the line of code that calls."""
+
+    once: bool
+    """Log only the first call."""
+    skip_first: bool
+    """Log all calls but the first."""
+    throttle_duration_sec: float
+    """Log at most once in so many seconds, by the monotonic clock."""
+    exc_info: BaseException | None
+    """Add this exception's traceback."""
+
+
+_KNOWN_OPTIONS: Final = LogOptions.__annotations__.keys()
+
+
+class _Site:
+    """What one line of code with filters remembers, and whether it may log now."""
+
+    __slots__ = ("_done", "_last_sec", "_once", "_skip_first", "_skipped", "_throttle_sec", "level")
+
+    def __init__(self, level: int, options: LogOptions) -> None:
+        self.level = level
+        self._throttle_sec = options.get("throttle_duration_sec", 0.0)
+        self._skip_first = options.get("skip_first", False)
+        self._once = options.get("once", False)
+        self._last_sec = float("-inf")
+        self._skipped = False
+        self._done = False
+
+    def settings(self) -> tuple[object, ...]:
+        return self.level, self._throttle_sec, self._skip_first, self._once
+
+    def passes(self, now_sec: float) -> bool:
+        """Apply the filters in rclpy's order; what a later one stops still counts for the earlier ones."""
+        if self._throttle_sec:
+            if now_sec < self._last_sec + self._throttle_sec:
+                return False
+            self._last_sec = now_sec
+        if self._skip_first and not self._skipped:
+            self._skipped = True
+            return False
+        if self._once:
+            first, self._done = not self._done, True
+            return first
+        return True
+
+
+class Logger:
+    """A named logger; `get_logger` returns the one of a name.
+
+    Every log method returns True if the message was logged. A message is taken as it is, it is no format, and
+    it becomes text only if it is logged. The options are those of `LogOptions`, another one is a `TypeError`.
+    Changing the severity or the filters of a line that has filters is a `ValueError`: one line has one state.
+
+    Args:
+        name: Dotted, not empty.
+        monotonic: Source of seconds for throttling.
+    """
+
+    __slots__ = ("_logger", "_monotonic", "_sites", "name")
+
+    def __init__(self, name: str, *, monotonic: Callable[[], float] = time.monotonic) -> None:
+        if not name:
+            raise ValueError("Logger name must not be empty.")
+        self.name = name
+        self._logger = logging.getLogger(_PREFIX + name)
+        self._monotonic = monotonic
+        self._sites: dict[tuple[CodeType, int], _Site] = {}
+
+    def __repr__(self) -> str:
+        return f"Logger({self.name!r})"
+
+    def get_child(self, name: str) -> Logger:
+        """Return the logger `<this>.<name>`, which inherits this one's level until it has its own."""
+        if not name:
+            raise ValueError("Child logger name must not be empty.")
+        return get_logger(f"{self.name}.{name}")
+
+    def set_level(self, level: LoggingSeverity | int) -> None:
+        """Log what is at least this bad; UNSET inherits the parent's level again."""
+        self._logger.setLevel(int(LoggingSeverity(level)))
+
+    def get_effective_level(self) -> LoggingSeverity:
+        """Return the level in force, own or inherited; one between two of ours counts as the higher."""
+        level = self._logger.getEffectiveLevel()
+        return next((severity for severity in LoggingSeverity if severity >= level), LoggingSeverity.FATAL)
+
+    def is_enabled_for(self, severity: LoggingSeverity | int) -> bool:
+        """Tell whether a message of this severity would be logged."""
+        return self._logger.isEnabledFor(int(LoggingSeverity(severity)))
+
+    def debug(self, message: object, **options: Unpack[LogOptions]) -> bool:
+        """Log what helps to find a fault."""
+        if self._logger.isEnabledFor(_DEBUG):
+            return self._log(_DEBUG, message, options)
+        return _skip(options)
+
+    def info(self, message: object, **options: Unpack[LogOptions]) -> bool:
+        """Log what goes on."""
+        if self._logger.isEnabledFor(_INFO):
+            return self._log(_INFO, message, options)
+        return _skip(options)
+
+    def warning(self, message: object, **options: Unpack[LogOptions]) -> bool:
+        """Log what may turn out badly."""
+        if self._logger.isEnabledFor(_WARN):
+            return self._log(_WARN, message, options)
+        return _skip(options)
+
+    warn = warning
+
+    def error(self, message: object, **options: Unpack[LogOptions]) -> bool:
+        """Log what went wrong."""
+        if self._logger.isEnabledFor(_ERROR):
+            return self._log(_ERROR, message, options)
+        return _skip(options)
+
+    def fatal(self, message: object, **options: Unpack[LogOptions]) -> bool:
+        """Log what ends the node."""
+        if self._logger.isEnabledFor(_FATAL):
+            return self._log(_FATAL, message, options)
+        return _skip(options)
+
+    def log(self, message: object, severity: LoggingSeverity | int, **options: Unpack[LogOptions]) -> bool:
+        """Log with a severity that is known only when called."""
+        level = int(LoggingSeverity(severity))
+        if self._logger.isEnabledFor(level):
+            return self._log(level, message, options)
+        return _skip(options)
+
+    def _log(self, level: int, message: object, options: LogOptions) -> bool:
+        # The caller of the public method. The standard module does the same; `inspect` would read files.
+        frame = sys._getframe(2)  # noqa: SLF001 # pyright: ignore[reportPrivateUsage]
+        code = frame.f_code
+        exception = None
+        if options:
+            _skip(options)
+            exception = options.get("exc_info")
+            if not self._filters_pass((code, frame.f_lasti), level, options):
+                return False
+        stamp_ns = time.time_ns()
+        logger = self._logger
+        info = None if exception is None else (type(exception), exception, exception.__traceback__)
+        record = logger.makeRecord(
+            logger.name, level, code.co_filename, frame.f_lineno, str(message), (), info, code.co_name
+        )
+        # The record's own `created` is a float, too coarse for nanoseconds.
+        record.stamp_ns = stamp_ns
+        logger.handle(record)
+        return True
+
+    def _filters_pass(self, key: tuple[CodeType, int], level: int, options: LogOptions) -> bool:
+        asked = _Site(level, options)
+        if not any(asked.settings()[1:]):
+            return True
+        site = self._sites.setdefault(key, asked)
+        if site.settings() != asked.settings():
+            raise ValueError("The severity and the filters of a log call cannot be changed between calls.")
+        return site.passes(self._monotonic())
+
+
+def _skip(options: LogOptions) -> bool:
+    """Return False for a message that is not logged; a misspelt option is an error in silence too."""
+    if options and (unknown := options.keys() - _KNOWN_OPTIONS):
+        known = ", ".join(_KNOWN_OPTIONS)
+        raise TypeError(f"{min(unknown)!r} is not one of the recognized logging options: {known}")
+    return False
+
+
+@cache
+def get_logger(name: str) -> Logger:
+    """Return the logger of this name, always the same object, so that filters keep their state."""
+    return Logger(name)

@@ -1,0 +1,61 @@
+"""Environment variables: what they mean, and what a wrong one says."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors.environment import InvalidEnvironmentError, broker_url, color_wish, domain_id, log_level
+from proto.errors import CallboardError
+
+
+def test_unset_and_empty_are_none() -> None:
+    """A variable that is unset or empty has no say."""
+    for environ in (
+        {},
+        {"CALLBOARD_URL": "", "CALLBOARD_DOMAIN": "", "CALLBOARD_LOG_LEVEL": "", "NO_COLOR": ""},
+    ):
+        assert broker_url(environ) is None
+        assert domain_id(environ) is None
+        assert log_level(environ) is None
+        assert color_wish(environ) is None
+
+
+def test_process_environment_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without an argument the process's own environment is read, at the time of the call."""
+    monkeypatch.setenv("CALLBOARD_URL", "callboard://10.0.0.1:7411")
+    monkeypatch.setenv("CALLBOARD_DOMAIN", "7")
+    monkeypatch.setenv("CALLBOARD_LOG_LEVEL", "debug")
+    assert (broker_url(), domain_id(), log_level()) == ("callboard://10.0.0.1:7411", 7, "debug")
+
+
+@pytest.mark.parametrize(("text", "domain"), [("0", 0), ("232", 232), ("042", 42)])
+def test_domain(text: str, domain: int) -> None:
+    """A domain is 0 to 232."""
+    assert domain_id({"CALLBOARD_DOMAIN": text}) == domain
+
+
+@pytest.mark.parametrize("text", ["-1", "233", "1.0", "1_0", " 1", "٣", "one", "9" * 5000, "\x1b[2J"])
+def test_bad_domain(text: str) -> None:
+    """Anything else is an error that says the variable and the range, harmless to print."""
+    with pytest.raises(
+        InvalidEnvironmentError, match="CALLBOARD_DOMAIN must be an integer from 0 to 232"
+    ) as caught:
+        domain_id({"CALLBOARD_DOMAIN": text})
+    assert str(caught.value).isprintable()
+    assert isinstance(caught.value, ValueError)
+    assert isinstance(caught.value, CallboardError)
+
+
+@pytest.mark.parametrize(
+    ("environ", "wish"),
+    [
+        ({"NO_COLOR": "1"}, False),
+        ({"NO_COLOR": "1", "FORCE_COLOR": "1"}, False),
+        ({"FORCE_COLOR": "1"}, True),
+        ({"TERM": "dumb"}, False),
+        ({"TERM": "xterm"}, None),
+    ],
+)
+def test_color_wish(environ: dict[str, str], wish: bool | None) -> None:
+    """NO_COLOR goes before FORCE_COLOR; a dumb terminal has no colours; otherwise the terminal decides."""
+    assert color_wish(environ) is wish
