@@ -16,7 +16,7 @@ from __future__ import annotations
 import array
 import struct
 import sys
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -30,10 +30,8 @@ else:
     _Base = array.array
 
 _SWAP = sys.byteorder == "big"
-_KIND_BY_CODE = {"c": "", "?": "", "n": "i", "N": "u", "e": "", "f": "f", "d": "f"} | dict.fromkeys(
-    "bhilq", "i"
-)
-_KIND_BY_CODE |= dict.fromkeys("BHILQ", "u")
+_KIND_BY_CODE = {"n": "int", "N": "uint", "f": "float", "d": "float"}
+_KIND_BY_CODE.update(dict.fromkeys("bhilq", "int"), **dict.fromkeys("BHILQ", "uint"))
 
 
 def _element_name(typecode: str) -> str:
@@ -41,8 +39,7 @@ def _element_name(typecode: str) -> str:
     kind = _KIND_BY_CODE.get(typecode, "")
     if not kind:
         return ""
-    prefix = {"i": "int", "u": "uint", "f": "float"}[kind]
-    return f"{prefix}{8 * struct.calcsize(typecode)}"
+    return f"{kind}{8 * struct.calcsize(typecode)}"
 
 
 class NumericArray(_Base):
@@ -71,13 +68,14 @@ class NumericArray(_Base):
         cls.item_size = struct.calcsize(f"={cls.format}")
 
     def __new__(cls, values: Iterable[SupportsFloat] | Buffer = ()) -> Self:
+        """Make an array of `values`."""
         if isinstance(values, list | tuple):
             return super().__new__(cls, cls.format, values)
         made = super().__new__(cls, cls.format)
         try:
-            view = memoryview(values)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+            view = memoryview(cast("Buffer", values))
         except TypeError:
-            made.extend(values)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+            made.extend(cast("Iterable[Any]", values))
             return made
         with view:
             if view.ndim != 1:
@@ -85,7 +83,7 @@ class NumericArray(_Base):
             if _element_name(view.format) == cls.element and view.c_contiguous:
                 made.frombytes(view.cast("B") if view.nbytes else b"")
                 return made
-        made.extend(array.array(cls.format, list(values)))  # type: ignore[arg-type]  # pyright: ignore
+        made.extend(array.array(cls.format, list(cast("Iterable[Any]", values))))
         return made
 
     @classmethod
@@ -106,10 +104,10 @@ class NumericArray(_Base):
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, list | tuple):
-            return self.tolist() == list(other)  # pyright: ignore[reportUnknownArgumentType]
+            return self.tolist() == list(cast("list[Any]", other))
         return super().__eq__(other)
 
-    __hash__ = None  # type: ignore[assignment]  # pyright: ignore[reportAssignmentType]
+    __hash__ = None  # pyright: ignore[reportAssignmentType]
 
     def __copy__(self) -> Self:
         return type(self)(self)
@@ -188,34 +186,34 @@ class Float64Array(NumericArray):
 
 
 ARRAYS: tuple[type[NumericArray], ...] = (
-    Int8Array, Int16Array, Int32Array, Int64Array, UInt16Array, UInt32Array, UInt64Array, Float32Array, Float64Array,
+    Int8Array, Int16Array, Int32Array, Int64Array, UInt16Array, UInt32Array, UInt64Array,
+    Float32Array, Float64Array,
 )  # fmt: skip
 ARRAY_BY_CODE: dict[int, type[NumericArray]] = {cls.code: cls for cls in ARRAYS}
 ARRAY_BY_ELEMENT: dict[str, type[NumericArray]] = {cls.element: cls for cls in ARRAYS}
 
 
 def pack(value: object) -> tuple[int, memoryview] | memoryview | None:
-    """Return how a buffer travels: (extension code, bytes), a view for bin, or None if it is no numeric buffer.
+    """Return how a buffer travels: (extension code, bytes), a view for bin, or None if it has no numbers.
 
     Raises:
         TypeError: The buffer has more than one dimension.
     """
     try:
-        view = memoryview(value)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+        view: memoryview[Any] = memoryview(cast("Buffer", value))
     except TypeError:
         return None
     if view.ndim != 1:
         raise TypeError(f"Expected a one-dimensional sequence, got {view.ndim} dimensions")
     element = _element_name(view.format)
-    if not view.c_contiguous:
-        view = memoryview(view.tobytes()).cast(view.format)
     if element == "uint8":
-        return view
+        return view if view.c_contiguous else memoryview(view.tobytes())
     found = ARRAY_BY_ELEMENT.get(element)
     if found is None:
         return None
-    if _SWAP:
-        swapped = array.array(found.format, view.tobytes())
-        swapped.byteswap()
-        view = memoryview(swapped)
+    if _SWAP or not view.c_contiguous:
+        packed = array.array(found.format, view.tobytes())
+        if _SWAP:
+            packed.byteswap()
+        view = memoryview(packed)
     return found.code, view.cast("B")

@@ -1,8 +1,8 @@
 """Messages to bytes and back: the hot path.
 
 A message travels as a msgpack map of field name to value. msgspec checks nothing while it encodes, so a codec
-decodes what it has just encoded with the typed decoder, and a wrong value raises at the line that sent it. Large
-binary fields and arrays are not copied by this check.
+decodes what it has just encoded with the typed decoder, and a wrong value raises at the line that sent it.
+Large binary fields and arrays are not copied by this check.
 
 Fields that a reader does not know are ignored; fields that a writer left out take their defaults.
 """
@@ -10,6 +10,7 @@ Fields that a reader does not know are ignored; fields that a writer left out ta
 from __future__ import annotations
 
 from functools import cache
+from types import GenericAlias
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 import msgspec
@@ -28,14 +29,14 @@ T = TypeVar("T", bound=Message)
 
 def _encode_hook(value: object) -> object:
     """Encode what msgspec does not know: arrays, NumPy arrays and NumPy scalars."""
-    packed = pack(value) if not hasattr(value, "dtype") or getattr(value, "ndim", 0) else None
+    # A NumPy scalar is a buffer, too, of no dimension.
+    if hasattr(value, "dtype") and getattr(value, "ndim", None) == 0:
+        return cast("Any", value).item()
+    packed = pack(value)
     if isinstance(packed, tuple):
         return msgspec.msgpack.Ext(*packed)
     if packed is not None:
         return packed
-    item = getattr(value, "item", None)
-    if item is not None and hasattr(value, "dtype"):
-        return item()
     raise TypeError(f"Expected a field value, got {type(value).__name__}")
 
 
@@ -48,7 +49,7 @@ def _extension_hook(code: int, data: memoryview) -> object:
         return msgspec.msgpack.Ext(code, bytes(data))
 
 
-def _decode_hook(wire: type, value: object) -> object:
+def _decode_hook(wire: type, value: Any) -> object:
     """Check a received numeric sequence, or turn a plain array of numbers into one."""
     assert isinstance(wire, SequenceWire)
     array = wire.array
@@ -57,11 +58,12 @@ def _decode_hook(wire: type, value: object) -> object:
             shown = getattr(value, "element", type(value).__name__)
             raise TypeError(f"Expected {wire.field_type}, got {shown}")
         try:
-            value = array(value)  # pyright: ignore[reportUnknownArgumentType]
+            value = array(cast("Any", value))
         except (TypeError, OverflowError) as error:
             raise ValueError(f"Expected {wire.field_type}: {error}") from None
-    wire.check_length(len(value))  # type: ignore[arg-type]  # pyright: ignore
-    return cast("Any", value).tolist() if wire.as_list else value
+    assert isinstance(value, array)
+    wire.check_length(len(value))
+    return value.tolist() if wire.as_list else value
 
 
 def _measure_extension(code: int, data: memoryview) -> object:
@@ -69,7 +71,7 @@ def _measure_extension(code: int, data: memoryview) -> object:
     return code, len(data)
 
 
-def _verify_hook(wire: type, value: object) -> object:
+def _verify_hook(wire: type, value: Any) -> object:
     """Check a numeric sequence that was just encoded."""
     if not isinstance(value, tuple):
         return _decode_hook(wire, value)
@@ -86,8 +88,10 @@ def _verify_hook(wire: type, value: object) -> object:
 
 
 # Whatever a message holds or a peer sends, these are the errors that msgspec and the hooks have for it.
-_ENCODING_ERRORS = (msgspec.MsgspecError, ValueError, TypeError, OverflowError, RecursionError, AttributeError,
-                    NotImplementedError, BufferError)  # fmt: skip
+_ENCODING_ERRORS = (
+    msgspec.MsgspecError, ValueError, TypeError, OverflowError, RecursionError, AttributeError,
+    NotImplementedError, BufferError,
+)  # fmt: skip
 _DECODING_ERRORS = (msgspec.MsgspecError, ValueError, TypeError, OverflowError, RecursionError)
 
 
@@ -115,7 +119,12 @@ class Codec(Generic[T]):
             )
 
         one, run, verifier = wired(
-            msg_type, lambda: (decoder(msg_type), decoder(list[msg_type]), decoder(msg_type, verify=True))
+            msg_type,
+            lambda: (
+                decoder(msg_type),
+                decoder(GenericAlias(list, (msg_type,))),
+                decoder(msg_type, verify=True),
+            ),
         )
         # Bound methods as attributes: a lookup less per message.
         self._encode = encoder.encode
@@ -146,8 +155,8 @@ class Codec(Generic[T]):
             TypeError: `message` is not a `msg_type`.
             InvalidMessageError: A field's value does not fit its type.
         """
-        # Encoding to bytes of their own and copying them costs less than a view of the buffer's end, which must
-        # be released before the buffer grows again.
+        # Encoding to bytes of their own and copying them costs less than a view of the buffer's end, which
+        # would have to be released before the buffer grows again.
         if not isinstance(message, self.msg_type):
             raise self._wrong_type(message)
         try:

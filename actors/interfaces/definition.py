@@ -1,8 +1,8 @@
 """A type's canonical definition and its hash, by ROS 2's rule (REP 2011, RIHS01).
 
-The definition is the JSON text of ROS's TypeDescription without default values and comments: the described type
-and, sorted by name, every type it refers to. The hash is "RIHS01_" and the SHA-256 of that text in hex, so a ROS
-tool and a client in any language come to the same value from the definition alone.
+The definition is the JSON text of ROS's TypeDescription without default values and comments: the described
+type and, sorted by name, every type it refers to. The hash is "RIHS01_" and the SHA-256 of that text in hex,
+so a ROS tool and a client in any language come to the same value from the definition alone.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ Description = dict[str, Any]
 _NESTED: Final = 1
 # `char` is uint8: .msg's char has been an unsigned byte since ROS 1, and ROS 2 describes it so.
 _TYPE_IDS: Final = {
-    "int8": 2, "uint8": 3, "char": 3, "int16": 4, "uint16": 5, "int32": 6, "uint32": 7, "int64": 8, "uint64": 9,
-    "float32": 10, "float64": 11, "bool": 15, "byte": 16, "string": 17, "wstring": 18,
+    "int8": 2, "uint8": 3, "char": 3, "int16": 4, "uint16": 5, "int32": 6, "uint32": 7, "int64": 8,
+    "uint64": 9, "float32": 10, "float64": 11, "bool": 15, "byte": 16, "string": 17, "wstring": 18,
 }  # fmt: skip
 _BOUNDED_STRING_OFFSET: Final = 4
 _FIXED, _BOUNDED, _UNBOUNDED = 48, 96, 144

@@ -1,10 +1,9 @@
-"""Texts for messages that do not fit their type: the type, the field's path, what was expected, what was there."""
+"""Texts for messages that do not fit their type: which field, what was expected, what was there."""
 
 from __future__ import annotations
 
 import re
 import reprlib
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import msgspec
@@ -13,6 +12,8 @@ from actors.interfaces.fields import fields_of
 from actors.interfaces.naming import message_name
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from actors.interfaces.message import Message
 
 _AT: Final = re.compile(r" - at `\$?([^`]*)`$")
@@ -26,7 +27,7 @@ _INTEGER_RANGE: Final = {
 
 def _split(error: BaseException) -> tuple[str, str]:
     """Return the path ("" or ".a[0].b") and the reason that msgspec's error text holds."""
-    text = str(error).replace("`, got `", ", got ") if "`, got `" in str(error) else str(error)
+    text = str(error)
     at = _AT.search(text)
     path = at[1] if at else ""
     reason = (text[: at.start()] if at else text).replace("`", "")
@@ -53,15 +54,15 @@ def _unencodable(
     children: list[tuple[str, Any]] = []
     if isinstance(value, msgspec.Struct):
         children = [(f".{name}", getattr(value, name, None)) for name in value.__struct_fields__]
-    elif isinstance(value, list | tuple):
-        children = [(f"[{index}]", item) for index, item in enumerate(cast("list[Any]", value))]
+    elif isinstance(value, list):
+        children = [(f"[{index}]", item) for index, item in enumerate(cast("Any", value))]
     for step, child in children if depth < 20 else []:  # a message that contains itself has no end
         try:
             encode(child)
         except Exception:  # noqa: BLE001 - whatever it is, it is what is looked for
             found = _unencodable(child, encode, path + step, depth + 1)
-            return found if found[2] is not None else (found[0], found[1], value)
-    return path, value, None
+            return found if found[2] is not None else (found[0], found[1], cast("Any", value))
+    return path, cast("Any", value), None
 
 
 def _expected(owner: object, path: str, value: object, error: BaseException) -> str:

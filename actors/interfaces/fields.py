@@ -1,25 +1,27 @@
 """What the fields of a message class are: their ROS types, and the types that the decoder is given.
 
-A class's annotations are read once, here. `fields_of` says what each field is in ROS's terms (for the definition,
-the hash and the rendered text); `wired` says what msgspec shall check and build, which differs: a plain `int` is
-checked as int64, a numeric sequence is decoded through the hooks of `codec.py`.
+A class's annotations are read once, here. `fields_of` says what each field is in ROS's terms (for the
+definition, the hash and the rendered text); `wired` says what msgspec shall check and build, which differs:
+a plain `int` is checked as int64, a numeric sequence is decoded through the hooks of `codec.py`.
 """
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
-from types import UnionType
-from typing import Annotated, Any, Final, TypeVar, get_args, get_origin, get_type_hints
+from types import GenericAlias, UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
 
 from actors.interfaces.arrays import ARRAY_BY_ELEMENT, NumericArray
 from actors.interfaces.naming import MessageType, message_name
 from actors.interfaces.types import AtMost, Length, Ros
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
 
 BINARY: Final = frozenset({"uint8", "byte", "char"})
 """Element types whose sequences travel as msgpack bin."""
@@ -40,7 +42,7 @@ class FieldType:
 
     Attributes:
         base: A primitive's name, or the type name of a message ("std_msgs/msg/Header").
-        message: The nested message's class; None for a primitive.
+        message: The nested message's class; None for a primitive and in parsed text.
         string_bound: The `n` of `string<=n`; 0 if unbounded.
         is_array: Whether this is a sequence of `base`.
         low: The least number of elements.
@@ -60,7 +62,7 @@ class FieldType:
         return self.is_array and self.high is not None and self.low == self.high
 
     def __str__(self) -> str:
-        text = self.base if self.message is None else self.base.replace("/msg/", "/")
+        text = self.base.replace("/msg/", "/")
         if self.string_bound:
             text += f"<={self.string_bound}"
         if not self.is_array:
@@ -150,7 +152,7 @@ def _list_type(item: Any, extras: list[Any]) -> tuple[FieldType, Any]:
     array = ARRAY_BY_ELEMENT.get(element.base)
     if array is not None:
         return field_type, sequence_wire(field_type, array, as_list=True)
-    return field_type, _annotated(list[wire], _length_meta(field_type))
+    return field_type, _annotated(GenericAlias(list, (wire,)), _length_meta(field_type))
 
 
 def _resolve(annotation: Any) -> tuple[FieldType, Any]:
@@ -177,7 +179,7 @@ def _resolve(annotation: Any) -> tuple[FieldType, Any]:
     field_type = _bounded(FieldType(name.removesuffix("[]"), is_array=name.endswith("[]")), extras)
     if field_type.is_array:
         return field_type, _annotated(annotation, _length_meta(field_type))
-    if name == "string" and field_type.string_bound or name == "wstring" and field_type.string_bound:
+    if field_type.string_bound:
         return field_type, Annotated[str, msgspec.Meta(max_length=field_type.string_bound)]
     metas = [extra for extra in extras if isinstance(extra, msgspec.Meta)]
     return field_type, _INT64 if name == "int64" and not metas else _annotated(annotation, *metas)
@@ -239,7 +241,7 @@ _annotations_lock = threading.Lock()
 
 
 @contextmanager
-def _wired_annotations(classes: set[MessageType]) -> Iterator[None]:
+def _wired_annotations(classes: set[MessageType]) -> Generator[None]:
     saved = [(cls, cls.__annotations__) for cls in classes]
     for cls in classes:
         cls.__annotations__ = dict(_resolved(cls)[1])
@@ -253,8 +255,8 @@ def _wired_annotations(classes: set[MessageType]) -> Iterator[None]:
 def wired(cls: MessageType, build: Callable[[], T]) -> T:
     """Call `build`, which makes msgspec decoders for `cls`, while the classes show the decoder's types.
 
-    msgspec reads a Struct's annotations when it first makes a decoder for it, and keeps what it found with the
-    class; so the annotations can be as the author wrote them before and after.
+    msgspec reads a Struct's annotations when it first makes a decoder for it, and keeps what it found with
+    the class; so the annotations can be as the author wrote them before and after.
     """
     with _annotations_lock, _wired_annotations(nested_classes(cls)):
         return build()

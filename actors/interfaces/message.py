@@ -30,9 +30,13 @@ _REPR_BYTES = 256
 
 def _shown(value: object) -> str:
     if isinstance(value, bytes | bytearray | memoryview):
-        size = value.nbytes if isinstance(value, memoryview) else len(value)
-        return f"<{size} bytes>" if size > _REPR_BYTES else repr(bytes(value))
+        plain = bytes(cast("bytes", value))
+        return f"<{len(plain)} bytes>" if len(plain) > _REPR_BYTES else repr(plain)
     return repr(value)
+
+
+def _plain(value: Any) -> Any:
+    return bytes(cast("bytes", value)) if isinstance(value, memoryview) else value
 
 
 def _rebuilt(cls: type[Message], values: dict[str, Any]) -> Message:
@@ -52,11 +56,8 @@ class Message(msgspec.Struct, metaclass=MessageType):
         return f"{name}({', '.join(fields)})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        values: dict[str, Any] = {field: getattr(self, field) for field in self.__struct_fields__}
         # A memoryview can be neither copied nor pickled.
-        plain = {
-            name: bytes(value) if isinstance(value, memoryview) else value for name, value in values.items()
-        }
+        plain = {name: _plain(getattr(self, name)) for name in self.__struct_fields__}
         return _rebuilt, (type(self), plain)
 
 
@@ -72,7 +73,7 @@ def _adopt(owner: type, parts: tuple[str, ...], kind: str, type_name: str | None
         message = getattr(owner, part, None)
         if not isinstance(message, MessageType):
             raise TypeError(
-                f"Class {owner.__qualname__} needs a nested message class '{part}': class {part}(Message): ..."
+                f"Class {owner.__qualname__} needs a nested message class: class {part}(Message): ..."
             )
         if message.__qualname__ == f"{owner.__qualname__}.{part}" and message.__dict__[TYPE_NAME] is None:
             setattr(message, TYPE_NAME, f"{name}_{part}")
@@ -92,42 +93,46 @@ class Action:
         _adopt(cls, ("Goal", "Result", "Feedback"), "action", type_name)
 
 
-RequestT = TypeVar("RequestT", bound=Message, covariant=True)
-ResponseT = TypeVar("ResponseT", bound=Message, covariant=True)
-GoalT = TypeVar("GoalT", bound=Message, covariant=True)
-ResultT = TypeVar("ResultT", bound=Message, covariant=True)
-FeedbackT = TypeVar("FeedbackT", bound=Message, covariant=True)
+RequestT_co = TypeVar("RequestT_co", bound=Message, covariant=True)
+ResponseT_co = TypeVar("ResponseT_co", bound=Message, covariant=True)
+GoalT_co = TypeVar("GoalT_co", bound=Message, covariant=True)
+ResultT_co = TypeVar("ResultT_co", bound=Message, covariant=True)
+FeedbackT_co = TypeVar("FeedbackT_co", bound=Message, covariant=True)
 
 
-class ServiceType(Protocol[RequestT, ResponseT]):
-    """What a service class is to a type checker: pass `AddTwoInts`, and both message types are inferred."""
+class ServiceType(Protocol[RequestT_co, ResponseT_co]):
+    """What a service class is to a type checker.
+
+    `def create_client(srv_type: type[ServiceType[RequestT, ResponseT]])` infers both message types from
+    `AddTwoInts`, in pyright and in mypy.
+    """
 
     @property
-    def Request(self) -> type[RequestT]:  # noqa: N802 - rclpy's name
+    def Request(self) -> type[RequestT_co]:  # noqa: N802 - rclpy's name
         """The request's class."""
         ...
 
     @property
-    def Response(self) -> type[ResponseT]:  # noqa: N802 - rclpy's name
+    def Response(self) -> type[ResponseT_co]:  # noqa: N802 - rclpy's name
         """The response's class."""
         ...
 
 
-class ActionType(Protocol[GoalT, ResultT, FeedbackT]):
-    """What an action class is to a type checker."""
+class ActionType(Protocol[GoalT_co, ResultT_co, FeedbackT_co]):
+    """What an action class is to a type checker: see `ServiceType`."""
 
     @property
-    def Goal(self) -> type[GoalT]:  # noqa: N802 - rclpy's name
+    def Goal(self) -> type[GoalT_co]:  # noqa: N802 - rclpy's name
         """The goal's class."""
         ...
 
     @property
-    def Result(self) -> type[ResultT]:  # noqa: N802 - rclpy's name
+    def Result(self) -> type[ResultT_co]:  # noqa: N802 - rclpy's name
         """The result's class."""
         ...
 
     @property
-    def Feedback(self) -> type[FeedbackT]:  # noqa: N802 - rclpy's name
+    def Feedback(self) -> type[FeedbackT_co]:  # noqa: N802 - rclpy's name
         """The feedback's class."""
         ...
 

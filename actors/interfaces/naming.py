@@ -35,7 +35,7 @@ def package_of(module: str) -> str:
 class MessageType(msgspec.StructMeta):
     """The class of message classes: takes `type_name=` beside msgspec's own options."""
 
-    def __new__(
+    def __new__(  # noqa: PYI034 - Self is not for metaclasses
         mcls,
         name: str,
         bases: tuple[type, ...],

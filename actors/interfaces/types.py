@@ -1,25 +1,27 @@
 """Field types for message classes: ROS's primitive names, as aliases that type checkers understand.
 
     class Scan(actors.Message):
-        frame: str = ""                                            # string
-        count: types.uint16 = 0                                    # uint16, range checked on both sides
-        ranges: types.Float32Sequence = field(default_factory=types.Float32Array)      # float32[]
-        pose: Annotated[types.Float64Sequence, types.Length(9)] = …                    # float64[9]
-        label: Annotated[str, types.AtMost(10)] = ""                                   # string<=10
-        image: types.UInt8Sequence = b""                                               # uint8[]
+        frame: str = ""                                                    # string
+        count: types.uint16 = 0                                            # range checked on both sides
+        label: Annotated[str, types.AtMost(10)] = ""                       # string<=10
+        image: types.UInt8Sequence = b""                                   # uint8[]
+        scan: types.Float32Sequence = field(default_factory=types.Float32Array)
+        axis: Annotated[types.Float64Sequence, types.Length(3)] = …        # float64[3]
 
 Plain `int`, `float`, `str`, `bool` and `bytes` mean int64, float64, string, bool and uint8[]; `list[…]` of a
-scalar type or of a message class is a sequence. Where no class fits (a dict, an optional field) there is no ROS
-type, and the first use of the class says so.
+scalar type or of a message class is a sequence. Where no type fits (a dict, an optional field) there is no
+ROS type, and the first use of the class says so.
 
 What a type checker sees: integers as `int`, `float32`/`float64` as `float`, a numeric sequence as
-`MutableSequence[int]` or `[float]` (assign a list, an array, or a `Float64Array(numpy_array)`), and `uint8[]`,
-`byte[]`, `char[]` as `bytes | bytearray | memoryview`. At run time a received numeric sequence is one of the
-`…Array` classes and a received `uint8[]` is a `memoryview` into the received bytes, without a copy.
+`MutableSequence[int]` or `[float]` (assign a list, an array, or a `Float64Array(numpy_array)`), and
+`uint8[]`, `byte[]`, `char[]` as `bytes | bytearray | memoryview`. At run time a received numeric sequence is
+one of the `…Array` classes and a received `uint8[]` is a `memoryview` into the received bytes, not a copy.
 
-`byte` is a `bytes` object of length 1 and `char` an `int` from 0 to 255, as in rclpy. `float32` values are not
-rounded to single precision on the way, so 0.1 stays 0.1; NaN and infinities travel.
+`byte` is a `bytes` object of length 1 and `char` an `int` from 0 to 255, as in rclpy. `float32` values are
+not rounded to single precision on the way, so 0.1 stays 0.1; NaN and infinities travel.
 """
+
+# ruff: noqa: PYI042, TC003 - the aliases have ROS's names; annotations are read at run time
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Generated."""
+"""Interfaces of example_interfaces."""

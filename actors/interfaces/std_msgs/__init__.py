@@ -1,1 +1,1 @@
-"""Generated."""
+"""Interfaces of std_msgs."""

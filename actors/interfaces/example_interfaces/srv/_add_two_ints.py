@@ -1,7 +1,5 @@
 """example_interfaces/srv/AddTwoInts."""
 
-from __future__ import annotations
-
 from actors.interfaces.message import Message, Service
 from actors.interfaces.types import int64
 

@@ -1,7 +1,5 @@
 """std_msgs/msg/String."""
 
-from __future__ import annotations
-
 from actors.interfaces.message import Message
 
 

@@ -1,0 +1,10 @@
+"""example_interfaces/msg/Float32."""
+
+from actors.interfaces.message import Message
+from actors.interfaces.types import float32
+
+
+class Float32(Message, type_name="example_interfaces/msg/Float32"):
+    """example_interfaces/msg/Float32."""
+
+    data: float32 = 0.0

@@ -1,0 +1,10 @@
+"""example_interfaces/msg/Int32."""
+
+from actors.interfaces.message import Message
+from actors.interfaces.types import int32
+
+
+class Int32(Message, type_name="example_interfaces/msg/Int32"):
+    """example_interfaces/msg/Int32."""
+
+    data: int32 = 0

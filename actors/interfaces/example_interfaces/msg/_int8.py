@@ -1,0 +1,10 @@
+"""example_interfaces/msg/Int8."""
+
+from actors.interfaces.message import Message
+from actors.interfaces.types import int8
+
+
+class Int8(Message, type_name="example_interfaces/msg/Int8"):
+    """example_interfaces/msg/Int8."""
+
+    data: int8 = 0

@@ -1,0 +1,10 @@
+"""example_interfaces/msg/UInt64."""
+
+from actors.interfaces.message import Message
+from actors.interfaces.types import uint64
+
+
+class UInt64(Message, type_name="example_interfaces/msg/UInt64"):
+    """example_interfaces/msg/UInt64."""
+
+    data: uint64 = 0

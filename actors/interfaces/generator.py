@@ -1,0 +1,153 @@
+"""Generates a typed Python package from a ROS-style interface package.
+
+    robot_interfaces/msg/Wheel.msg     →     robot_interfaces/__init__.py, py.typed
+    robot_interfaces/srv/Home.srv            robot_interfaces/msg/__init__.py, msg/_wheel.py
+                                             robot_interfaces/srv/__init__.py, srv/_home.py
+
+`from robot_interfaces.msg import Wheel` then works wherever the folder above is on the import path.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from actors.interfaces.errors import InterfaceSyntaxError
+from actors.interfaces.parser import PACKAGE_NAME, PARTS, parse_file
+from actors.interfaces.source import module_name, render_init, render_module
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.interfaces.parser import InterfaceSpec
+
+STANDARD_ROOT: Final = "actors.interfaces"
+
+
+def standard_packages() -> list[str]:
+    """Return the names of the packages that callboard ships."""
+    here = Path(__file__).parent
+    return sorted({path.parent.name for kind in PARTS for path in here.glob(f"*/{kind}")})
+
+
+def read_package(source_dir: Path) -> list[InterfaceSpec]:
+    """Parse a package folder's interfaces, those that others contain first.
+
+    Raises:
+        InterfaceSyntaxError: The folder's name is no package name, it has no interfaces, a file breaks a
+            rule, or messages contain one another in a circle.
+        OSError: A file cannot be read.
+    """
+    source_dir = source_dir.resolve()
+    package = source_dir.name
+    if not PACKAGE_NAME.fullmatch(package):
+        raise InterfaceSyntaxError(
+            str(source_dir),
+            0,
+            f"'{package}' is not a package name: use lower case letters, digits and underscores",
+        )
+    files = [path for kind in PARTS for path in sorted((source_dir / kind).glob(f"*.{kind}"))]
+    if not files:
+        raise InterfaceSyntaxError(
+            str(source_dir), 0, "No interfaces: put them into msg/*.msg, srv/*.srv or action/*.action"
+        )
+    specs = {spec.type_name: spec for spec in (parse_file(path, package) for path in files)}
+    _check_modules(source_dir, list(specs.values()))
+    return _in_order(source_dir, specs)
+
+
+def _check_modules(source_dir: Path, specs: list[InterfaceSpec]) -> None:
+    seen: dict[tuple[str, str], str] = {}
+    for spec in specs:
+        other = seen.setdefault((spec.kind, module_name(spec.name)), spec.name)
+        if other != spec.name:
+            reason = f"{other} and {spec.name} have the same module name; rename one"
+            raise InterfaceSyntaxError(str(source_dir), 0, reason)
+
+
+def _in_order(source_dir: Path, specs: dict[str, InterfaceSpec]) -> list[InterfaceSpec]:
+    ordered: list[InterfaceSpec] = []
+    done: set[str] = set()
+
+    def visit(type_name: str, path: list[str]) -> None:
+        if type_name in path:
+            circle = " -> ".join([*path[path.index(type_name) :], type_name])
+            raise InterfaceSyntaxError(str(source_dir), 0, f"Messages contain one another: {circle}")
+        if type_name in done:
+            return
+        spec = specs[type_name]
+        for dependency in sorted(spec.dependencies):
+            if dependency in specs:
+                visit(dependency, [*path, type_name])
+            elif dependency.startswith(f"{spec.package}/"):
+                reason = f"{type_name} has a field of type {dependency}, which is not in the package"
+                raise InterfaceSyntaxError(str(source_dir), 0, reason)
+        done.add(type_name)
+        ordered.append(spec)
+
+    for type_name in specs:
+        visit(type_name, [])
+    return ordered
+
+
+def _locator(package: str, root: str) -> Callable[[str], str]:
+    """Return what gives the module of a message's class."""
+    standard = set(standard_packages())
+
+    def module_of(type_name: str) -> str:
+        owner, kind, name = type_name.split("/")
+        if owner == package:
+            prefix = root
+        else:
+            prefix = f"{STANDARD_ROOT}.{owner}" if owner in standard else owner
+            if owner not in standard:
+                return f"{prefix}.{kind}"
+        return f"{prefix}.{kind}.{module_name(name)}"
+
+    return module_of
+
+
+def render_package(specs: list[InterfaceSpec], root: str) -> dict[str, str]:
+    """Return the files of a generated package: path in the package to text.
+
+    Args:
+        specs: All interfaces of one package.
+        root: The Python package's full name.
+    """
+    package = specs[0].package
+    module_of = _locator(package, root)
+    files = {"__init__.py": f'"""Interfaces of {package}."""\n', "py.typed": ""}
+    for kind in PARTS:
+        names = [spec.name for spec in specs if spec.kind == kind]
+        if names:
+            files[f"{kind}/__init__.py"] = render_init(package, kind, names, root)
+    for spec in specs:
+        files[f"{spec.kind}/{module_name(spec.name)}.py"] = render_module(spec, module_of)
+    return files
+
+
+def generate(source_dir: Path, output_dir: Path | None = None, *, root: str = "") -> list[Path]:
+    """Write the Python package of the interface package in `source_dir`.
+
+    Args:
+        source_dir: The package's folder, named as the package, with msg, srv and action folders.
+        output_dir: Where the Python package's folder goes; by default beside the sources, in `source_dir`.
+        root: The Python package's full name, if it is not a top-level package.
+
+    Returns:
+        The written files.
+
+    Raises:
+        InterfaceSyntaxError: The package or one of its files breaks a rule.
+        OSError: A file cannot be read or written.
+    """
+    source_dir = source_dir.resolve()
+    specs = read_package(source_dir)
+    target = source_dir if output_dir is None else output_dir / source_dir.name
+    written: list[Path] = []
+    for name, text in render_package(specs, root or source_dir.name).items():
+        path = target / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
+        written.append(path)
+    return written

@@ -1,0 +1,12 @@
+"""geometry_msgs/msg/Polygon."""
+
+import msgspec
+
+from actors.interfaces.geometry_msgs.msg._point32 import Point32
+from actors.interfaces.message import Message
+
+
+class Polygon(Message, type_name="geometry_msgs/msg/Polygon"):
+    """geometry_msgs/msg/Polygon."""
+
+    points: list[Point32] = msgspec.field(default_factory=list[Point32])

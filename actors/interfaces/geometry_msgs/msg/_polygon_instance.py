@@ -1,0 +1,14 @@
+"""geometry_msgs/msg/PolygonInstance."""
+
+import msgspec
+
+from actors.interfaces.geometry_msgs.msg._polygon import Polygon
+from actors.interfaces.message import Message
+from actors.interfaces.types import int64
+
+
+class PolygonInstance(Message, type_name="geometry_msgs/msg/PolygonInstance"):
+    """geometry_msgs/msg/PolygonInstance."""
+
+    polygon: Polygon = msgspec.field(default_factory=Polygon)
+    id: int64 = 0

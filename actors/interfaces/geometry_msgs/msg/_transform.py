@@ -1,0 +1,14 @@
+"""geometry_msgs/msg/Transform."""
+
+import msgspec
+
+from actors.interfaces.geometry_msgs.msg._quaternion import Quaternion
+from actors.interfaces.geometry_msgs.msg._vector3 import Vector3
+from actors.interfaces.message import Message
+
+
+class Transform(Message, type_name="geometry_msgs/msg/Transform"):
+    """geometry_msgs/msg/Transform."""
+
+    translation: Vector3 = msgspec.field(default_factory=Vector3)
+    rotation: Quaternion = msgspec.field(default_factory=Quaternion)

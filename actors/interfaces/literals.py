@@ -1,0 +1,112 @@
+"""Values in interface text: what `int32 x 0x10` or `string[] names ["a", 'b']` stand for, and back."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, cast
+
+if TYPE_CHECKING:
+    from actors.interfaces.fields import FieldType
+
+INTEGER_RANGE: Final = {
+    name: (0, 2**bits - 1) if name.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+    for bits in (8, 16, 32, 64)
+    for name in (f"int{bits}", f"uint{bits}")
+} | {"char": (0, 255), "byte": (0, 255)}
+_BOOLEAN: Final = {"true": True, "1": True, "false": False, "0": False}
+_ITEM: Final = re.compile(r"""(\s*"(?:\\.|[^"\\])*"\s*|\s*'(?:\\.|[^'\\])*'\s*|[^,"']+)(,|$)""", re.DOTALL)
+_ESCAPE: Final = re.compile(r"\\(.)", re.DOTALL)
+_ESCAPED: Final = {"n": "\n", "t": "\t", "r": "\r"}
+
+
+def _boolean(text: str) -> bool:
+    try:
+        return _BOOLEAN[text.lower()]
+    except KeyError:
+        raise ValueError(f"'{text}' is not a bool; use true, false, 1 or 0") from None
+
+
+def _integer(base: str, text: str) -> int:
+    low, high = INTEGER_RANGE[base]
+    try:
+        value = int(text, 0)
+    except ValueError:
+        raise ValueError(f"'{text}' is not an integer (10, 0x0a, 0o12 and 0b1010 are)") from None
+    if not low <= value <= high:
+        raise ValueError(f"{text} is out of range for {base}: {low} to {high}")
+    return value
+
+
+def _string(field_type: FieldType, text: str) -> str:
+    value = text
+    if text[:1] in {'"', "'"}:
+        if len(text) < 2 or text[-1] != text[0]:
+            raise ValueError(f"The string {text} is not closed with {text[0]}")
+        value = _ESCAPE.sub(lambda found: _ESCAPED.get(found[1], found[1]), text[1:-1])
+    if field_type.string_bound and len(value) > field_type.string_bound:
+        raise ValueError(f"{text} is longer than {field_type.string_bound} characters")
+    return value
+
+
+def _scalar(field_type: FieldType, text: str) -> object:
+    base = field_type.base
+    if base == "bool":
+        return _boolean(text)
+    if base in {"float32", "float64"}:
+        try:
+            return float(text)
+        except ValueError:
+            raise ValueError(f"'{text}' is not a number") from None
+    if base in {"string", "wstring"}:
+        return _string(field_type, text)
+    value = _integer(base, text)
+    return bytes([value]) if base == "byte" else value
+
+
+def _items(text: str) -> list[str]:
+    """Split "[a, 'b, c']" at the commas outside quotes."""
+    inner = text[1:-1].strip()
+    items: list[str] = []
+    position = 0
+    while position < len(inner):
+        found = _ITEM.match(inner, position)
+        if found is None:
+            raise ValueError(f"'{text}' is not an array; write [a, b, c]")
+        items.append(found[1].strip())
+        position = found.end()
+    return items
+
+
+def parse_value(field_type: FieldType, text: str) -> object:
+    """Return the value that `text` stands for: a bool, int, float, str, bytes (for byte), or a list.
+
+    Raises:
+        ValueError: It is no value of this primitive type, or an array's length is not allowed.
+    """
+    if not field_type.is_array:
+        return _scalar(field_type, text)
+    if not (text.startswith("[") and text.endswith("]")):
+        raise ValueError(f"'{text}' is not an array; write [a, b, c]")
+    element = replace(field_type, is_array=False, low=0, high=None)
+    items = _items(text)
+    if len(items) < field_type.low or (field_type.high is not None and len(items) > field_type.high):
+        raise ValueError(f"{text} has {len(items)} elements, but the type is {field_type}")
+    return [_scalar(element, item) for item in items]
+
+
+def render_value(field_type: FieldType, value: Any) -> str:
+    """Return how `value` is written in interface text; `parse_value` reads it back."""
+    if field_type.is_array:
+        element = replace(field_type, is_array=False, low=0, high=None)
+        if isinstance(value, bytes) and field_type.base == "byte":
+            return "[" + ", ".join(str(item) for item in value) + "]"
+        return "[" + ", ".join(render_value(element, item) for item in value) + "]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, bytes):
+        return str(value[0])
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n").replace("\t", "\\t")
+        return '"' + escaped.replace("\r", "\\r") + '"'
+    return repr(cast("object", value))

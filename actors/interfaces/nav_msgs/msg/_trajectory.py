@@ -1,0 +1,14 @@
+"""nav_msgs/msg/Trajectory."""
+
+import msgspec
+
+from actors.interfaces.message import Message
+from actors.interfaces.nav_msgs.msg._trajectory_point import TrajectoryPoint
+from actors.interfaces.std_msgs.msg._header import Header
+
+
+class Trajectory(Message, type_name="nav_msgs/msg/Trajectory"):
+    """nav_msgs/msg/Trajectory."""
+
+    header: Header = msgspec.field(default_factory=Header)
+    points: list[TrajectoryPoint] = msgspec.field(default_factory=list[TrajectoryPoint])

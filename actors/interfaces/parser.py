@@ -1,0 +1,281 @@
+"""Reads `.msg`, `.srv` and `.action` text into specifications.
+
+    int32 count                 a field            int32 count 5           with a default
+    int32 LIMIT=10              a constant         int32[3] x [1, 2, 3]    arrays: T[], T[n], T[<=n]
+    string<=10 label            a bounded string   geometry_msgs/Pose at   another package's message
+
+A `.srv` has two parts separated by a line `---`, an `.action` three. A `#` starts a comment.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NoReturn
+
+from actors.interfaces.errors import InterfaceSyntaxError
+from actors.interfaces.fields import FieldType
+from actors.interfaces.literals import parse_value
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+MAX_FILE_BYTES: Final = 1 << 20
+"""An interface text is written by people; a larger file is not one."""
+MAX_FIELDS: Final = 1000
+"""Fields and constants in one part."""
+MAX_FIXED: Final = 1 << 20
+"""Elements of a fixed-size array: each message starts with that many."""
+
+PRIMITIVES: Final = frozenset(
+    {
+        "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32",
+        "int64", "uint64", "string", "wstring",
+    }
+)  # fmt: skip
+PARTS: Final = {"msg": ("",), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
+"""The parts of each kind of interface, in the order of their text."""
+
+PACKAGE_NAME: Final = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")
+_FIELD_NAME: Final = PACKAGE_NAME
+_CONSTANT_NAME: Final = re.compile(r"(?!.*__)(?!.*_$)[A-Z][A-Z0-9_]*")
+TYPE_NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
+_TYPE: Final = re.compile(
+    r"(?:(?P<package>\w+)/(?:msg/)?)?(?P<name>\w+)(?:<=(?P<string>\w*))?"
+    r"(?P<array>\[(?P<most><=)?(?P<size>[^\]]*)\])?"
+)
+_CONSTANT: Final = re.compile(r"(?P<name>\S+?)\s*=(?P<value>.*)", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class FieldSpec:
+    """A field: its name, type, and default (None: zero or empty)."""
+
+    name: str
+    type: FieldType
+    default: object | None = None
+
+
+@dataclass(frozen=True)
+class ConstantSpec:
+    """A constant of a primitive type."""
+
+    name: str
+    type: FieldType
+    value: object
+
+
+@dataclass(frozen=True)
+class MessageSpec:
+    """One message, or one part of a service or action."""
+
+    fields: tuple[FieldSpec, ...]
+    constants: tuple[ConstantSpec, ...]
+
+    @property
+    def dependencies(self) -> set[str]:
+        """The type names of the messages that its fields hold."""
+        return {field.type.base for field in self.fields if "/" in field.type.base}
+
+
+@dataclass(frozen=True)
+class InterfaceSpec:
+    """A parsed file: package, kind ("msg", "srv", "action"), name, and a message for each of its parts."""
+
+    package: str
+    kind: str
+    name: str
+    parts: tuple[MessageSpec, ...]
+
+    @property
+    def type_name(self) -> str:
+        """Such as "std_msgs/msg/String"."""
+        return f"{self.package}/{self.kind}/{self.name}"
+
+    @property
+    def dependencies(self) -> set[str]:
+        """The type names of the messages that its fields hold."""
+        return set[str]().union(*(part.dependencies for part in self.parts))
+
+
+class _Reader:
+    """Parses one part; holds where it is, for the errors."""
+
+    def __init__(self, package: str, source: str) -> None:
+        self._package = package
+        self._source = source
+        self._line = 0
+        self._seen: dict[str, int] = {}
+
+    def fail(self, reason: str) -> NoReturn:
+        raise InterfaceSyntaxError(self._source, self._line, reason)
+
+    def part(self, lines: list[tuple[int, str]]) -> MessageSpec:
+        fields: list[FieldSpec] = []
+        constants: list[ConstantSpec] = []
+        self._seen = {}
+        for self._line, raw in lines:
+            line = _without_comment(raw).strip()
+            if not line:
+                continue
+            type_text, _, rest = line.replace("\t", " ").partition(" ")
+            field_type = self.type(type_text)
+            rest = rest.strip()
+            if not rest:
+                self.fail(f"'{line}' has a type but no name; write '<type> <name>'")
+            constant = _CONSTANT.fullmatch(rest)
+            if constant and not re.match(r"\S+\s+[^=\s]", rest):
+                constants.append(self.constant(field_type, constant["name"], constant["value"].strip()))
+            else:
+                fields.append(self.field(field_type, *rest.split(None, 1)))
+            if len(self._seen) > MAX_FIELDS:
+                self.fail(f"More than {MAX_FIELDS} fields; split the message")
+        return MessageSpec(tuple(fields), tuple(constants))
+
+    def field(self, field_type: FieldType, name: str, default: str = "") -> FieldSpec:
+        if not _FIELD_NAME.fullmatch(name):
+            self.fail(
+                f"'{name}' is not a field name: use lower case letters, digits and single underscores, "
+                "starting with a letter and not ending with an underscore"
+            )
+        if keyword.iskeyword(name):
+            self.fail(f"Field '{name}' is a Python keyword; use another name")
+        self._once(name)
+        return FieldSpec(name, field_type, self.value(field_type, default) if default else None)
+
+    def constant(self, field_type: FieldType, name: str, value: str) -> ConstantSpec:
+        if not _CONSTANT_NAME.fullmatch(name):
+            self.fail(
+                f"'{name}' is not a constant's name: use upper case letters, digits and single underscores "
+                "(a field's default is written without '=')"
+            )
+        if field_type.is_array or "/" in field_type.base:
+            self.fail(f"Constant '{name}' is of type {field_type}; constants have a primitive type")
+        self._once(name)
+        return ConstantSpec(name, field_type, self.value(field_type, value))
+
+    def value(self, field_type: FieldType, text: str) -> object:
+        if "/" in field_type.base:
+            self.fail(f"A field of type {field_type} cannot have a default; set it in the program")
+        try:
+            return parse_value(field_type, text)
+        except ValueError as error:
+            self.fail(str(error))
+
+    def _once(self, name: str) -> None:
+        if name in self._seen:
+            self.fail(f"'{name}' is already defined in line {self._seen[name]}")
+        self._seen[name] = self._line
+
+    def type(self, text: str) -> FieldType:
+        match = _TYPE.fullmatch(text)
+        if match is None:
+            self.fail(f"'{text}' is not a type; write such as int32, string<=10, float64[3] or package/Name")
+        base = self._base(match["package"], match["name"])
+        bound = 0
+        if match["string"] is not None:
+            if base not in {"string", "wstring"}:
+                self.fail(f"'{text}': only string and wstring take a length bound")
+            bound = self._count(text, match["string"])
+        if match["array"] is None:
+            return FieldType(base, string_bound=bound)
+        if not match["size"] and not match["most"]:
+            return FieldType(base, string_bound=bound, is_array=True)
+        size = self._count(text, match["size"])
+        if not match["most"] and size > MAX_FIXED:
+            self.fail(f"'{text}': a fixed size is at most {MAX_FIXED}; use [<={size}]")
+        return FieldType(base, string_bound=bound, is_array=True, low=0 if match["most"] else size, high=size)
+
+    def _count(self, text: str, digits: str) -> int:
+        if not (digits.isascii() and digits.isdigit() and 0 < int(digits[:12]) < 2**32):
+            self.fail(f"'{text}': a size or bound is an integer from 1 to {2**32 - 1}")
+        return int(digits)
+
+    def _base(self, package: str | None, name: str) -> str:
+        if package is None:
+            if name in PRIMITIVES:
+                return name
+            if name in {"time", "duration"}:
+                self.fail(f"'{name}' is ROS 1's; use builtin_interfaces/{name.capitalize()}")
+            package = "std_msgs" if name == "Header" else self._package
+        if not PACKAGE_NAME.fullmatch(package):
+            self.fail(f"'{package}' is not a package name")
+        if not TYPE_NAME.fullmatch(name):
+            self.fail(
+                f"'{name}' is neither a primitive type ({', '.join(sorted(PRIMITIVES))}) nor a message name: "
+                "these are CamelCase letters and digits"
+            )
+        return f"{package}/msg/{name}"
+
+
+def _without_comment(line: str) -> str:
+    """Cut at the first `#` outside quotes."""
+    quote = ""
+    for index, character in enumerate(line):
+        if quote:
+            if character == quote and line[index - 1] != "\\":
+                quote = ""
+        elif character in "\"'":
+            quote = character
+        elif character == "#":
+            return line[:index]
+    return line.partition("#")[0] if quote else line
+
+
+def parse(text: str, package: str, kind: str, name: str, source: str = "") -> InterfaceSpec:
+    """Parse the text of one interface.
+
+    Args:
+        text: The content of the file.
+        package: Its package's name; types without a package are looked for there.
+        kind: "msg", "srv" or "action".
+        name: The interface's name, such as "String".
+        source: What errors call the text; by default its type name.
+
+    Raises:
+        InterfaceSyntaxError: The text or a name breaks a rule.
+    """
+    source = source or f"{package}/{kind}/{name}"
+    if kind not in PARTS:
+        raise InterfaceSyntaxError(source, 0, f"'{kind}' is no kind of interface; use msg, srv or action")
+    if not PACKAGE_NAME.fullmatch(package):
+        raise InterfaceSyntaxError(
+            source, 0, f"'{package}' is not a package name: use lower case letters, digits and underscores"
+        )
+    if not TYPE_NAME.fullmatch(name):
+        raise InterfaceSyntaxError(
+            source,
+            0,
+            f"'{name}' is not an interface name: use CamelCase letters and digits, such as 'ImuRaw'",
+        )
+    sections: list[list[tuple[int, str]]] = [[]]
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.strip() == "---":
+            sections.append([])
+        else:
+            sections[-1].append((number, line))
+    if len(sections) != len(PARTS[kind]):
+        raise InterfaceSyntaxError(
+            source,
+            0,
+            f"A .{kind} file has {len(PARTS[kind]) - 1} separator lines '---'; this has {len(sections) - 1}",
+        )
+    reader = _Reader(package, source)
+    return InterfaceSpec(package, kind, name, tuple(reader.part(section) for section in sections))
+
+
+def parse_file(path: Path, package: str) -> InterfaceSpec:
+    """Parse a `.msg`, `.srv` or `.action` file; its stem is the interface's name.
+
+    Raises:
+        InterfaceSyntaxError: The text or a name breaks a rule, or the file is too large or not UTF-8.
+        OSError: The file cannot be read.
+    """
+    if path.stat().st_size > MAX_FILE_BYTES:
+        raise InterfaceSyntaxError(str(path), 0, f"The file is larger than {MAX_FILE_BYTES} bytes")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InterfaceSyntaxError(str(path), 0, f"The file is not UTF-8: {error}") from error
+    return parse(text, package, path.suffix.removeprefix("."), path.stem, str(path))

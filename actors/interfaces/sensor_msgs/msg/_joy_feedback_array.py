@@ -1,0 +1,12 @@
+"""sensor_msgs/msg/JoyFeedbackArray."""
+
+import msgspec
+
+from actors.interfaces.message import Message
+from actors.interfaces.sensor_msgs.msg._joy_feedback import JoyFeedback
+
+
+class JoyFeedbackArray(Message, type_name="sensor_msgs/msg/JoyFeedbackArray"):
+    """sensor_msgs/msg/JoyFeedbackArray."""
+
+    array: list[JoyFeedback] = msgspec.field(default_factory=list[JoyFeedback])

@@ -1,0 +1,12 @@
+"""sensor_msgs/msg/LaserEcho."""
+
+import msgspec
+
+from actors.interfaces.message import Message
+from actors.interfaces.types import Float32Array, Float32Sequence
+
+
+class LaserEcho(Message, type_name="sensor_msgs/msg/LaserEcho"):
+    """sensor_msgs/msg/LaserEcho."""
+
+    echoes: Float32Sequence = msgspec.field(default_factory=Float32Array)

@@ -1,0 +1,16 @@
+"""sensor_msgs/msg/PointCloud."""
+
+import msgspec
+
+from actors.interfaces.geometry_msgs.msg._point32 import Point32
+from actors.interfaces.message import Message
+from actors.interfaces.sensor_msgs.msg._channel_float32 import ChannelFloat32
+from actors.interfaces.std_msgs.msg._header import Header
+
+
+class PointCloud(Message, type_name="sensor_msgs/msg/PointCloud"):
+    """sensor_msgs/msg/PointCloud."""
+
+    header: Header = msgspec.field(default_factory=Header)
+    points: list[Point32] = msgspec.field(default_factory=list[Point32])
+    channels: list[ChannelFloat32] = msgspec.field(default_factory=list[ChannelFloat32])

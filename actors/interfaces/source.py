@@ -1,0 +1,320 @@
+"""Writes the Python module of one parsed interface.
+
+The text is as `ruff format` leaves it, the same for the same specification, and passes mypy --strict and
+pyright strict.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from actors.interfaces.errors import InterfaceSyntaxError
+from actors.interfaces.fields import BINARY
+from actors.interfaces.parser import PARTS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.interfaces.fields import FieldType
+    from actors.interfaces.parser import ConstantSpec, FieldSpec, InterfaceSpec, MessageSpec
+
+WIDTH: Final = 110
+_BUILTIN: Final = {"bool": "bool", "string": "str"}
+_CAMEL: Final = {"int": "Int", "uint": "UInt", "float": "Float"}
+_ZERO: Final = {
+    "bool": "False",
+    "float32": "0.0",
+    "float64": "0.0",
+    "string": '""',
+    "wstring": '""',
+    "byte": 'b"\\x00"',
+}
+_BASES: Final = {"msg": "Message", "srv": "Service", "action": "Action"}
+
+
+def module_name(name: str) -> str:
+    """Return the module of an interface: "UInt8MultiArray" → "_u_int8_multi_array"."""
+    spaced = re.sub(r"(.)([A-Z][a-z]+)", r"\1_\2", name)
+    return "_" + re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", spaced).lower()
+
+
+def sequence_name(base: str) -> str:
+    """Return the stem of a numeric sequence's names: "uint8" → "UInt8"."""
+    match = re.fullmatch(r"([a-z]+)(\d*)", base)
+    assert match is not None
+    return _CAMEL.get(match[1], match[1].capitalize()) + match[2]
+
+
+def quoted(text: str) -> str:
+    """Return a str literal with double quotes, as the formatter wants it."""
+    plain = repr(text)
+    if plain[0] == '"' or '"' in text:
+        return plain
+    return '"' + plain[1:-1] + '"'
+
+
+def _double(literal: str) -> str:
+    return 'b"' + literal[2:-1] + '"' if literal[1] == "'" and '"' not in literal else literal
+
+
+class _Module:
+    """Collects one module's imports while its classes are written."""
+
+    def __init__(self, spec: InterfaceSpec, module_of: Callable[[str], str]) -> None:
+        self._spec = spec
+        self._module_of = module_of
+        self._imports: dict[str, set[str]] = {"actors.interfaces.message": {"Message", _BASES[spec.kind]}}
+        self._needs_msgspec = False
+        self._local_names = self._message_names()
+        self._used: set[str] = set()
+
+    def _message_names(self) -> dict[str, str]:
+        """Map each message type used to its name here: with its package's in front where two clash."""
+        dependencies = sorted(self._spec.dependencies)
+        taken = {*_BASES.values(), "Annotated", "ClassVar", "AtMost", "Length"}
+        if self._spec.kind != "msg":
+            taken |= {self._spec.name, *PARTS[self._spec.kind]}
+        else:
+            taken.add(self._spec.name)
+        shorts = [type_name.rpartition("/")[2] for type_name in dependencies]
+        names: dict[str, str] = {}
+        for type_name, short in zip(dependencies, shorts, strict=True):
+            package = type_name.partition("/")[0]
+            clashes = (
+                short in taken or shorts.count(short) > 1 or re.fullmatch(r".*\d+(Array|Sequence)", short)
+            )
+            prefix = "".join(part.capitalize() for part in package.split("_")) if clashes else ""
+            names[type_name] = prefix + short
+        return names
+
+    def _import(self, module: str, name: str) -> str:
+        self._imports.setdefault(module, set()).add(name)
+        self._used.add(name)
+        return name
+
+    def _type(self, name: str) -> str:
+        return self._import("actors.interfaces.types", name)
+
+    def _message(self, type_name: str) -> str:
+        local, short = self._local_names[type_name], type_name.rpartition("/")[2]
+        self._import(self._module_of(type_name), short if local == short else f"{short} as {local}")
+        self._used.add(local)
+        return local
+
+    def _scalar(self, field_type: FieldType) -> str:
+        base = field_type.base
+        if "/" in base:
+            return self._message(base)
+        name = _BUILTIN.get(base) or self._type(base)
+        self._used.add(name)
+        if field_type.string_bound:
+            self._import("typing", "Annotated")
+            return f"Annotated[{name}, {self._type('AtMost')}({field_type.string_bound})]"
+        return name
+
+    def annotation(self, field_type: FieldType) -> str:
+        """Return the Python annotation of a field."""
+        if not field_type.is_array:
+            return self._scalar(field_type)
+        if field_type.base in {"bool", "string", "wstring"} or "/" in field_type.base:
+            text = f"list[{self._scalar(field_type)}]"
+            self._used.add("list")
+        else:
+            text = self._type(f"{sequence_name(field_type.base)}Sequence")
+        if field_type.high is None:
+            return text
+        self._import("typing", "Annotated")
+        bound = self._type("Length" if field_type.is_fixed else "AtMost")
+        return f"Annotated[{text}, {bound}({field_type.high})]"
+
+    def _literal(self, value: object) -> str:
+        if isinstance(value, str):
+            return quoted(value)
+        if isinstance(value, bytes):
+            return _double(repr(value))
+        if isinstance(value, float) and value in {float("inf"), float("-inf")}:
+            return f'float("{value}")'
+        return 'float("nan")' if value != value else repr(value)  # noqa: PLR0124 - only NaN differs from itself
+
+    def _array_default(self, field_type: FieldType, default: object) -> str:
+        base = field_type.base
+        if base in BINARY:
+            if default is not None:
+                values = cast("list[Any]", default)
+                return _double(repr(bytes(each[0] if isinstance(each, bytes) else each for each in values)))
+            return f"bytes({field_type.high})" if field_type.is_fixed else 'b""'
+        self._needs_msgspec = True
+        is_list = base in {"bool", "string", "wstring"} or "/" in base
+        if default is not None:
+            items = ", ".join(self._literal(each) for each in cast("list[object]", default))
+            content = f"[{items}]"
+        elif field_type.is_fixed and "/" in base:
+            content = f"[{self._message(base)}() for _ in range({field_type.high})]"
+        elif field_type.is_fixed:
+            content = f"[{_ZERO.get(base, '0')}] * {field_type.high}"
+        else:
+            content = ""
+        if not is_list:
+            array = self._type(f"{sequence_name(base)}Array")
+            factory = f"lambda: {array}({content})" if content else array
+        else:
+            element = self._scalar(replace(field_type, is_array=False, low=0, high=None))
+            factory = f"lambda: {content}" if content else f"list[{element}]"
+        return f"msgspec.field(default_factory={factory})"
+
+    def default(self, field: FieldSpec) -> str:
+        """Return the Python expression of a field's default."""
+        if field.type.is_array:
+            return self._array_default(field.type, field.default)
+        if "/" in field.type.base:
+            self._needs_msgspec = True
+            return f"msgspec.field(default_factory={self._message(field.type.base)})"
+        if field.default is not None:
+            return self._literal(field.default)
+        return _ZERO.get(field.type.base, "0")
+
+    def _constant(self, constant: ConstantSpec) -> str:
+        self._import("typing", "ClassVar")
+        annotation = f"ClassVar[{self._scalar(constant.type)}]"
+        return f"{constant.name}: {annotation} = {self._literal(constant.value)}"
+
+    def body(self, message: MessageSpec) -> list[str]:
+        """Return the lines of a message class's body, after its docstring."""
+        self._used = set()
+        constants = [self._constant(constant) for constant in message.constants]
+        fields = [
+            f"{field.name}: {self.annotation(field.type)} = {self.default(field)}" for field in message.fields
+        ]
+        clash = sorted(self._used & {field.name for field in message.fields})
+        if clash:
+            raise InterfaceSyntaxError(
+                self._spec.type_name,
+                0,
+                f"Field '{clash[0]}' hides the Python type of that name; rename the field",
+            )
+        return constants + ([""] if constants and fields else []) + fields
+
+    def _class(self, name: str, arguments: str, docstring: str, body: list[str]) -> list[str]:
+        head = f"class {name}({arguments}):"
+        lines = [head] if len(head) <= WIDTH else [f"class {name}(", f"    {arguments}", "):"]
+        lines.append(f'    """{docstring}"""')
+        inner = [indented for line in body for indented in _indented(line, "    ")]
+        return [*lines, "", *inner] if body else lines
+
+    def text(self) -> str:
+        """Return the whole module."""
+        spec = self._spec
+        arguments = f'{_BASES[spec.kind]}, type_name="{spec.type_name}"'
+        if spec.kind == "msg":
+            body = self.body(spec.parts[0])
+        else:
+            body = list[str]()
+            for part, message in zip(PARTS[spec.kind], spec.parts, strict=True):
+                if body:
+                    body.append("")
+                body += self._class(part, "Message", f"The {part.lower()}.", self.body(message))
+        main = self._class(spec.name, arguments, f"{spec.type_name}.", body)
+        return "\n".join([f'"""{spec.type_name}."""', "", *self._import_lines(), "", "", *main]) + "\n"
+
+    def _import_lines(self) -> list[str]:
+        standard = [_import_line("typing", self._imports[m]) for m in self._imports if m == "typing"]
+        third = ["import msgspec"] if self._needs_msgspec else []
+        own = [m for m in sorted(self._imports) if m != "typing"]
+        # Sorted as ruff's isort rules do: third-party, then first-party by module name.
+        user = [_import_line(m, self._imports[m]) for m in own]
+        groups = [group for group in (standard, third, user) if group]
+        lines: list[str] = []
+        for group in groups:
+            lines += ([""] if lines else []) + group
+        return [line for entry in lines for line in entry.split("\n")]
+
+
+def _import_order(name: str) -> tuple[int, str, str]:
+    """Sort names as ruff's isort rules do: constants, classes, then the rest."""
+    plain = name.partition(" ")[0]
+    kind = 0 if plain.isupper() and len(plain) > 1 else 1 if plain[:1].isupper() else 2
+    return kind, re.sub(r"\d+", lambda found: found[0].zfill(6), plain), plain
+
+
+def _import_line(module: str, names: set[str]) -> str:
+    ordered = sorted(names, key=_import_order)
+    line = f"from {module} import {', '.join(ordered)}"
+    if len(line) <= WIDTH:
+        return line
+    return "\n".join([f"from {module} import (", *(f"    {name}," for name in ordered), ")"])
+
+
+def _indented(line: str, indent: str) -> list[str]:
+    """Indent a statement and, if it is too long, wrap it where the formatter would: inside its call."""
+    if not line:
+        return [""]
+    target, _, value = line.partition(" = ")
+    head, bracket, inner = value.partition("(")
+    if len(indent + line) <= WIDTH or not bracket or line.startswith(" "):
+        return [indent + line]
+    return [f"{indent}{target} = {head}(", f"{indent}    {inner[:-1]}", f"{indent})"]
+
+
+def render_module(spec: InterfaceSpec, module_of: Callable[[str], str]) -> str:
+    """Return the Python module of `spec`.
+
+    Args:
+        spec: The parsed interface.
+        module_of: Gives the module that holds a message, from its type name.
+
+    Raises:
+        InterfaceSyntaxError: A field's name cannot be used in Python.
+    """
+    return _Module(spec, module_of).text()
+
+
+def _init_imports(folder: str, names: list[str]) -> list[str]:
+    lines: list[str] = []
+    for module, name in sorted(
+        ((module_name(name), name) for name in names), key=lambda each: _import_order(each[0])
+    ):
+        line = f"    from {folder}.{module} import {name}"
+        long = [f"    from {folder}.{module} import (", f"        {name},", "    )"]
+        lines += [line] if len(line) <= WIDTH else long
+    return lines
+
+
+def render_init(package: str, kind: str, names: list[str], root: str) -> str:
+    """Return the `__init__.py` of a package's `msg`, `srv` or `action` folder.
+
+    Args:
+        package: The interface package's name.
+        kind: "msg", "srv" or "action".
+        names: The interfaces' names.
+        root: The Python package of the interface package, such as "actors.interfaces.std_msgs".
+    """
+    title = {"msg": "Messages", "srv": "Services", "action": "Actions"}[kind]
+    ordered = sorted(names)
+    imports = _init_imports(f"{root}.{kind}", ordered)
+    return "\n".join(
+        [
+            f'"""{title} of {package}."""',
+            "",
+            "from typing import TYPE_CHECKING",
+            "",
+            "from actors.interfaces.lazy import lazy_exports",
+            "",
+            "if TYPE_CHECKING:",
+            *imports,
+            "",
+            "__all__ = [",
+            *(f'    "{name}",' for name in sorted(names, key=_import_order)),
+            "]",
+            "",
+            "if not TYPE_CHECKING:",
+            "    __getattr__ = lazy_exports(",
+            "        __name__,",
+            "        {",
+            *(f'            "{name}": "{module_name(name)}",' for name in ordered),
+            "        },",
+            "    )",
+            "",
+        ]
+    )

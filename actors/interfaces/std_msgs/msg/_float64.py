@@ -1,0 +1,10 @@
+"""std_msgs/msg/Float64."""
+
+from actors.interfaces.message import Message
+from actors.interfaces.types import float64
+
+
+class Float64(Message, type_name="std_msgs/msg/Float64"):
+    """std_msgs/msg/Float64."""
+
+    data: float64 = 0.0

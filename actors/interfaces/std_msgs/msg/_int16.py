@@ -1,0 +1,10 @@
+"""std_msgs/msg/Int16."""
+
+from actors.interfaces.message import Message
+from actors.interfaces.types import int16
+
+
+class Int16(Message, type_name="std_msgs/msg/Int16"):
+    """std_msgs/msg/Int16."""
+
+    data: int16 = 0

@@ -1,0 +1,14 @@
+"""std_msgs/msg/Int16MultiArray."""
+
+import msgspec
+
+from actors.interfaces.message import Message
+from actors.interfaces.std_msgs.msg._multi_array_layout import MultiArrayLayout
+from actors.interfaces.types import Int16Array, Int16Sequence
+
+
+class Int16MultiArray(Message, type_name="std_msgs/msg/Int16MultiArray"):
+    """std_msgs/msg/Int16MultiArray."""
+
+    layout: MultiArrayLayout = msgspec.field(default_factory=MultiArrayLayout)
+    data: Int16Sequence = msgspec.field(default_factory=Int16Array)

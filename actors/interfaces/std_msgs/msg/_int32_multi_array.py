@@ -1,0 +1,14 @@
+"""std_msgs/msg/Int32MultiArray."""
+
+import msgspec
+
+from actors.interfaces.message import Message
+from actors.interfaces.std_msgs.msg._multi_array_layout import MultiArrayLayout
+from actors.interfaces.types import Int32Array, Int32Sequence
+
+
+class Int32MultiArray(Message, type_name="std_msgs/msg/Int32MultiArray"):
+    """std_msgs/msg/Int32MultiArray."""
+
+    layout: MultiArrayLayout = msgspec.field(default_factory=MultiArrayLayout)
+    data: Int32Sequence = msgspec.field(default_factory=Int32Array)

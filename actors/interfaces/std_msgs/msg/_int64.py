@@ -1,0 +1,10 @@
+"""std_msgs/msg/Int64."""
+
+from actors.interfaces.message import Message
+from actors.interfaces.types import int64
+
+
+class Int64(Message, type_name="std_msgs/msg/Int64"):
+    """std_msgs/msg/Int64."""
+
+    data: int64 = 0

@@ -1,0 +1,14 @@
+"""std_msgs/msg/Int64MultiArray."""
+
+import msgspec
+
+from actors.interfaces.message import Message
+from actors.interfaces.std_msgs.msg._multi_array_layout import MultiArrayLayout
+from actors.interfaces.types import Int64Array, Int64Sequence
+
+
+class Int64MultiArray(Message, type_name="std_msgs/msg/Int64MultiArray"):
+    """std_msgs/msg/Int64MultiArray."""
+
+    layout: MultiArrayLayout = msgspec.field(default_factory=MultiArrayLayout)
+    data: Int64Sequence = msgspec.field(default_factory=Int64Array)

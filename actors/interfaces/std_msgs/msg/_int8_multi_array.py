@@ -1,0 +1,14 @@
+"""std_msgs/msg/Int8MultiArray."""
+
+import msgspec
+
+from actors.interfaces.message import Message
+from actors.interfaces.std_msgs.msg._multi_array_layout import MultiArrayLayout
+from actors.interfaces.types import Int8Array, Int8Sequence
+
+
+class Int8MultiArray(Message, type_name="std_msgs/msg/Int8MultiArray"):
+    """std_msgs/msg/Int8MultiArray."""
+
+    layout: MultiArrayLayout = msgspec.field(default_factory=MultiArrayLayout)
+    data: Int8Sequence = msgspec.field(default_factory=Int8Array)

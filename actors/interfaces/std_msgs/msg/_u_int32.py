@@ -1,0 +1,10 @@
+"""std_msgs/msg/UInt32."""
+
+from actors.interfaces.message import Message
+from actors.interfaces.types import uint32
+
+
+class UInt32(Message, type_name="std_msgs/msg/UInt32"):
+    """std_msgs/msg/UInt32."""
+
+    data: uint32 = 0

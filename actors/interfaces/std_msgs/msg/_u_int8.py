@@ -1,0 +1,10 @@
+"""std_msgs/msg/UInt8."""
+
+from actors.interfaces.message import Message
+from actors.interfaces.types import uint8
+
+
+class UInt8(Message, type_name="std_msgs/msg/UInt8"):
+    """std_msgs/msg/UInt8."""
+
+    data: uint8 = 0

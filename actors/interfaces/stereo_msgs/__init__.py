@@ -1,0 +1,1 @@
+"""Interfaces of stereo_msgs."""

@@ -1,0 +1,1 @@
+"""Interfaces of type_description_interfaces."""
