@@ -1,0 +1,251 @@
+"""What a parameter can hold: ten types, their Python values, and descriptions of single parameters."""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Final, cast
+
+ParameterValue = (
+    bool
+    | int
+    | float
+    | str
+    | Sequence[bytes]
+    | Sequence[bool]
+    | Sequence[int]
+    | Sequence[float]
+    | Sequence[str]
+    | None
+)
+"""A Python value that a parameter can hold; None is a parameter without a value."""
+
+_INT64: Final = range(-(1 << 63), 1 << 63)
+
+
+class ParameterType(IntEnum):
+    """The type of a parameter's value, with ROS 2's codes."""
+
+    NOT_SET = 0
+    BOOL = 1
+    INTEGER = 2
+    DOUBLE = 3
+    STRING = 4
+    BYTE_ARRAY = 5
+    BOOL_ARRAY = 6
+    INTEGER_ARRAY = 7
+    DOUBLE_ARRAY = 8
+    STRING_ARRAY = 9
+
+    @classmethod
+    def from_parameter_value(cls, value: object) -> ParameterType:
+        """Return the type of a Python value; an empty list counts as a byte array, as in rclpy.
+
+        Raises:
+            TypeError: No parameter can hold it; ints have 64 bits.
+        """
+        if value is None:
+            return cls.NOT_SET
+        scalar = _scalar_type(value)
+        if scalar is not None:
+            return scalar
+        if isinstance(value, bytes | bytearray):
+            return cls.BYTE_ARRAY
+        if isinstance(value, list | tuple | array.array):
+            items = cast("Sequence[object]", value)
+            for kind in _ARRAYS:
+                if kind.check(items):
+                    return kind
+        raise TypeError(f"The given value is not one of the allowed types: {value!r}")
+
+    def check(self, value: object) -> bool:
+        """Tell whether a parameter of this type can hold the value."""
+        if self is ParameterType.NOT_SET:
+            return value is None
+        if self not in _ARRAYS:
+            return _scalar_type(value) is self
+        if isinstance(value, bytes | bytearray):
+            return self is ParameterType.BYTE_ARRAY
+        if not isinstance(value, list | tuple | array.array):
+            return False
+        items = cast("Sequence[object]", value)
+        item_type = _ARRAYS[self]
+        if item_type is None:
+            return all(isinstance(item, bytes) and len(item) == 1 for item in items)
+        return all(_scalar_type(item) is item_type for item in items)
+
+
+_ARRAYS: Final[dict[ParameterType, ParameterType | None]] = {
+    ParameterType.BYTE_ARRAY: None,
+    ParameterType.BOOL_ARRAY: ParameterType.BOOL,
+    ParameterType.INTEGER_ARRAY: ParameterType.INTEGER,
+    ParameterType.DOUBLE_ARRAY: ParameterType.DOUBLE,
+    ParameterType.STRING_ARRAY: ParameterType.STRING,
+}
+
+
+def _scalar_type(value: object) -> ParameterType | None:
+    if isinstance(value, bool):
+        return ParameterType.BOOL
+    if isinstance(value, int):
+        return ParameterType.INTEGER if value in _INT64 else None
+    if isinstance(value, float):
+        return ParameterType.DOUBLE
+    return ParameterType.STRING if isinstance(value, str) else None
+
+
+class Parameter:
+    """A name with a typed value. Immutable.
+
+    Args:
+        name: Its name, levels separated by dots.
+        type_: The type, taken from the value if not given.
+        value: The value; None for a parameter without one.
+
+    Raises:
+        TypeError: No parameter can hold the value.
+        ValueError: Type and value do not agree.
+    """
+
+    Type = ParameterType
+
+    __slots__ = ("_name", "_type", "_value")
+
+    def __init__(self, name: str, type_: ParameterType | None = None, value: ParameterValue = None) -> None:
+        if type_ is None:
+            type_ = ParameterType.from_parameter_value(value)
+        if not type_.check(value):
+            raise ValueError(f"Type {type_.name} and value {value!r} do not agree")
+        self._name = name
+        self._type = type_
+        self._value = value
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._name
+
+    @property
+    def type_(self) -> ParameterType:
+        """The type of its value."""
+        return self._type
+
+    @property
+    def value(self) -> ParameterValue:
+        """Its value; None if it has none."""
+        return self._value
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Parameter):
+            return NotImplemented
+        return (self._name, self._type, self._value) == (other._name, other._type, other._value)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"Parameter({self._name!r}, {self._type.name}, {self._value!r})"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class FloatingPointRange:
+    """Bounds of a double; a step of 0 means any value between them. The bounds are always in it."""
+
+    from_value: float
+    to_value: float
+    step: float = 0.0
+
+    def fault(self, value: float) -> str:
+        """Say why a value is outside, nothing if it is inside."""
+        if _close(value, self.from_value) or _close(value, self.to_value):
+            return ""
+        if not self.from_value <= value <= self.to_value:
+            return f"{value} is not between {self.from_value} and {self.to_value}"
+        steps = (value - self.from_value) / self.step if self.step else 0.0
+        return (
+            ""
+            if abs(steps - round(steps)) <= 1e-6
+            else f"{value} is not a whole number of steps of {self.step}"
+        )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class IntegerRange:
+    """Bounds of an integer; a step of 0 or 1 means any value between them. The bounds are always in it."""
+
+    from_value: int
+    to_value: int
+    step: int = 1
+
+    def fault(self, value: int) -> str:
+        """Say why a value is outside, nothing if it is inside."""
+        if value in {self.from_value, self.to_value}:
+            return ""
+        if not self.from_value <= value <= self.to_value:
+            return f"{value} is not between {self.from_value} and {self.to_value}"
+        off = self.step and (value - self.from_value) % self.step
+        return f"{value} is not a whole number of steps of {self.step}" if off else ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterDescriptor:
+    """What is allowed and said about one parameter. `type` is filled in when it is declared."""
+
+    name: str = ""
+    type: ParameterType = ParameterType.NOT_SET
+    description: str = ""
+    additional_constraints: str = ""
+    read_only: bool = False
+    dynamic_typing: bool = False
+    """Whether the type may change, and None remove the value."""
+    floating_point_range: Sequence[FloatingPointRange] = field(default=())
+    """At most one; applies to doubles only."""
+    integer_range: Sequence[IntegerRange] = field(default=())
+    """At most one; applies to integers only."""
+
+    def fault(self, value: ParameterValue) -> str:
+        """Say why the ranges refuse a value, nothing if they do not."""
+        if isinstance(value, float):
+            return next(filter(None, (bounds.fault(value) for bounds in self.floating_point_range)), "")
+        if isinstance(value, int) and not isinstance(value, bool):
+            return next(filter(None, (bounds.fault(value) for bounds in self.integer_range)), "")
+        return ""
+
+
+@dataclass(frozen=True, slots=True)
+class SetParametersResult:
+    """Whether values were set, and if not, why."""
+
+    successful: bool
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ListParametersResult:
+    """Names of parameters, and each prefix that one of them has, once."""
+
+    names: list[str]
+    prefixes: list[str]
+
+
+def parameter_value_from_string(text: str) -> ParameterValue:
+    """Return the value that a text on a command line means, by YAML's rules.
+
+    What is no bool, int, double, string or list of one of them is the text itself.
+    """
+    import yaml  # noqa: PLC0415 - only needed where somebody types parameters
+
+    try:
+        value: object = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return text
+    try:
+        ParameterType.from_parameter_value(value)
+    except TypeError:
+        return text
+    return text if value is None else cast("ParameterValue", value)
+
+
+def _close(value: float, bound: float) -> bool:
+    return abs(value - bound) <= 1e-9 * max(1.0, abs(value), abs(bound))
