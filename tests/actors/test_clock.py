@@ -153,7 +153,6 @@ def test_time_from_message() -> None:
 @given(st.integers(0, (1 << 31) * 10**9 - 1))
 def test_messages_round_trip(nanoseconds: int) -> None:
     """What goes into a builtin_interfaces message comes out of it."""
-    pytest.importorskip("actors.interfaces.builtin_interfaces")
     point = Time(nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
     assert Time.from_msg(point.to_msg()) == point
     span = Duration(nanoseconds=-nanoseconds)
@@ -268,6 +267,6 @@ def test_cancelling_a_sleep_leaves_nothing() -> None:
         with pytest.raises(TimeoutError):
             async with asyncio.timeout(1):
                 await clock.sleep_for(100)
-        assert not clock._sleepers
+        assert not clock._sleepers  # pyright: ignore[reportPrivateUsage]
 
     assert run_virtually(main()) == pytest.approx(1.0)
