@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     from actors.parameter_types import ParameterValue
 
+__all__ = ["ListParametersResult", "ParameterStore", "SetParametersOutcome", "SetParametersResult"]
+
 SEPARATOR: Final = "."
 """Between the levels of a parameter's name."""
 
