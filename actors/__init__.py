@@ -1,1 +1,150 @@
-"""Nodes, topics, services and timers on asyncio: callboard's public API."""
+"""Nodes, topics, services and timers on asyncio: callboard's public API.
+
+    import actors
+    from actors.interfaces.std_msgs.msg import String
+
+The names below load their modules when they are first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from actors.arguments import InvalidRosArgumentError as InvalidRosArgumentError
+    from actors.arguments import RosArguments as RosArguments
+    from actors.arguments import parse_ros_arguments as parse_ros_arguments
+    from actors.client import Client as Client
+    from actors.clock import Clock as Clock
+    from actors.clock import ClockType as ClockType
+    from actors.clock import Duration as Duration
+    from actors.clock import Time as Time
+    from actors.decorators import service as service
+    from actors.decorators import subscription as subscription
+    from actors.decorators import timer as timer
+    from actors.errors import BrokerUnreachable as BrokerUnreachable
+    from actors.errors import CallFailed as CallFailed
+    from actors.errors import NodeAlreadyRunning as NodeAlreadyRunning
+    from actors.errors import NodeDestroyed as NodeDestroyed
+    from actors.errors import NodeNameTaken as NodeNameTaken
+    from actors.errors import PublisherFull as PublisherFull
+    from actors.errors import RemoteError as RemoteError
+    from actors.errors import ServiceTimeout as ServiceTimeout
+    from actors.errors import ServiceUnavailable as ServiceUnavailable
+    from actors.errors import WaitTimeout as WaitTimeout
+    from actors.graph import EndpointInfo as EndpointInfo
+    from actors.graph import GraphPicture as GraphPicture
+    from actors.interfaces.errors import InvalidMessageError as InvalidMessageError
+    from actors.interfaces.message import Action as Action
+    from actors.interfaces.message import Message as Message
+    from actors.interfaces.message import Service as Service
+    from actors.log_output import configure_logging as configure_logging
+    from actors.logger import Logger as Logger
+    from actors.logger import LoggingSeverity as LoggingSeverity
+    from actors.logger import get_logger as get_logger
+    from actors.node import Node as Node
+    from actors.parameter_errors import InvalidParameterError as InvalidParameterError
+    from actors.parameter_errors import InvalidParameterTypeError as InvalidParameterTypeError
+    from actors.parameter_errors import InvalidParameterValueError as InvalidParameterValueError
+    from actors.parameter_errors import ParameterAlreadyDeclaredError as ParameterAlreadyDeclaredError
+    from actors.parameter_errors import ParameterImmutableError as ParameterImmutableError
+    from actors.parameter_errors import ParameterNotDeclaredError as ParameterNotDeclaredError
+    from actors.parameter_errors import ParameterUninitializedError as ParameterUninitializedError
+    from actors.parameter_types import Parameter as Parameter
+    from actors.parameter_types import ParameterDescriptor as ParameterDescriptor
+    from actors.parameter_types import ParameterType as ParameterType
+    from actors.parameters import SetParametersResult as SetParametersResult
+    from actors.publisher import Publisher as Publisher
+    from actors.qos import DurabilityPolicy as DurabilityPolicy
+    from actors.qos import HistoryPolicy as HistoryPolicy
+    from actors.qos import InvalidQoSProfileError as InvalidQoSProfileError
+    from actors.qos import QoSProfile as QoSProfile
+    from actors.qos import ReliabilityPolicy as ReliabilityPolicy
+    from actors.qos import qos_profile_default as qos_profile_default
+    from actors.qos import qos_profile_sensor_data as qos_profile_sensor_data
+    from actors.qos import qos_profile_services_default as qos_profile_services_default
+    from actors.running import run as run
+    from actors.subscription import MessageInfo as MessageInfo
+    from actors.subscription import Subscription as Subscription
+    from actors.timer import Timer as Timer
+    from actors.timer import TimerInfo as TimerInfo
+    from proto.errors import CallboardError as CallboardError
+    from proto.errors import InvalidNameError as InvalidNameError
+    from proto.errors import InvalidNamespaceError as InvalidNamespaceError
+    from proto.errors import InvalidNodeNameError as InvalidNodeNameError
+    from proto.errors import InvalidServiceNameError as InvalidServiceNameError
+    from proto.errors import InvalidTopicNameError as InvalidTopicNameError
+    from proto.errors import InvalidUrlError as InvalidUrlError
+
+_HOMES = {
+    "actors.arguments": ("InvalidRosArgumentError", "RosArguments", "parse_ros_arguments"),
+    "actors.client": ("Client",),
+    "actors.clock": ("Clock", "ClockType", "Duration", "Time"),
+    "actors.decorators": ("service", "subscription", "timer"),
+    "actors.errors": (
+        "BrokerUnreachable",
+        "CallFailed",
+        "NodeAlreadyRunning",
+        "NodeDestroyed",
+        "NodeNameTaken",
+        "PublisherFull",
+        "RemoteError",
+        "ServiceTimeout",
+        "ServiceUnavailable",
+        "WaitTimeout",
+    ),
+    "actors.graph": ("EndpointInfo", "GraphPicture"),
+    "actors.interfaces.errors": ("InvalidMessageError",),
+    "actors.interfaces.message": ("Action", "Message", "Service"),
+    "actors.log_output": ("configure_logging",),
+    "actors.logger": ("Logger", "LoggingSeverity", "get_logger"),
+    "actors.node": ("Node",),
+    "actors.parameter_errors": (
+        "InvalidParameterError",
+        "InvalidParameterTypeError",
+        "InvalidParameterValueError",
+        "ParameterAlreadyDeclaredError",
+        "ParameterImmutableError",
+        "ParameterNotDeclaredError",
+        "ParameterUninitializedError",
+    ),
+    "actors.parameter_types": ("Parameter", "ParameterDescriptor", "ParameterType"),
+    "actors.parameters": ("SetParametersResult",),
+    "actors.publisher": ("Publisher",),
+    "actors.qos": (
+        "DurabilityPolicy",
+        "HistoryPolicy",
+        "InvalidQoSProfileError",
+        "QoSProfile",
+        "ReliabilityPolicy",
+        "qos_profile_default",
+        "qos_profile_sensor_data",
+        "qos_profile_services_default",
+    ),
+    "actors.running": ("run",),
+    "actors.subscription": ("MessageInfo", "Subscription"),
+    "actors.timer": ("Timer", "TimerInfo"),
+    "proto.errors": (
+        "CallboardError",
+        "InvalidNameError",
+        "InvalidNamespaceError",
+        "InvalidNodeNameError",
+        "InvalidServiceNameError",
+        "InvalidTopicNameError",
+        "InvalidUrlError",
+    ),
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'actors' has no attribute '{name}'")
+    value = getattr(import_module(_HOME_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME_OF})

@@ -1,0 +1,42 @@
+"""What a callback may look like, found out once when it is given."""
+
+from __future__ import annotations
+
+import inspect
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+def positional_limits(callback: Callable[..., Any]) -> tuple[int, float]:
+    """Return the least and the greatest number of positional arguments a callable takes."""
+    least, most = 0, 0.0
+    for parameter in inspect.signature(callback).parameters.values():
+        if parameter.kind is parameter.VAR_POSITIONAL:
+            most = float("inf")
+        elif parameter.kind in {parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD}:
+            most += 1
+            least += parameter.default is parameter.empty
+    return least, most
+
+
+def takes(callback: Callable[..., Any], choices: tuple[int, ...], what: str) -> int:
+    """Return the greatest of `choices` that the callback can be called with.
+
+    Raises:
+        RuntimeError: None of them fits (rclpy's type for it); says what does.
+    """
+    least, most = positional_limits(callback)
+    # Optional parameters are the callback's own business: `def f(msg, seen=[])` wants one argument.
+    fitting = [number for number in choices if least <= number <= most]
+    if not fitting:
+        numbers = " or ".join(map(str, choices))
+        raise RuntimeError(f"A {what} callback takes {numbers} arguments; {name_of(callback)} does not")
+    wanted = [number for number in fitting if number == least]
+    return wanted[0] if wanted else max(fitting)
+
+
+def name_of(callback: Callable[..., Any]) -> str:
+    """Return a name for messages."""
+    return getattr(callback, "__qualname__", None) or repr(callback)

@@ -1,0 +1,265 @@
+"""Clients: calls go out as entries, many to a frame, and every one of them ends."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+
+import msgpack
+
+from actors.core import Caller, Core, in_flight
+from actors.deadlines import Deadlines
+from actors.errors import CallFailed, RemoteError, ServiceTimeout, ServiceUnavailable
+from actors.interfaces.codec import Codec, codec_for
+from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.message import Message, type_hash, type_name
+from actors.mailbox import Turn, current_turn
+from proto import frames, limits
+from proto.codec import encode
+from proto.frames import ReplyEntry, RequestEntry, Status
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+Q = TypeVar("Q", bound=Message)
+A = TypeVar("A", bound=Message)
+
+ENTRY_OVERHEAD_BYTES: Final = 24
+"""Room for an entry's fields beside its body."""
+
+
+class CallFuture(asyncio.Future[A]):
+    """The end of one call. Cancelling it cancels the call, at the server too."""
+
+    def __init__(self, client: Client[Any, A], call: int, turn: Turn | None) -> None:
+        super().__init__(loop=client.core.link.loop)
+        self._client = client
+        self._call = call
+        self._turn = turn
+
+    def cancel(self, msg: Any | None = None) -> bool:
+        """Give the call up; the server's handler is cancelled."""
+        if not super().cancel(msg):
+            return False
+        self._client.give_up(self._call)
+        return True
+
+    def leave_turn(self) -> None:
+        """The call is over for the turn it was made in."""
+        if self._turn is not None:
+            self._turn.call_ended()
+            self._turn = None
+
+
+class Client(Caller, Generic[Q, A]):
+    """Calls one service. Made by `Node.create_client`.
+
+    Attributes:
+        srv_name: The full name of the service.
+    """
+
+    def __init__(
+        self, core: Core, srv_type: type, request_type: type[Q], response_type: type[A], name: str
+    ) -> None:
+        self._requests: Codec[Q] = codec_for(request_type)
+        self._replies: Codec[A] = codec_for(response_type)
+        super().__init__(core)
+        self.srv_type = srv_type
+        self.srv_name = name
+        self._pending: dict[int, CallFuture[A]] = {}
+        self._deadlines = Deadlines(self._expired)
+        self._next_call = 0
+        self._outgoing: list[RequestEntry] = []
+        self._outgoing_bytes = 0
+        self._cancelled: list[int] = []
+        core.link.add(self)
+
+    @property
+    def service_name(self) -> str:
+        """The full name of the service."""
+        return self.srv_name
+
+    @property
+    def pending(self) -> int:
+        """Calls in flight."""
+        return len(self._pending)
+
+    def service_is_ready(self) -> bool:
+        """Tell whether a server is there now."""
+        return self.peers > 0
+
+    async def wait_for_service(self, timeout_sec: float | None = None) -> bool:
+        """Wait until a server of this service is there; the broker says so the moment it is.
+
+        Returns:
+            True when there is one; False when `timeout_sec` (None: no limit) has passed without.
+        """
+        self.core.require_loop()
+        self.require_alive()
+        with in_flight():
+            try:
+                async with asyncio.timeout(None if timeout_sec is None else max(0.0, timeout_sec)):
+                    while not self.peers:
+                        await self.core.link.changed()
+                        self.require_alive()
+            except TimeoutError:
+                return False
+        return True
+
+    async def call(self, request: Q, timeout_sec: float | None = None) -> A:
+        """Send a request and wait for the reply.
+
+        Args:
+            request: The request.
+            timeout_sec: Give up after this; None is the node's `default_call_timeout_sec`, `math.inf` never.
+
+        Raises:
+            TypeError: `request` is not of the service's request type; nothing was sent.
+            InvalidMessageError: A field has a wrong type or is out of range; nothing was sent.
+            ServiceUnavailable: No server or no broker, or it went away before the reply.
+            ServiceTimeout: No reply in time; the handler has been cancelled.
+            RemoteError: The handler raised, or did not return a valid response.
+        """
+        return await self.call_async(request, timeout_sec)
+
+    def call_async(self, request: Q, timeout_sec: float | None = None) -> asyncio.Future[A]:
+        """Send a request; return a future of the reply. Arguments and errors as for `call`."""
+        if self.destroyed:
+            self.require_alive()
+        body = self._requests.encode(request)
+        loop = self.core.require_loop()
+        limit = self.core.default_call_timeout_sec if timeout_sec is None else timeout_sec
+        if math.isnan(limit) or limit < 0:
+            raise ValueError(f"timeout_sec must be zero or more, got {timeout_sec}")
+        call = self._next_call = self._next_call + 1
+        turn = current_turn.get()
+        future: CallFuture[A] = CallFuture(self, call, turn)
+        if turn is not None:
+            turn.call_started()
+        if self.core.link.channel is None:
+            self._fail(future, ServiceUnavailable(f"Service '{self.srv_name}': not connected to a broker"))
+            return future
+        self._pending[call] = future
+        remaining_ms = None
+        if limit != math.inf:
+            self._deadlines.add(call, loop.time() + limit)
+            remaining_ms = min(math.ceil(limit * 1000), limits.MAX_U32)
+        self._send(RequestEntry(call, remaining_ms, None, body))
+        return future
+
+    def _send(self, entry: RequestEntry) -> None:
+        size = len(entry.body) + ENTRY_OVERHEAD_BYTES
+        if self._outgoing_bytes + size > limits.CALLS_FLUSH_BYTES:
+            self.flush_turn()
+        self._outgoing.append(entry)
+        self._outgoing_bytes += size
+        if len(self._outgoing) >= limits.MAX_CALLS_PER_FRAME:
+            self.flush_turn()
+        self.core.link.flush_later(self)
+
+    def flush_turn(self) -> None:
+        """Put what this loop turn sent into the outbox. Called by the link."""
+        channel = self.core.link.channel
+        outgoing, self._outgoing = self._outgoing, []
+        self._outgoing_bytes = 0
+        cancelled, self._cancelled = self._cancelled, []
+        if channel is None:
+            return
+        if outgoing:
+            raw = encode(frames.Request(self.id, tuple(outgoing)))
+            channel.outbox.put_calls(raw, (self.id, outgoing[0].call))
+        gone = [call for call in cancelled if not channel.outbox.drop_call((self.id, call))]
+        for start in range(0, len(gone), limits.MAX_CALLS_PER_FRAME):
+            calls = tuple(gone[start : start + limits.MAX_CALLS_PER_FRAME])
+            channel.outbox.put_calls(encode(frames.Cancel(self.id, calls)))
+
+    def replied(self, entry: ReplyEntry) -> None:
+        """A call has ended at the server or the broker. Late replies are ignored."""
+        future = self._pending.pop(entry.call, None)
+        if future is None:
+            return
+        self._deadlines.remove(entry.call)
+        if entry.status == Status.OK:
+            try:
+                reply = self._replies.decode(entry.body)
+            except InvalidMessageError as error:
+                self._fail(future, RemoteError(type(error).__name__, str(error)))
+                return
+            future.leave_turn()
+            if not future.done():
+                future.set_result(reply)
+        else:
+            self._fail(future, self._failure(entry))
+
+    def _failure(self, entry: ReplyEntry) -> CallFailed:
+        if entry.status in {Status.REMOTE_ERROR, Status.INVALID_REQUEST, Status.INVALID_REPLY}:
+            return RemoteError(*_remote_error(entry.body))
+        text = entry.body.decode("utf-8", "replace")
+        return ServiceUnavailable(f"Service '{self.srv_name}': {text}")
+
+    def _fail(self, future: CallFuture[A], error: Exception) -> None:
+        future.leave_turn()
+        if not future.done():
+            future.set_exception(error)
+
+    def _expired(self, call: int) -> None:
+        future = self._pending.pop(call, None)
+        if future is not None:
+            self._withdraw(call)
+            self._fail(future, ServiceTimeout(f"Service '{self.srv_name}': no reply in time"))
+
+    def give_up(self, call: int) -> None:
+        """The caller no longer wants the reply."""
+        future = self._pending.pop(call, None)
+        if future is not None:
+            self._deadlines.remove(call)
+            future.leave_turn()
+            self._withdraw(call)
+
+    def _withdraw(self, call: int) -> None:
+        self._cancelled.append(call)
+        self.core.link.flush_later(self)
+
+    def _take_pending(self) -> Iterator[CallFuture[A]]:
+        pending, self._pending = self._pending, {}
+        self._outgoing.clear()
+        self._deadlines.clear()
+        yield from pending.values()
+
+    def destroy(self) -> None:
+        """Cancel the calls in flight and take the client back."""
+        if self.destroyed:
+            return
+        for future in self._take_pending():
+            future.leave_turn()
+            future.cancel()
+        super().destroy()
+
+    def refused(self, code: int, text: str) -> None:
+        """Endpoint: the broker will not have this client; its calls fail."""
+        super().refused(code, text)
+        for future in self._take_pending():
+            self._fail(future, ServiceUnavailable(f"Service '{self.srv_name}': {text}"))
+
+    def link_lost(self) -> None:
+        """Endpoint: calls in flight fail at once."""
+        super().link_lost()
+        for future in self._take_pending():
+            text = f"Service '{self.srv_name}': the link to the broker broke before the reply"
+            self._fail(future, ServiceUnavailable(text))
+
+    def declaration(self) -> frames.Frame:
+        """Endpoint: declare the client."""
+        return frames.Client(
+            self.id, self.core.id, self.srv_name, type_name(self.srv_type), type_hash(self.srv_type)
+        )
+
+
+def _remote_error(body: bytes) -> tuple[str, str]:
+    """Return type and text of a remote error; a server in another language may get it wrong."""
+    try:
+        kind, text = msgpack.unpackb(body)
+        return str(kind), str(text)
+    except (ValueError, TypeError, msgpack.UnpackException):
+        return "RemoteError", "the server sent an error that cannot be read"

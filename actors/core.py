@@ -1,0 +1,228 @@
+"""What a node's parts share: its names, link, mailbox and logger, and what happens to a callback's error."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.errors import NodeDestroyed, WaitTimeout
+from actors.mailbox import Mailbox, current_turn
+from proto import frames
+from proto.names import full_node_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+
+    from actors.link import Link
+    from actors.logger import Logger
+
+DEFAULT_CALL_TIMEOUT_SEC: Final = 60.0
+
+
+class Core:
+    """The node as its parts see it. It is also the node's own endpoint on the link.
+
+    Attributes:
+        callback_errors: Callbacks that have raised so far.
+        stop: Set by the node: ends it with an error.
+    """
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        namespace: str,
+        log: Logger,
+        link: Link,
+        default_call_timeout_sec: float,
+        stop_on_error: bool,
+    ) -> None:
+        self.id = 0
+        self.name = name
+        self.namespace = namespace
+        self.full_name = full_node_name(namespace, name)
+        self.log = log
+        self.link = link
+        self.mailbox = Mailbox()
+        self.default_call_timeout_sec = default_call_timeout_sec
+        self.callback_errors = 0
+        self.destroyed = False
+        self.entities: dict[Entity, None] = {}
+        self.spawn: Callable[[Coroutine[Any, Any, None]], object] | None = None
+        self.stop: Callable[[Exception], None] = _ignore
+        self._stop_on_error = stop_on_error
+        link.add(self)
+        link.handle(frames.Request, self._requested)
+        link.handle(frames.Cancel, self._cancelled)
+        link.handle(frames.Reply, self._replied)
+
+    def _requested(self, frame: frames.Request) -> None:
+        service = self.link.endpoints.get(frame.endpoint)
+        if isinstance(service, Server):
+            service.requested(frame.entries)
+
+    def _cancelled(self, frame: frames.Cancel) -> None:
+        service = self.link.endpoints.get(frame.endpoint)
+        if isinstance(service, Server):
+            service.cancelled(frame.calls)
+
+    def _replied(self, frame: frames.Reply) -> None:
+        client = self.link.endpoints.get(frame.endpoint)
+        if isinstance(client, Caller):
+            for entry in frame.entries:
+                client.replied(entry)
+
+    def require_alive(self) -> None:
+        """Raise NodeDestroyed if the node has been destroyed."""
+        if self.destroyed:
+            raise NodeDestroyed(f"Node '{self.full_name}' has been destroyed")
+
+    def callback_failed(self, what: str, error: BaseException) -> None:
+        """A callback raised: log it with its traceback, count it, and stop the node if it asked for that."""
+        self.callback_errors += 1
+        self.log.error(f"{what} raised {type(error).__name__}: {error}", exc_info=error)
+        if self._stop_on_error and isinstance(error, Exception):
+            self.stop(error)
+
+    def require_loop(self) -> asyncio.AbstractEventLoop:
+        """Return the loop the node runs on; RuntimeError if it does not run."""
+        self.require_alive()
+        if self.link.loop is None:
+            raise RuntimeError(
+                f"Node '{self.full_name}' is not running: use `async with node:` or actors.run()"
+            )
+        return self.link.loop
+
+    async def wait_until(self, condition: Callable[[], bool], what: str, timeout_sec: float | None) -> None:
+        """Wait until `condition` holds, looking whenever the link says that something has changed.
+
+        Raises:
+            WaitTimeout: It did not within `timeout_sec` (None: the node's default call timeout).
+        """
+        self.require_loop()
+        limit = self.default_call_timeout_sec if timeout_sec is None else timeout_sec
+        with in_flight():
+            try:
+                async with asyncio.timeout(limit):
+                    while not condition():
+                        await self.link.changed()
+                        self.require_alive()
+            except TimeoutError as error:
+                raise WaitTimeout(f"{what} did not come true within {limit:g} s") from error
+
+    def declaration(self) -> frames.Frame:
+        """Endpoint: declare the node."""
+        return frames.Node(self.id, self.full_name)
+
+    def accepted(self, number: int) -> None:
+        """Endpoint: the broker knows the node."""
+
+    def refused(self, code: int, text: str) -> None:
+        """Endpoint: the broker will not have the node."""
+        del code
+        self.log.error(f"The broker refused this node: {text}")
+
+    def matched(self, peers: int) -> None:
+        """Endpoint: nodes have no counterparts."""
+
+    def notice(self, kind: int, text: str) -> None:
+        """Endpoint: a warning."""
+        del kind
+        self.log.warning(text)
+
+    def link_lost(self) -> None:
+        """Endpoint: the session has ended; the link declares the node again."""
+
+
+class Entity:
+    """A publisher, subscription, service or client of a node: what they have in common.
+
+    Attributes:
+        peers: How many counterparts it has now.
+    """
+
+    def __init__(self, core: Core) -> None:
+        core.require_alive()
+        self.id = 0
+        self.core = core
+        self.peers = 0
+        self.destroyed = False
+        core.entities[self] = None
+
+    def require_alive(self) -> None:
+        """Raise NodeDestroyed if the entity or its node has been destroyed."""
+        if self.destroyed:
+            raise NodeDestroyed(f"This {type(self).__name__.lower()} has been destroyed")
+
+    def destroy(self) -> None:
+        """Take the entity out of service. A second call does nothing."""
+        if self.destroyed:
+            return
+        self.destroyed = True
+        self.core.entities.pop(self, None)
+        self.core.link.remove(self)
+
+    def declaration(self) -> frames.Frame:
+        """Endpoint: return the frame that declares it."""
+        raise NotImplementedError
+
+    def accepted(self, number: int) -> None:
+        """Endpoint: the broker knows it."""
+
+    def refused(self, code: int, text: str) -> None:
+        """Endpoint: the broker will not have it."""
+        del code
+        self.core.log.error(f"The broker refused a {type(self).__name__.lower()}: {text}")
+
+    def matched(self, peers: int) -> None:
+        """Endpoint: the number of counterparts."""
+        self.peers = peers
+        self.core.link.wake()
+
+    def notice(self, kind: int, text: str) -> None:
+        """Endpoint: a warning."""
+        del kind
+        self.core.log.warning(text)
+
+    def link_lost(self) -> None:
+        """Endpoint: the session has ended."""
+        self.peers = 0
+
+
+class Server(Entity):
+    """An entity that serves requests."""
+
+    def requested(self, entries: tuple[frames.RequestEntry, ...]) -> None:
+        """Requests came."""
+        raise NotImplementedError
+
+    def cancelled(self, calls: tuple[int, ...]) -> None:
+        """Callers have given up."""
+        raise NotImplementedError
+
+
+class Caller(Entity):
+    """An entity that makes calls."""
+
+    def replied(self, entry: frames.ReplyEntry) -> None:
+        """A call has ended."""
+        raise NotImplementedError
+
+
+class in_flight:  # noqa: N801 - reads as a statement
+    """While inside, the running callback's turn has a callboard call in flight (see mailbox.py)."""
+
+    __slots__ = ("_turn",)
+
+    def __enter__(self) -> None:
+        self._turn = current_turn.get()
+        if self._turn is not None:
+            self._turn.call_started()
+
+    def __exit__(self, *_: object) -> None:
+        if self._turn is not None:
+            self._turn.call_ended()
+
+
+def _ignore(error: Exception) -> None:
+    del error

@@ -1,0 +1,64 @@
+"""Many deadlines, one timer: the loop sees only the earliest."""
+
+from __future__ import annotations
+
+import asyncio
+import heapq
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_SLACK: Final = 1024
+
+
+class Deadlines:
+    """Calls `expired` with each id whose time has come.
+
+    Ids that are done are forgotten lazily: the heap holds at most twice as many entries as there are live
+    ids, plus a constant.
+    """
+
+    def __init__(self, expired: Callable[[int], None]) -> None:
+        self._expired = expired
+        self._heap: list[tuple[float, int]] = []
+        self._live: set[int] = set()
+        self._timer: asyncio.TimerHandle | None = None
+
+    def add(self, key: int, when: float) -> None:
+        """Expire `key` at loop time `when`, unless it is removed before."""
+        self._live.add(key)
+        heapq.heappush(self._heap, (when, key))
+        if self._timer is None or when < self._timer.when():
+            self._arm()
+
+    def remove(self, key: int) -> None:
+        """The key is done; unknown ones are ignored."""
+        self._live.discard(key)
+        if len(self._heap) > 2 * len(self._live) + _SLACK:
+            self._heap = [entry for entry in self._heap if entry[1] in self._live]
+            heapq.heapify(self._heap)
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._live.clear()
+        self._heap.clear()
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _arm(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = asyncio.get_running_loop().call_at(self._heap[0][0], self._ring)
+
+    def _ring(self) -> None:
+        self._timer = None
+        now = asyncio.get_running_loop().time()
+        while self._heap and (self._heap[0][0] <= now or self._heap[0][1] not in self._live):
+            _, key = heapq.heappop(self._heap)
+            if key in self._live:
+                self._live.discard(key)
+                self._expired(key)
+        if self._heap and self._timer is None:
+            self._arm()

@@ -1,0 +1,74 @@
+"""What can go wrong on the node's side, as types.
+
+    CallboardError (proto.errors)
+    ├── BrokerUnreachable (ConnectionError)   no broker answered in time, or the link broke meanwhile
+    ├── NodeNameTaken                         another live node has this full name
+    ├── NodeDestroyed (RuntimeError)          the node or entity has been destroyed
+    ├── NodeAlreadyRunning (RuntimeError)     a node runs once at a time
+    ├── PublisherFull                         a KEEP_ALL publisher's readers are too slow; wait for ready()
+    ├── WaitTimeout (TimeoutError)            ready() or flush() did not come true in time
+    └── CallFailed                            a call ended without a reply:
+        ├── ServiceUnavailable                no server, no connection, or it broke before the reply
+        ├── ServiceTimeout (TimeoutError)     the deadline passed
+        └── RemoteError                       the handler raised
+
+Others are beside what raises them: actors/interfaces/errors.py, actors/parameter_errors.py,
+actors/arguments.py, and proto/errors.py for names and URLs.
+"""
+
+from __future__ import annotations
+
+from proto.errors import CallboardError
+
+
+class BrokerUnreachable(CallboardError, ConnectionError):
+    """No broker answered in time, or the link to it broke."""
+
+
+class NodeNameTaken(CallboardError):
+    """Another live node has this full name."""
+
+
+class NodeDestroyed(CallboardError, RuntimeError):
+    """The node or entity has been destroyed."""
+
+
+class NodeAlreadyRunning(CallboardError, RuntimeError):
+    """A node runs once at a time."""
+
+
+class PublisherFull(CallboardError):
+    """A KEEP_ALL publisher has queued as much as it may; nothing of this message was queued."""
+
+
+class WaitTimeout(CallboardError, TimeoutError):
+    """What was waited for did not come true in time."""
+
+
+class CallFailed(CallboardError):
+    """A call ended without a reply. Catch this for every way in which that can happen."""
+
+
+class ServiceUnavailable(CallFailed):
+    """No server, no connection to a broker, or it broke before the reply came."""
+
+
+class ServiceTimeout(CallFailed, TimeoutError):
+    """The deadline passed; the server's handler has been told to stop."""
+
+
+class RemoteError(CallFailed):
+    """The server could not give a valid reply.
+
+    Attributes:
+        type_name: The exception's type in the server ("ZeroDivisionError").
+        text: The exception's text.
+    """
+
+    def __init__(self, type_name: str, text: str) -> None:
+        super().__init__(type_name, text)
+        self.type_name = type_name
+        self.text = text
+
+    def __str__(self) -> str:
+        return f"{self.type_name}: {self.text}"

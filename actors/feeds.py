@@ -1,0 +1,123 @@
+"""Who on this link gets which publisher's runs.
+
+The broker sends a publisher's run to a link once; the link hands it to each of its subscriptions that is
+attached to the publisher. An `Inflow` is one such pair.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from proto import frames
+    from proto.frames import Replay, Run
+
+
+class Reader(Protocol):
+    """A subscription, as the feeds see it."""
+
+    def receive(self, inflow: Inflow, run: Run | Replay) -> None:
+        """Take a run of a publisher that it is attached to."""
+        ...
+
+    def attached(self, inflow: Inflow) -> None:
+        """A publisher's runs will come."""
+        ...
+
+    def detached(self, inflow: Inflow) -> None:
+        """No more runs of this publisher."""
+        ...
+
+
+class Inflow:
+    """One publisher's runs for one subscription.
+
+    Attributes:
+        reader: The subscription.
+        publisher: The publisher's id on this broker.
+        gid: The publisher's id for good, also across reconnects.
+        node: The publisher's node.
+        first_sequence: Live runs are for this subscription from here on.
+        expected: The next sequence number; anything below has been seen.
+        granted_sequence, granted_bytes: Credit given so far (KEEP_ALL).
+        taken_bytes: Bytes of messages that callbacks have taken since the attachment.
+    """
+
+    __slots__ = (
+        "expected",
+        "first_sequence",
+        "gid",
+        "granted_bytes",
+        "granted_sequence",
+        "node",
+        "publisher",
+        "reader",
+        "taken_bytes",
+    )
+
+    def __init__(self, reader: Reader, attached: frames.Attached) -> None:
+        self.reader = reader
+        self.publisher = attached.publisher
+        self.gid = attached.gid
+        self.node = attached.node
+        self.first_sequence = attached.first_sequence
+        self.expected = attached.first_sequence
+        self.granted_sequence = 0
+        self.granted_bytes = 0
+        self.taken_bytes = 0
+
+
+class Feeds:
+    """The inflows of one link, by publisher."""
+
+    def __init__(self) -> None:
+        self._inflows: dict[int, list[Inflow]] = {}
+        self._readers: dict[int, Reader] = {}
+
+    def add_reader(self, subscription: int, reader: Reader) -> None:
+        """Make a subscription known under its id."""
+        self._readers[subscription] = reader
+
+    def remove_reader(self, subscription: int) -> None:
+        """Hand nothing more to a subscription."""
+        reader = self._readers.pop(subscription, None)
+        for inflows in self._inflows.values():
+            inflows[:] = [inflow for inflow in inflows if inflow.reader is not reader]
+
+    def attached(self, frame: frames.Attached) -> None:
+        """ATTACHED came."""
+        inflows = self._inflows.setdefault(frame.publisher, [])
+        for subscription in frame.subscriptions:
+            reader = self._readers.get(subscription)
+            if reader is not None:
+                inflow = Inflow(reader, frame)
+                inflows.append(inflow)
+                reader.attached(inflow)
+
+    def detached(self, frame: frames.Detached) -> None:
+        """DETACHED came."""
+        gone = {id(self._readers.get(subscription)) for subscription in frame.subscriptions}
+        inflows = self._inflows.get(frame.publisher, [])
+        for inflow in [inflow for inflow in inflows if id(inflow.reader) in gone]:
+            inflows.remove(inflow)
+            inflow.reader.detached(inflow)
+        if not inflows:
+            self._inflows.pop(frame.publisher, None)
+
+    def run_received(self, run: Run) -> None:
+        """RUN came. One for a publisher without inflows has crossed an UNDECLARE."""
+        for inflow in tuple(self._inflows.get(run.publisher, ())):
+            inflow.reader.receive(inflow, run)
+
+    def replay_received(self, replay: Replay) -> None:
+        """REPLAY came: latched messages for one subscription."""
+        reader = self._readers.get(replay.subscription)
+        for inflow in tuple(self._inflows.get(replay.publisher, ())):
+            if inflow.reader is reader:
+                inflow.reader.receive(inflow, replay)
+
+    def clear(self) -> None:
+        """The session is over."""
+        inflows, self._inflows = self._inflows, {}
+        for flow in [flow for flows in inflows.values() for flow in flows]:
+            flow.reader.detached(flow)

@@ -1,0 +1,225 @@
+"""The graph as a node sees it: asked from the broker, which knows.
+
+Queries are coroutines because the answer is the broker's, taken after everything the node has declared.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from actors.core import Core, in_flight
+from actors.errors import BrokerUnreachable, WaitTimeout
+from actors.qos import QoSProfile
+from proto import frames
+from proto.frames import EntryKind, GraphEntry
+from proto.names import split_node_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+NamesAndTypes = list[tuple[str, list[str]]]
+
+QUERY_TIMEOUT_SEC = 5.0
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class EndpointInfo:
+    """One publisher or subscription of a topic (rclpy's TopicEndpointInfo)."""
+
+    node_name: str
+    node_namespace: str
+    topic_type: str
+    topic_type_hash: str
+    endpoint_type: EntryKind
+    endpoint_id: int
+    """The broker's number for it; stands where ROS 2 has a GID."""
+    qos_profile: QoSProfile
+
+
+@dataclass(slots=True)
+class GraphPicture:
+    """The graph at one moment."""
+
+    entries: dict[int, GraphEntry] = field(default_factory=dict[int, GraphEntry])
+
+    def apply(self, frame: frames.Graph) -> None:
+        """Take in a piece or a change."""
+        for key in frame.removed:
+            self.entries.pop(key, None)
+        for entry in frame.added:
+            self.entries[entry.key] = entry
+
+    def nodes(self) -> list[str]:
+        """Return the full names of all nodes, sorted."""
+        return sorted(entry.name for entry in self.of_kind(EntryKind.NODE))
+
+    def of_kind(self, *kinds: EntryKind) -> Iterable[GraphEntry]:
+        """Return the entries of these kinds."""
+        return [entry for entry in self.entries.values() if entry.kind in kinds]
+
+    def names_and_types(self, *kinds: EntryKind, node: str | None = None) -> NamesAndTypes:
+        """Return each name with the sorted types seen on it, sorted by name."""
+        found: dict[str, set[str]] = {}
+        for entry in self.of_kind(*kinds):
+            if node is None or entry.node == node:
+                found.setdefault(entry.name, set()).update({entry.type_name} - {""})
+        return sorted((name, sorted(types)) for name, types in found.items())
+
+    def count(self, kind: EntryKind, name: str) -> int:
+        """Return how many endpoints of a kind a name has."""
+        return sum(entry.name == name for entry in self.of_kind(kind))
+
+    def endpoints(self, kind: EntryKind, name: str) -> list[EndpointInfo]:
+        """Return the endpoints of a kind on a topic."""
+        return [_endpoint(entry) for entry in self.of_kind(kind) if entry.name == name]
+
+
+def _endpoint(entry: GraphEntry) -> EndpointInfo:
+    namespace, name = split_node_name(entry.node)
+    return EndpointInfo(
+        node_name=name,
+        node_namespace=namespace,
+        topic_type=entry.type_name,
+        topic_type_hash=entry.type_hash,
+        endpoint_type=EntryKind(entry.kind),
+        endpoint_id=entry.key,
+        qos_profile=_profile(entry.qos),
+    )
+
+
+def _profile(qos: Mapping[str, object]) -> QoSProfile:
+    return QoSProfile.from_wire(qos)
+
+
+class GraphView:
+    """Asks the broker for the graph over a node's link."""
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+        self._next_id = 0
+        self._watches: dict[int, _Watch] = {}
+        self._definitions: dict[str, list[asyncio.Future[bytes | None]]] = {}
+        core.link.handle(frames.Graph, self._received)
+        core.link.handle(frames.Definition, self._described)
+
+    def _received(self, frame: frames.Graph) -> None:
+        watch = self._watches.get(frame.watch)
+        if watch is not None:
+            watch.received(frame)
+            self._core.link.wake()
+
+    def _described(self, frame: frames.Definition) -> None:
+        for waiter in self._definitions.pop(frame.type_hash, []):
+            if not waiter.done():
+                waiter.set_result(frame.definition)
+
+    async def snapshot(self, timeout_sec: float = QUERY_TIMEOUT_SEC) -> GraphPicture:
+        """Return the graph as it is now, what this node has declared included.
+
+        Raises:
+            BrokerUnreachable: No broker within `timeout_sec`, or the link broke meanwhile.
+        """
+        watch = self._open(keep=False)
+        await self._wait(lambda: watch.complete, watch, timeout_sec)
+        return watch.picture
+
+    async def wait_for(self, condition: Callable[[GraphPicture], bool], timeout_sec: float | None) -> bool:
+        """Wait until the graph fulfils a condition; False if `timeout_sec` (None: no limit) passes first."""
+        core, link = self._core, self._core.link
+        core.require_loop()
+        watch: _Watch | None = None
+        try:
+            with in_flight():
+                async with asyncio.timeout(None if timeout_sec is None else max(0.0, timeout_sec)):
+                    while True:
+                        if watch is None or watch.session != link.connections:
+                            self._close(watch)
+                            watch = self._open(keep=True) if link.connected else None
+                        if watch is not None and watch.complete and condition(watch.picture):
+                            return True
+                        await link.changed()
+                        core.require_alive()
+        except TimeoutError:
+            # A watch that had no time to answer has not been asked: look once.
+            if watch is not None and not watch.complete and timeout_sec is not None:
+                return condition(await self.snapshot())
+            return False
+        finally:
+            self._close(watch)
+
+    async def describe(self, type_hash: str, timeout_sec: float = QUERY_TIMEOUT_SEC) -> bytes | None:
+        """Return the definition behind a type hash, if the broker has seen it."""
+        await self._connected(timeout_sec)
+        channel = self._core.link.channel
+        assert channel is not None
+        waiter: asyncio.Future[bytes | None] = self._core.require_loop().create_future()
+        self._definitions.setdefault(type_hash, []).append(waiter)
+        channel.send(frames.Describe(type_hash))
+        async with asyncio.timeout(timeout_sec):
+            return await waiter
+
+    async def _connected(self, timeout_sec: float) -> None:
+        link = self._core.link
+        try:
+            await self._core.wait_until(lambda: link.connected, "Connecting", timeout_sec)
+        except WaitTimeout as error:
+            raise BrokerUnreachable(f"No broker at {link.place}") from error
+
+    async def _wait(self, condition: Callable[[], bool], watch: _Watch, timeout_sec: float) -> None:
+        link = self._core.link
+        try:
+            await self._connected(timeout_sec)
+            if watch.session != link.connections:
+                self._ask(watch)
+            session = watch.session
+            await self._core.wait_until(
+                lambda: condition() or link.connections != session or not link.connected,
+                "The broker's answer",
+                timeout_sec,
+            )
+        except WaitTimeout as error:
+            raise BrokerUnreachable(f"No answer from the broker at {link.place}") from error
+        finally:
+            self._close(watch)
+        if not condition():
+            raise BrokerUnreachable(f"The link to the broker at {link.place} broke")
+
+    def _open(self, *, keep: bool) -> _Watch:
+        self._next_id += 1
+        watch = _Watch(self._next_id, keep=keep)
+        self._watches[watch.id] = watch
+        self._ask(watch)
+        return watch
+
+    def _ask(self, watch: _Watch) -> None:
+        link = self._core.link
+        if link.channel is not None:
+            watch.session = link.connections
+            link.channel.send(frames.Watch(watch.id, watch.keep))
+
+    def _close(self, watch: _Watch | None) -> None:
+        if watch is None:
+            return
+        self._watches.pop(watch.id, None)
+        link = self._core.link
+        if watch.keep and link.channel is not None and watch.session == link.connections:
+            link.channel.send(frames.Unwatch(watch.id))
+
+
+class _Watch:
+    """One question to the broker."""
+
+    def __init__(self, watch_id: int, *, keep: bool) -> None:
+        self.id = watch_id
+        self.keep = keep
+        self.session = 0
+        self.complete = False
+        self.picture = GraphPicture()
+
+    def received(self, frame: frames.Graph) -> None:
+        """A piece came."""
+        self.picture.apply(frame)
+        if not frame.more:
+            self.complete = True

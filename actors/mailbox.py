@@ -1,0 +1,274 @@
+"""One callback at a time: the mailbox that a node's callbacks run through.
+
+A *source* (subscription, service, timer) posts itself when it has something to run. While the mailbox is
+free,
+plain functions run at once, where the message arrives: no task, no await, no wake-up. A coroutine runs as a
+*turn* in a worker task; the mailbox stays taken until it ends.
+
+There is one point of interleaving. A turn that is suspended while a callboard call of its own is in flight
+(a service call, a wait for a peer) lets go of the mailbox, and takes it again before it goes on. So a
+callback
+may call any service, its own node's too, in circles, through `gather` or in tasks it starts, and nothing can
+deadlock. The calls find their turn through a context variable, which child tasks inherit.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine, Generator
+
+current_turn: Final[ContextVar[Turn | None]] = ContextVar("callboard_turn", default=None)
+
+
+class Source(Protocol):
+    """Something with callbacks to run."""
+
+    posted: bool
+    """Whether it stands in the mailbox's queue; kept by the mailbox."""
+
+    def dispatch(self) -> Turn | None:
+        """Run queued callbacks until one turns out to be a coroutine; return that as a turn."""
+        ...
+
+    def has_work(self) -> bool:
+        """Whether `dispatch` would run something now."""
+        ...
+
+
+class Turn:
+    """One coroutine callback on its way through the mailbox.
+
+    Args:
+        mailbox: Where it runs.
+        coroutine: What the callback returned.
+        ended: Called with the result, or with the exception that the callback raised.
+        beside: Run whether or not the mailbox is free (`concurrent=True`).
+    """
+
+    __slots__ = (
+        "_beside",
+        "_calls",
+        "_cancelled",
+        "_coroutine",
+        "_ended",
+        "_mailbox",
+        "_suspended",
+        "_task",
+        "holding",
+    )
+
+    def __init__(
+        self,
+        mailbox: Mailbox,
+        coroutine: Coroutine[Any, Any, Any],
+        ended: Callable[[Any, BaseException | None], None],
+        *,
+        beside: bool = False,
+    ) -> None:
+        self._mailbox = mailbox
+        self._coroutine = coroutine
+        self._ended = ended
+        self._beside = beside
+        self._calls = 0
+        self._suspended = False
+        self._cancelled = False
+        self._task: asyncio.Task[Any] | None = None
+        self.holding = False
+
+    def call_started(self) -> None:
+        """A callboard call made in this turn is in flight."""
+        self._calls += 1
+        if self._suspended:
+            self._let_go()
+
+    def call_ended(self) -> None:
+        """That call is over."""
+        self._calls -= 1
+
+    def cancel(self) -> None:
+        """Cancel the callback; its coroutine sees CancelledError."""
+        if not self._cancelled:
+            self._cancelled = True
+            if self._task is not None:
+                self._task.cancel()
+
+    def discard(self) -> None:
+        """The turn will never run."""
+        self._coroutine.close()
+
+    def _let_go(self) -> None:
+        if self.holding:
+            self.holding = False
+            self._mailbox.release()
+
+    async def run(self) -> None:
+        """Run the callback to its end in the current task."""
+        task = self._task = asyncio.current_task()
+        assert task is not None
+        token = current_turn.set(self)
+        result, failure = None, None
+        try:
+            if self._cancelled:
+                self._coroutine.close()
+                raise asyncio.CancelledError
+            result = await self
+        except asyncio.CancelledError as error:
+            if not self._cancelled:
+                raise
+            failure = error
+        except Exception as error:  # noqa: BLE001 - the owner of the callback decides what an error means
+            failure = error
+        finally:
+            current_turn.reset(token)
+            self._task = None
+        if self._cancelled:
+            task.uncancel()
+        self._ended(result, failure)
+
+    def __await__(self) -> Generator[Any, Any, Any]:
+        """Drive the coroutine, letting go of the mailbox at each suspension with a call in flight."""
+        error: BaseException | None = None
+        value: Any = None
+        while True:
+            try:
+                waiting = self._coroutine.send(value) if error is None else self._coroutine.throw(error)
+            except StopIteration as stop:
+                return stop.value
+            self._suspended = True
+            if self._calls:
+                self._let_go()
+            value = error = None
+            try:
+                value = yield waiting
+            except BaseException as thrown:  # noqa: BLE001 - handed on to the coroutine unchanged
+                error = thrown
+            self._suspended = False
+            if not self.holding and not self._beside:
+                try:
+                    yield from self._mailbox.take(self).__await__()
+                except asyncio.CancelledError as thrown:
+                    error = error or thrown
+
+
+class Mailbox:
+    """Runs the callbacks of one node, one at a time.
+
+    Bounded: the queue holds each source once; there are as many workers as turns at the same time.
+    """
+
+    def __init__(self) -> None:
+        self._ready: deque[Source] = deque()
+        self._resuming: deque[tuple[Turn, asyncio.Future[None]]] = deque()
+        self._given: deque[Turn] = deque()
+        self._idle: deque[asyncio.Future[None]] = deque()
+        self._busy = False
+        self._pumping = False
+        self._returning = False
+        self._spawn: Callable[[Coroutine[Any, Any, None]], object] | None = None
+
+    def open(self, spawn: Callable[[Coroutine[Any, Any, None]], object]) -> None:
+        """Start to run callbacks; `spawn` starts a task that its owner awaits or cancels."""
+        self._spawn = spawn
+        self._pump()
+
+    def close(self) -> None:
+        """Run nothing more. Tasks that still run belong to the owner of `spawn`."""
+        self._spawn = None
+        self._ready.clear()
+        while self._given:
+            self._given.popleft().discard()
+
+    @property
+    def free(self) -> bool:
+        """Whether a callback posted now would run at once."""
+        return not self._busy and not self._pumping and not self._ready and self._spawn is not None
+
+    def post(self, source: Source) -> None:
+        """Run the source's callbacks as soon as the mailbox is free: now, if it is."""
+        if not source.posted:
+            source.posted = True
+            self._ready.append(source)
+            self._pump()
+
+    def _pump(self) -> None:
+        if self._pumping:
+            return
+        self._pumping = True
+        try:
+            while not self._busy and self._spawn is not None:
+                if self._resuming:
+                    turn, waiter = self._resuming.popleft()
+                    if not waiter.done():
+                        self._busy = turn.holding = True
+                        waiter.set_result(None)
+                    continue
+                if not self._ready:
+                    return
+                source = self._ready.popleft()
+                source.posted = False
+                turn_or_none = source.dispatch()
+                if turn_or_none is not None:
+                    self._busy = True
+                    self._give(turn_or_none)
+                if source.has_work() and not source.posted:
+                    source.posted = True
+                    self._ready.append(source)
+        finally:
+            self._pumping = False
+
+    def _give(self, turn: Turn) -> None:
+        turn.holding = True
+        self._given.append(turn)
+        if self._returning:
+            return
+        while self._idle:
+            waiter = self._idle.popleft()
+            if not waiter.done():
+                waiter.set_result(None)
+                return
+        assert self._spawn is not None
+        self._spawn(self._work())
+
+    async def _work(self) -> None:
+        """Run turns until closed. Idle workers wait for the next turn."""
+        loop = asyncio.get_running_loop()
+        while self._spawn is not None:
+            while self._given:
+                turn = self._given.popleft()
+                await turn.run()
+                if turn.holding:
+                    turn.holding = False
+                    self._busy = False
+                    # This worker goes on with what the mailbox gives out now, so none is woken for it.
+                    self._returning = True
+                    self._pump()
+                    self._returning = False
+            waiter: asyncio.Future[None] = loop.create_future()
+            self._idle.append(waiter)
+            await waiter
+
+    def run_beside(self, turn: Turn) -> None:
+        """Run a turn of a `concurrent=True` source now, whoever holds the mailbox."""
+        if self._spawn is None:
+            turn.discard()
+        else:
+            self._spawn(turn.run())
+
+    def release(self) -> None:
+        """The holder lets go."""
+        self._busy = False
+        self._pump()
+
+    async def take(self, turn: Turn) -> None:
+        """Wait until the turn holds the mailbox again."""
+        if not self._busy and not self._pumping and not self._resuming:
+            self._busy = turn.holding = True
+            return
+        waiter: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self._resuming.append((turn, waiter))
+        await waiter

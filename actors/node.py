@@ -1,0 +1,458 @@
+"""The node: wires its parts, starts them and stops them.
+
+A node is made without a running loop; it connects on `async with node:` or `await node.run()`. What it does
+is in its parts: publishers, subscriptions, services, clients, timers, parameters, the link and the mailbox.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar, overload
+
+from actors import environment
+from actors.arguments import RosArguments, parse_ros_arguments
+from actors.client import Client
+from actors.clock import Clock
+from actors.core import DEFAULT_CALL_TIMEOUT_SEC, Core
+from actors.decorators import declared
+from actors.errors import NodeAlreadyRunning
+from actors.graph import GraphView
+from actors.link import Link
+from actors.logger import Logger, get_logger, node_logger_name
+from actors.node_graph import NodeGraph
+from actors.node_parameters import NodeParameters
+from actors.parameters import ParameterStore
+from actors.publisher import Publisher
+from actors.qos import QoSProfile, qos_from
+from actors.remapping import Remapper
+from actors.service import Service
+from actors.subscription import Subscription
+from actors.timer import Timer
+from proto.errors import CallboardError
+from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
+from proto.url import DEFAULT_URL, parse_urls
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine, Mapping
+    from types import TracebackType
+
+    from actors.core import Entity
+    from actors.interfaces.message import Message, ServiceType
+    from actors.parameter_types import ParameterValue
+
+MessageT = TypeVar("MessageT", bound="Message")
+RequestT = TypeVar("RequestT", bound="Message")
+ResponseT = TypeVar("ResponseT", bound="Message")
+
+STOP_TIMEOUT_SEC: Final = 5.0
+"""What a stopping node gives what it has published to leave, and running callbacks to end."""
+
+process_arguments: Final[ContextVar[RosArguments | None]] = ContextVar(
+    "callboard_process_arguments", default=None
+)
+"""What `actors.run` found on the command line; nodes take it unless `use_global_arguments=False`."""
+
+
+class Node(NodeGraph, NodeParameters):
+    """A named actor: callbacks on topics, services and timers.
+
+    Args:
+        node_name: The name, without a namespace. A remap (`-r __node:=…`) goes before it.
+        namespace: "" or None is the root; "ns" means "/ns".
+        url: The broker, or several, separated by commas; the environment (CALLBOARD_URL) and then
+            callboard://127.0.0.1:7411 stand in.
+        domain: Which of a broker's disjoint graphs to join, 0 to 232; CALLBOARD_DOMAIN, then 0.
+        cli_args: Arguments of this node alone: ["--ros-args", "-r", "a:=b"]. They win over the process's.
+        use_global_arguments: Take what `actors.run` found on the command line.
+        parameter_overrides: Values for parameters; they win over the command line and files.
+        allow_undeclared_parameters: Reading and setting undeclared parameters is no error.
+        automatically_declare_parameters_from_overrides: Declare every override.
+        connect_timeout_sec: Raise BrokerUnreachable on entry when there is no broker within this; None
+            waits in the background for ever.
+        default_call_timeout_sec: The deadline of calls that name none.
+        stop_timeout_sec: What leaving gives queued messages to be sent.
+        on_error: "log" (default): a callback that raises is logged and counted. "stop": the node ends with it.
+
+    Raises:
+        InvalidNameError: The name or namespace breaks the naming rules.
+        InvalidRosArgumentError: `cli_args` cannot be read.
+        InvalidUrlError: The broker URL cannot be read.
+    """
+
+    def __init__(
+        self,
+        node_name: str,
+        *,
+        namespace: str | None = None,
+        url: str | None = None,
+        domain: int | None = None,
+        cli_args: list[str] | None = None,
+        use_global_arguments: bool = True,
+        parameter_overrides: Mapping[str, ParameterValue] | None = None,
+        allow_undeclared_parameters: bool = False,
+        automatically_declare_parameters_from_overrides: bool = False,
+        connect_timeout_sec: float | None = None,
+        default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
+        stop_timeout_sec: float = STOP_TIMEOUT_SEC,
+        on_error: Literal["log", "stop"] = "log",
+    ) -> None:
+        own = parse_ros_arguments(cli_args or [])
+        shared = (process_arguments.get() if use_global_arguments else None) or RosArguments()
+        absolute = normalize_namespace(namespace or "")
+        validate_node_name(node_name)
+        validate_namespace(absolute)
+        self._names = Remapper(node_name, absolute, rules=own.remap_rules, process_rules=shared.remap_rules)
+        full_name = full_node_name(self._names.namespace, self._names.name)
+        log = get_logger(node_logger_name(full_name))
+        urls = parse_urls(url or environment.broker_url() or DEFAULT_URL)
+        graph_domain = domain if domain is not None else environment.domain_id() or 0
+        self._core = Core(
+            name=self._names.name,
+            namespace=self._names.namespace,
+            log=log,
+            link=Link(urls, domain=graph_domain, log=log),
+            default_call_timeout_sec=default_call_timeout_sec,
+            stop_on_error=on_error == "stop",
+        )
+        self._core.stop = self._fail
+        self._graph = GraphView(self._core)
+        self._clock = Clock()
+        self._parameters = ParameterStore(
+            overrides=parameter_overrides,
+            argument_overrides={**shared.parameters_for(full_name), **own.parameters_for(full_name)},
+            allow_undeclared=allow_undeclared_parameters,
+            declare_overrides=automatically_declare_parameters_from_overrides,
+        )
+        self._timers: dict[Timer, None] = {}
+        self._connect_timeout_sec = connect_timeout_sec
+        self._stop_timeout_sec = stop_timeout_sec
+        self._group: asyncio.TaskGroup | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._body: asyncio.Task[Any] | None = None
+        self._done: asyncio.Event | None = None
+        self._failure: Exception | None = None
+        for method, declare in declared(type(self)):
+            declare(self, getattr(self, method))
+
+    # Who it is
+
+    def get_name(self) -> str:
+        """Return the node's name, without the namespace."""
+        return self._core.name
+
+    def get_namespace(self) -> str:
+        """Return the node's namespace, such as "/" or "/ns"."""
+        return self._core.namespace
+
+    def get_fully_qualified_name(self) -> str:
+        """Return namespace and name, such as "/ns/talker"."""
+        return self._core.full_name
+
+    def get_logger(self) -> Logger:
+        """Return the node's logger."""
+        return self._core.log
+
+    def get_clock(self) -> Clock:
+        """Return the node's clock; `.now()` is the time."""
+        return self._clock
+
+    @property
+    def callback_errors(self) -> int:
+        """Callbacks that have raised so far."""
+        return self._core.callback_errors
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a session with a broker now."""
+        return self._core.link.connected
+
+    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
+        """Return the full name of a topic, remapped unless `only_expand`."""
+        return self._names.resolve_topic(topic, only_expand=only_expand)
+
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Return the full name of a service, remapped unless `only_expand`."""
+        return self._names.resolve_service(service, only_expand=only_expand)
+
+    # What it has
+
+    def create_publisher(
+        self, msg_type: type[MessageT], topic: str, qos_profile: QoSProfile | int = 10
+    ) -> Publisher[MessageT]:
+        """Make a publisher.
+
+        Args:
+            msg_type: A message class: generated, or a subclass of `actors.Message`.
+            topic: Relative to the namespace, absolute with `/`, private with `~/`.
+            qos_profile: A profile, or a depth, which means KEEP_LAST of that depth.
+
+        Raises:
+            InvalidTopicNameError: The name breaks the rules.
+            TypeError, ValueError: No message class, or no QoS.
+            NodeDestroyed: The node has been destroyed.
+        """
+        qos = qos_from(qos_profile)
+        return Publisher(self._core, msg_type, self._names.resolve_topic(topic), qos)
+
+    @overload
+    def create_subscription(
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        callback: Callable[..., Any] | None = ...,
+        qos_profile: QoSProfile | int = ...,
+        *,
+        qos: QoSProfile | int | None = ...,
+        concurrent: bool = ...,
+        raw: Literal[False] = ...,
+    ) -> Subscription[MessageT]: ...
+
+    @overload
+    def create_subscription(
+        self,
+        msg_type: type[Message] | None,
+        topic: str,
+        callback: Callable[..., Any] | None = ...,
+        qos_profile: QoSProfile | int = ...,
+        *,
+        qos: QoSProfile | int | None = ...,
+        concurrent: bool = ...,
+        raw: bool = ...,
+    ) -> Subscription[Any]: ...
+
+    def create_subscription(
+        self,
+        msg_type: type[Message] | None,
+        topic: str,
+        callback: Callable[..., Any] | None = None,
+        qos_profile: QoSProfile | int = 10,
+        *,
+        qos: QoSProfile | int | None = None,
+        concurrent: bool = False,
+        raw: bool = False,
+    ) -> Subscription[Any]:
+        """Make a subscription.
+
+        Args:
+            msg_type: A message class; may be None with `raw=True`.
+            topic: As for `create_publisher`.
+            callback: `(msg)` or `(msg, info)`, `def` or `async def`. Without one, iterate with `async for`.
+            qos_profile: A profile or a depth.
+            qos: The same by keyword, for subscriptions without a callback.
+            concurrent: Do not wait for the node's other callbacks, nor for this one.
+            raw: Give each message as bytes (msgpack), and match publishers of every type.
+
+        Raises:
+            InvalidTopicNameError: The name breaks the rules.
+            RuntimeError: The callback takes neither one nor two arguments.
+            TypeError, ValueError: No message class, or no QoS.
+            NodeDestroyed: The node has been destroyed.
+        """
+        profile = qos_from(qos_profile if qos is None else qos)
+        name = self._names.resolve_topic(topic)
+        if msg_type is None and not raw:
+            raise TypeError("create_subscription needs a message class, unless raw=True")
+        return Subscription(self._core, msg_type, name, callback, profile, concurrent=concurrent, raw=raw)
+
+    def create_service(
+        self,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_name: str,
+        callback: Callable[..., Any],
+        *,
+        concurrent: bool = False,
+    ) -> Service[RequestT, ResponseT]:
+        """Serve requests.
+
+        Args:
+            srv_type: A service class: generated, or a subclass of `actors.Service`.
+            srv_name: As a topic's name.
+            callback: `(request, response)` or `(request)`, returns the response; `def` or `async def`.
+            concurrent: Handle requests side by side, and beside the node's other callbacks.
+
+        Raises:
+            InvalidServiceNameError: The name breaks the rules.
+            RuntimeError: The callback takes neither one nor two arguments.
+            NodeDestroyed: The node has been destroyed.
+        """
+        request, response = _parts(srv_type)
+        name = self._names.resolve_service(srv_name)
+        return Service(
+            self._core, srv_type, request, response, name, callback=callback, concurrent=concurrent
+        )
+
+    def create_client(
+        self, srv_type: type[ServiceType[RequestT, ResponseT]], srv_name: str
+    ) -> Client[RequestT, ResponseT]:
+        """Make a client of a service; arguments and errors as for `create_service`."""
+        request, response = _parts(srv_type)
+        return Client(self._core, srv_type, request, response, self._names.resolve_service(srv_name))
+
+    def create_timer(
+        self, timer_period_sec: float, callback: Callable[..., Any], *, autostart: bool = True
+    ) -> Timer:
+        """Call `callback()` (or `callback(TimerInfo)`) every `timer_period_sec` seconds, without drift."""
+        timer = Timer(self._core, timer_period_sec, callback, autostart=autostart)
+        self._timers[timer] = None
+        return timer
+
+    def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
+        """Take a publisher back, after what it has published. False if it is not this node's."""
+        return self._destroy(publisher)
+
+    def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
+        """Take a subscription back. False if it is not this node's."""
+        return self._destroy(subscription)
+
+    def destroy_service(self, service: Service[Any, Any]) -> bool:
+        """Take a service back. False if it is not this node's."""
+        return self._destroy(service)
+
+    def destroy_client(self, client: Client[Any, Any]) -> bool:
+        """Take a client back; its pending calls are cancelled. False if it is not this node's."""
+        return self._destroy(client)
+
+    def _destroy(self, entity: Entity) -> bool:
+        mine = entity in self._core.entities
+        if mine:
+            entity.destroy()
+        return mine
+
+    def destroy_timer(self, timer: Timer) -> bool:
+        """Stop a timer for good. False if it is not this node's."""
+        mine = timer in self._timers
+        if mine:
+            del self._timers[timer]
+            timer.destroy()
+        return mine
+
+    # Its life
+
+    async def __aenter__(self) -> Self:
+        """Start: connect in the background, run callbacks as messages come."""
+        if self._group is not None:
+            raise NodeAlreadyRunning(f"Node '{self._core.full_name}' is running already")
+        self._core.require_alive()
+        link = self._core.link
+        self._done = asyncio.Event()
+        self._body = asyncio.current_task()
+        self._group = asyncio.TaskGroup()
+        await self._group.__aenter__()
+        link.loop = asyncio.get_running_loop()
+        self._core.spawn = self._spawn
+        self._spawn(self._keep_link())
+        self._core.mailbox.open(self._spawn)
+        for timer in self._timers:
+            timer.start()
+        try:
+            if self._connect_timeout_sec is not None:
+                while not link.connections and self._failure is None:
+                    await link.changed()
+        except BaseException:
+            await self.__aexit__(None, None, None)
+            raise
+        return self
+
+    def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        assert self._group is not None
+        task = self._group.create_task(coroutine)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+    async def _keep_link(self) -> None:
+        try:
+            await self._core.link.run(connect_timeout_sec=self._connect_timeout_sec)
+        except CallboardError as error:
+            self._fail(error)
+
+    def _fail(self, error: Exception) -> None:
+        """End the node with an error: whoever runs it gets it raised."""
+        if self._failure is None:
+            self._failure = error
+            self._core.link.wake()
+            if self._done is not None:
+                self._done.set()
+            if self._body is not None:
+                self._body.cancel()
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> bool:
+        """Stop: send what is queued, take everything back, end every task."""
+        assert self._group is not None
+        body, self._body = self._body, None
+        try:
+            await self._close()
+        finally:
+            for task in tuple(self._tasks):
+                task.cancel()
+            group, self._group = self._group, None
+            await group.__aexit__(None, None, None)
+        if self._failure is not None and (error is None or isinstance(error, asyncio.CancelledError)):
+            if body is not None:
+                body.uncancel()
+            raise self._failure
+        return False
+
+    async def _close(self) -> None:
+        core, link = self._core, self._core.link
+        core.mailbox.close()
+        for timer in tuple(self._timers):
+            timer.destroy()
+        self._timers.clear()
+        publishers: list[Publisher[Any]] = [
+            entity for entity in core.entities if isinstance(entity, Publisher)
+        ]
+        for entity in tuple(core.entities):
+            entity.destroy()
+        try:
+            async with asyncio.timeout(self._stop_timeout_sec):
+                while link.connected and any(publisher.queued for publisher in publishers):
+                    await link.changed()
+        except TimeoutError:
+            left = sum(publisher.queued for publisher in publishers)
+            core.log.warning(f"Stopping with {left} published messages unsent")
+        await link.close(timeout_sec=self._stop_timeout_sec)
+        core.destroyed = True
+        self._clock.destroy()
+
+    async def run(self) -> None:
+        """Run until `destroy_node` is called, or the task is cancelled.
+
+        Raises:
+            NodeAlreadyRunning: It runs already.
+            BrokerUnreachable: There was no broker within `connect_timeout_sec`.
+            NodeNameTaken: Another live node has this full name.
+        """
+        async with self:
+            assert self._done is not None
+            await self._done.wait()
+
+    def destroy_node(self) -> None:
+        """Take the node and everything it has out of service; `run` returns. Twice is no error."""
+        core = self._core
+        if core.destroyed:
+            return
+        for timer in tuple(self._timers):
+            self.destroy_timer(timer)
+        for entity in tuple(core.entities):
+            entity.destroy()
+        core.destroyed = True
+        self._clock.destroy()
+        core.link.wake()
+        if self._done is not None:
+            self._done.set()
+
+
+def _parts(srv_type: Any) -> tuple[type[Any], type[Any]]:
+    try:
+        return srv_type.Request, srv_type.Response
+    except AttributeError:
+        raise TypeError(
+            f"{srv_type!r} is no service type: pass one such as AddTwoInts, or a subclass of actors.Service"
+        ) from None

@@ -1,0 +1,270 @@
+"""Publishers: messages go into a run, runs into a lane, the lane to the broker as credit and room allow."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import time
+from collections import deque
+from typing import Final, Generic, TypeVar
+
+from actors.core import Core, Entity, in_flight
+from actors.errors import PublisherFull, WaitTimeout
+from actors.interfaces.codec import Codec, codec_for
+from actors.interfaces.message import Message, definition, type_hash, type_name
+from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from proto import frames, limits
+from proto.codec import encode
+from proto.outbox import Lane
+from proto.runs import RunBuilder, cut
+
+T = TypeVar("T", bound=Message)
+
+KEEP_ALL_MESSAGES: Final = 100_000
+KEEP_ALL_BYTES: Final = 64 * 1024 * 1024
+"""What a KEEP_ALL publisher queues while its readers are slow, before `publish` raises PublisherFull."""
+
+LATCHED_MESSAGES: Final = 1000
+"""What a KEEP_ALL + TRANSIENT_LOCAL publisher keeps for a broker restart, in messages."""
+
+
+class Publisher(Entity, Generic[T]):
+    """Publishes messages of one type on one topic. Made by `Node.create_publisher`.
+
+    Attributes:
+        topic_name: The full name of the topic.
+        qos_profile: Its QoS.
+        published: Messages published so far.
+    """
+
+    def __init__(self, core: Core, msg_type: type[T], topic: str, qos: QoSProfile) -> None:
+        self._codec: Codec[T] = codec_for(msg_type)
+        super().__init__(core)
+        self.msg_type = msg_type
+        self.topic_name = topic
+        self.qos_profile = qos
+        self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
+        resolved = qos.resolved()
+        self._keep_all = resolved.history == HistoryPolicy.KEEP_ALL
+        self._latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        depth = max(1, resolved.depth)
+        self._keep = LATCHED_MESSAGES if self._keep_all else depth
+        self._run = RunBuilder(0)
+        self._lane = Lane(0, None if self._keep_all else depth)
+        self._live = False
+        self._unlimited = True
+        self._retained: deque[frames.Run] = deque()
+        core.link.add(self)
+
+    @property
+    def topic(self) -> str:
+        """The full name of the topic."""
+        return self.topic_name
+
+    @property
+    def published(self) -> int:
+        """Messages published so far."""
+        return self._run.next_sequence + self._run.length
+
+    @property
+    def dropped(self) -> int:
+        """Messages dropped here, unsent, because KEEP_LAST's depth was exceeded."""
+        return self._lane.dropped
+
+    @property
+    def queued(self) -> int:
+        """Messages that wait here to be sent."""
+        return self._lane.pending + self._run.length
+
+    def get_subscription_count(self) -> int:
+        """Return how many subscriptions are matched now."""
+        return self.peers
+
+    def publish(self, msg: T | bytes) -> None:
+        """Send a message to every subscription of the topic. Never blocks.
+
+        The message is encoded, checked and numbered at once; it leaves at the end of this loop turn, together
+        with what else was published. Bytes are taken as an already encoded message and are checked, too.
+
+        Args:
+            msg: The message.
+
+        Raises:
+            TypeError: Not a message of this publisher's type.
+            InvalidMessageError: A field has a wrong type or is out of range; nothing was sent.
+            PublisherFull: KEEP_ALL only: the readers are slow and the queue is full. `await ready()` first.
+            NodeDestroyed: The publisher has been destroyed.
+        """
+        if self.destroyed:
+            self.require_alive()
+        run = self._run
+        if self._keep_all and self._full:
+            raise PublisherFull(
+                f"'{self.topic_name}': {self.queued} messages wait for slow readers; await publisher.ready()"
+            )
+        if isinstance(msg, bytes):
+            self._codec.decode(msg)
+            run.buffer += msg
+        else:
+            self._codec.append(msg, run.buffer)
+        first = run.length == 0
+        if run.close_message():
+            self.flush_turn()
+            self.core.link.flush()
+        elif first:
+            self.core.link.flush_later(self)
+
+    @property
+    def _full(self) -> bool:
+        return self.queued >= KEEP_ALL_MESSAGES or self._lane.pending_bytes >= KEEP_ALL_BYTES
+
+    @property
+    def _crowded(self) -> bool:
+        return 2 * self.queued >= KEEP_ALL_MESSAGES or 2 * self._lane.pending_bytes >= KEEP_ALL_BYTES
+
+    def flush_turn(self) -> None:
+        """Put what this loop turn published into the lane. Called by the link."""
+        if not self._run.length:
+            return
+        run = self._run.take(self._lane.publisher, time.time_ns())
+        if self._latched:
+            self._retain(run)
+        channel = self.core.link.channel
+        if self._live and channel is not None:
+            channel.outbox.put_lane(self._lane, run)
+        else:
+            self._lane.put(run)
+            self._lane.trim()
+
+    def _retain(self, run: frames.Run) -> None:
+        """Keep the last messages for a broker that restarts."""
+        self._retained.append(run)
+        excess = sum(run.length for run in self._retained) - self._keep
+        while excess > 0:
+            oldest = self._retained.popleft()
+            if oldest.length > excess:
+                self._retained.appendleft(cut(oldest, excess, oldest.length))
+            excess -= oldest.length
+
+    async def ready(self, timeout_sec: float | None = None) -> None:
+        """Wait until `publish` has room.
+
+        Raises:
+            WaitTimeout: No room within `timeout_sec` (None: the node's default call timeout).
+        """
+        if self._keep_all and self._crowded:
+            await self.core.wait_until(
+                lambda: self.destroyed or not self._crowded,
+                f"Room to publish on '{self.topic_name}'",
+                timeout_sec,
+            )
+        self.require_alive()
+
+    async def flush(self, timeout_sec: float | None = None) -> None:
+        """Wait until everything published so far has reached the broker.
+
+        Raises:
+            WaitTimeout: It has not within `timeout_sec` (None: the node's default call timeout).
+            BrokerUnreachable: The link broke while it was on its way.
+        """
+        self.core.link.flush()
+        loop = self.core.require_loop()
+        limit = self.core.default_call_timeout_sec if timeout_sec is None else timeout_sec
+        deadline = loop.time() + limit
+        what = f"Flushing '{self.topic_name}'"
+        await self.core.wait_until(lambda: self._live and self._lane.empty, what, limit)
+        with in_flight():
+            try:
+                async with asyncio.timeout_at(deadline):
+                    await self.core.link.round_trip()
+            except TimeoutError as error:
+                raise WaitTimeout(f"{what} did not come true within {limit:g} s") from error
+
+    def destroy(self) -> None:
+        """Take the publisher back, after everything it has published has been sent."""
+        if self.destroyed:
+            return
+        self.flush_turn()
+        self.destroyed = True
+        self.core.entities.pop(self, None)
+        if self._live:
+            self._leave()
+        elif self.core.link.channel is None or not self._lane.pending:
+            if self._lane.pending:
+                self.core.log.warning(
+                    f"'{self.topic_name}': {self._lane.pending} messages were never sent: no broker"
+                )
+            self.core.link.remove(self)
+
+    def _leave(self) -> None:
+        """Send the UNDECLARE behind what waits in the lane."""
+        link = self.core.link
+        link.remove(self, announce=False)
+        if link.channel is not None:
+            link.channel.outbox.put_lane(self._lane, encode(frames.Undeclare(self.id)))
+            link.channel.flush_soon()
+
+    # Endpoint
+
+    def declaration(self) -> frames.Frame:
+        """Endpoint: declare the publisher; its numbers go on where an earlier link ended."""
+        oldest = self._retained[0].first_sequence if self._retained else None
+        first = self._lane.first_sequence
+        if first is None:
+            first = self._run.next_sequence
+        return frames.Publisher(
+            self.id,
+            self.core.id,
+            self.topic_name,
+            type_name(self.msg_type),
+            type_hash(self.msg_type),
+            self.qos_profile.to_wire(),
+            self.gid,
+            first if oldest is None else min(first, oldest),
+            definition(self.msg_type),
+        )
+
+    def accepted(self, number: int) -> None:
+        """Endpoint: the broker has given the publisher its id; what waited may go."""
+        link = self.core.link
+        channel = link.channel
+        if channel is None:
+            return
+        self._lane.restart(number)
+        self._resend_retained()
+        self._live = True
+        self._unlimited = True
+        link.publishers[number] = self
+        channel.outbox.wake(self._lane)
+        if self.destroyed:
+            self._leave()
+        channel.flush_soon()
+
+    def _resend_retained(self) -> None:
+        """Give a broker that does not have them the latched messages that had been sent before."""
+        first = self._lane.first_sequence
+        for run in reversed(self._retained):
+            if first is None or run.first_sequence < first:
+                stop = run.length if first is None else min(run.length, first - run.first_sequence)
+                self._lane.put_front(cut(run, 0, stop))
+
+    def credit(self, frame: frames.Credit) -> None:
+        """CREDIT came: what the slowest KEEP_ALL subscription allows."""
+        channel = self.core.link.channel
+        if channel is None:
+            return
+        if self._unlimited and frame.sequence_limit is not None:
+            channel.send(frame)
+        self._unlimited = frame.sequence_limit is None
+        self._lane.sequence_limit = frame.sequence_limit
+        self._lane.byte_limit = frame.byte_limit
+        channel.outbox.wake(self._lane)
+        channel.flush_soon()
+
+    def link_lost(self) -> None:
+        """Endpoint: back to queueing, KEEP_LAST to its depth."""
+        super().link_lost()
+        self._live = False
+        self.core.link.publishers.pop(self._lane.publisher, None)
+        self._lane.restart(0)
+        self._lane.trim()

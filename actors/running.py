@@ -1,0 +1,142 @@
+"""`actors.run`: what a script needs around its nodes.
+
+It reads the command line, sets up logging, runs everything on uvloop where there is one, and stops it cleanly
+on SIGINT and SIGTERM. Library code does none of this.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+import signal
+import sys
+from collections.abc import Callable, Coroutine, Sequence
+from typing import Any, Final
+
+from actors import environment
+from actors.arguments import InvalidRosArgumentError, RosArguments, parse_ros_arguments
+from actors.log_output import configure_logging
+from actors.logger import LoggingSeverity, get_logger
+from actors.node import Node, process_arguments
+from proto.errors import CallboardError
+
+Program = Node | Callable[[], Node] | Callable[[], Coroutine[Any, Any, Any]]
+
+FAILURE: Final = 1
+USAGE: Final = 2
+
+STOP_SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name))
+
+
+def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
+    """Run nodes and coroutine functions until they end, or SIGINT or SIGTERM comes.
+
+    Args:
+        programs: Nodes, things that return a node when called (Node classes, factories), or coroutine
+            functions. They run side by side; when one raises, all stop.
+        args: The command line without the program's name; None takes the process's. What stands behind
+            `--ros-args` is for all nodes.
+
+    Returns:
+        The result of a single coroutine function; None otherwise, and when a signal ended it.
+
+    Raises:
+        SystemExit: 1 if something failed with a CallboardError, 2 if the arguments cannot be read; the error
+            stands on stderr in one line. Other exceptions come through as they are.
+    """
+    argv = sys.argv[1:] if args is None else list(args)
+    try:
+        arguments = parse_ros_arguments(argv)
+        set_up_logging(arguments)
+    except (InvalidRosArgumentError, CallboardError) as error:
+        print(error, file=sys.stderr)  # noqa: T201 - there is no logging yet
+        raise SystemExit(USAGE) from None
+    token = process_arguments.set(arguments)
+    try:
+        return run_until_signal(lambda: _run_all(programs))
+    except CallboardError as error:
+        get_logger("callboard").fatal(str(error))
+        raise SystemExit(FAILURE) from None
+    finally:
+        process_arguments.reset(token)
+
+
+def set_up_logging(arguments: RosArguments) -> None:
+    """Send the process's log to stderr, as the arguments and the environment want it."""
+    level = arguments.log_level or environment.log_level() or LoggingSeverity.INFO
+    configure_logging(level if arguments.stdout_logs else LoggingSeverity.FATAL)
+    for name, severity in arguments.logger_levels:
+        get_logger(name).set_level(severity)
+
+
+def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
+    """Run a coroutine on a new loop (uvloop's, where there is one); SIGINT and SIGTERM cancel it.
+
+    Returns:
+        Its result; None if a signal ended it.
+    """
+    stopped = False
+
+    async def guarded() -> Any:
+        nonlocal stopped
+        task = asyncio.current_task()
+        assert task is not None
+        loop = asyncio.get_running_loop()
+
+        def stop() -> None:
+            nonlocal stopped
+            stopped = True
+            task.cancel()
+
+        for number in STOP_SIGNALS:
+            _on_signal(loop, number, stop)
+        return await main()
+
+    try:
+        with asyncio.Runner(loop_factory=_loop_factory()) as runner:
+            return runner.run(guarded())
+    except (asyncio.CancelledError, KeyboardInterrupt):
+        return None
+    except BaseExceptionGroup as group:
+        if stopped and group.subgroup(lambda error: not isinstance(error, asyncio.CancelledError)) is None:
+            return None
+        raise
+
+
+def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], None]) -> None:
+    try:
+        loop.add_signal_handler(number, stop)
+    except NotImplementedError:  # Windows
+        signal.signal(number, lambda _number, _frame: loop.call_soon_threadsafe(stop))
+
+
+def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
+    try:
+        import uvloop  # noqa: PLC0415 - not on every platform
+    except ImportError:
+        return None
+    return uvloop.new_event_loop
+
+
+async def _run_all(programs: Sequence[Program]) -> Any:
+    if len(programs) == 1:
+        return await _run_one(programs[0])
+    try:
+        async with asyncio.TaskGroup() as group:
+            for program in programs:
+                group.create_task(_run_one(program))
+    except BaseExceptionGroup as failures:
+        # One script, one reason: the first failure speaks for the group it brought down.
+        raise failures.exceptions[0] from None
+    return None
+
+
+async def _run_one(program: Program) -> Any:
+    if isinstance(program, Node):
+        return await program.run()
+    made = program()
+    if isinstance(made, Node):
+        return await made.run()
+    if inspect.isawaitable(made):
+        return await made
+    raise TypeError(f"{program!r} returned {made!r}; actors.run wants nodes or coroutine functions")

@@ -1,0 +1,229 @@
+"""Services: requests come in, go through the mailbox to the handler, and always end in a reply."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
+
+import msgpack
+
+from actors.callbacks import name_of, takes
+from actors.core import Core, Server
+from actors.interfaces.codec import Codec, codec_for
+from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.message import Message, definition, type_hash, type_name
+from actors.mailbox import Turn
+from proto import frames, limits
+from proto.codec import encode
+from proto.frames import ReplyEntry, RequestEntry, Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Q = TypeVar("Q", bound=Message)
+A = TypeVar("A", bound=Message)
+
+MAX_QUEUED: Final = 200_000
+"""Requests that wait for one service's handler; one more is refused as OVERLOADED."""
+
+MAX_RUNNING: Final = 1000
+"""Handlers of one service that are suspended at the same time; more requests wait."""
+
+MAX_ERROR_TEXT: Final = 4000
+"""Characters of an exception's text that travel to the caller."""
+
+
+class Service(Server, Generic[Q, A]):
+    """Serves requests. Made by `Node.create_service`.
+
+    The callback is `(request, response) -> response` or `(request) -> response`, `def` or `async def`. What
+    it raises reaches the caller as RemoteError and is logged here. A handler whose caller has given up is
+    cancelled.
+
+    Attributes:
+        srv_name: The full name of the service.
+        served: Requests answered so far, errors included.
+    """
+
+    def __init__(
+        self,
+        core: Core,
+        srv_type: type,
+        request_type: type[Q],
+        response_type: type[A],
+        name: str,
+        *,
+        callback: Callable[..., Any],
+        concurrent: bool,
+    ) -> None:
+        self._requests: Codec[Q] = codec_for(request_type)
+        self._replies: Codec[A] = codec_for(response_type)
+        self._response_type = response_type
+        self._with_response = takes(callback, (1, 2), "service") == 2
+        super().__init__(core)
+        self.srv_type = srv_type
+        self.srv_name = name
+        self.posted = False
+        self.served = 0
+        self._callback = callback
+        self._concurrent = concurrent
+        self._waiting: OrderedDict[int, bytes] = OrderedDict()
+        self._running: dict[int, Turn] = {}
+        self._outgoing: list[ReplyEntry] = []
+        self._outgoing_bytes = 0
+        core.link.add(self)
+
+    @property
+    def service_name(self) -> str:
+        """The full name of the service."""
+        return self.srv_name
+
+    @property
+    def pending(self) -> int:
+        """Requests that wait or are being handled."""
+        return len(self._waiting) + len(self._running)
+
+    def requested(self, entries: tuple[RequestEntry, ...]) -> None:
+        """Requests came."""
+        for entry in entries:
+            if len(self._waiting) >= MAX_QUEUED:
+                self._reply_text(entry.call, Status.OVERLOADED, f"{MAX_QUEUED} requests wait already")
+            else:
+                self._waiting[entry.call] = entry.body
+        self.core.mailbox.post(self)
+
+    def cancelled(self, calls: tuple[int, ...]) -> None:
+        """Callers have given up."""
+        for call in calls:
+            if self._waiting.pop(call, None) is None:
+                turn = self._running.get(call)
+                if turn is not None:
+                    turn.cancel()
+
+    def has_work(self) -> bool:
+        """Source: whether a handler could run now."""
+        return bool(self._waiting) and len(self._running) < MAX_RUNNING and not self.destroyed
+
+    def dispatch(self) -> Turn | None:
+        """Source: run the handler for what waits, until it returns something to await."""
+        while self.has_work():
+            call, body = self._waiting.popitem(last=False)
+            try:
+                request = self._requests.decode(body)
+            except InvalidMessageError as error:
+                self._reply_error(call, Status.INVALID_REQUEST, error)
+                continue
+            try:
+                if self._with_response:
+                    result = self._callback(request, self._response_type())
+                else:
+                    result = self._callback(request)
+            except Exception as error:  # noqa: BLE001 - the user's: logged, counted, sent to the caller
+                self._raised(call, error)
+                continue
+            if not asyncio.iscoroutine(result):
+                self._reply(call, result)
+                continue
+            turn = self._turn(call, result)
+            if not self._concurrent:
+                return turn
+            self.core.mailbox.run_beside(turn)
+        return None
+
+    def _turn(self, call: int, coroutine: Any) -> Turn:
+        def ended(result: object, error: BaseException | None) -> None:
+            self._running.pop(call, None)
+            if error is None:
+                self._reply(call, result)
+            elif isinstance(error, asyncio.CancelledError):
+                self._reply_text(call, Status.CANCELLED, "the handler was cancelled")
+            else:
+                self._raised(call, error)
+            if self.has_work():
+                self.core.mailbox.post(self)
+
+        turn = Turn(self.core.mailbox, coroutine, ended, beside=self._concurrent)
+        self._running[call] = turn
+        return turn
+
+    def _raised(self, call: int, error: BaseException) -> None:
+        self._reply_error(call, Status.REMOTE_ERROR, error)
+        self.core.callback_failed(
+            f"Callback {name_of(self._callback)} of the service '{self.srv_name}'", error
+        )
+
+    def _reply(self, call: int, response: object) -> None:
+        try:
+            body = self._replies.encode(cast("A", response))
+        except (TypeError, InvalidMessageError) as error:
+            self._reply_error(call, Status.INVALID_REPLY, error)
+            self.core.callback_failed(
+                f"Callback {name_of(self._callback)} of the service '{self.srv_name}' did not return"
+                f" a valid {type_name(self._response_type)}; it",
+                error,
+            )
+            return
+        self._send(_entry(call, Status.OK, body))
+
+    def _reply_error(self, call: int, status: Status, error: BaseException) -> None:
+        body = msgpack.packb([type(error).__name__, str(error)[:MAX_ERROR_TEXT]])
+        self._send(_entry(call, status, body))
+
+    def _reply_text(self, call: int, status: Status, text: str) -> None:
+        self._send(_entry(call, status, text.encode()))
+
+    def _send(self, entry: ReplyEntry) -> None:
+        self.served += 1
+        size = len(entry.body) + 24
+        if self._outgoing_bytes + size > limits.CALLS_FLUSH_BYTES:
+            self.flush_turn()
+        self._outgoing.append(entry)
+        self._outgoing_bytes += size
+        if len(self._outgoing) >= limits.MAX_CALLS_PER_FRAME:
+            self.flush_turn()
+        self.core.link.flush_later(self)
+
+    def flush_turn(self) -> None:
+        """Put what this loop turn answered into the outbox. Called by the link."""
+        outgoing, self._outgoing = self._outgoing, []
+        self._outgoing_bytes = 0
+        channel = self.core.link.channel
+        if outgoing and channel is not None:
+            raw = encode(frames.Reply(self.id, tuple(outgoing)))
+            channel.outbox.put_calls(raw, (self.id, outgoing[0].call))
+
+    def _abandon(self) -> None:
+        """Nobody waits for these replies any more."""
+        self._waiting.clear()
+        self._outgoing.clear()
+        for turn in tuple(self._running.values()):
+            turn.cancel()
+
+    def destroy(self) -> None:
+        """Serve nothing more; handlers that run are cancelled, their callers see ServiceUnavailable."""
+        if self.destroyed:
+            return
+        self.flush_turn()
+        super().destroy()
+        self._abandon()
+
+    def link_lost(self) -> None:
+        """Endpoint: the callers have been told that the link broke."""
+        super().link_lost()
+        self._abandon()
+
+    def declaration(self) -> frames.Frame:
+        """Endpoint: declare the service."""
+        return frames.Service(
+            self.id,
+            self.core.id,
+            self.srv_name,
+            type_name(self.srv_type),
+            type_hash(self.srv_type),
+            definition(self.srv_type),
+        )
+
+
+def _entry(call: int, status: Status, body: bytes) -> ReplyEntry:
+    return ReplyEntry(call, status, more=False, attributes=None, body=body)

@@ -1,0 +1,155 @@
+"""Timers: drift-free, through the mailbox, one tick at a time."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from actors.callbacks import name_of, takes
+from actors.errors import NodeDestroyed
+from actors.mailbox import Turn
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.core import Core
+
+
+class TimerInfo(NamedTuple):
+    """When a tick was due and when it was run, in ns of the steady clock."""
+
+    expected_call_time: int
+    actual_call_time: int
+
+
+class Timer:
+    """Calls a callback every `period_sec` seconds. Made by `Node.create_timer`.
+
+    Ticks are due at whole periods from the start, however long the callback takes; ticks that pass while an
+    earlier one still runs or waits are skipped, not made up for.
+
+    Attributes:
+        period_sec: The period in seconds.
+        ticks: Callbacks run so far.
+        skipped: Ticks that passed unused.
+    """
+
+    def __init__(
+        self, core: Core, period_sec: float, callback: Callable[..., Any], *, autostart: bool = True
+    ) -> None:
+        if not 0 <= period_sec < float("inf"):
+            raise ValueError(f"A timer's period must be zero or more seconds, got {period_sec}")
+        self._with_info = takes(callback, (0, 1), "timer") == 1
+        core.require_alive()
+        self.period_sec = period_sec
+        self.posted = False
+        self.ticks = self.skipped = 0
+        self._core = core
+        self._callback = callback
+        self._handle: asyncio.TimerHandle | None = None
+        self._due = 0.0
+        self._due_now = False
+        self._running: Turn | None = None
+        self._canceled = not autostart
+        self._destroyed = False
+        self.start()
+
+    @property
+    def timer_period_ns(self) -> int:
+        """The period in nanoseconds."""
+        return round(self.period_sec * 1e9)
+
+    def start(self) -> None:
+        """Begin to tick, if the node runs; called again when it starts to."""
+        loop = self._core.link.loop
+        if loop is not None and not self._canceled and self._handle is None:
+            self._due = loop.time() + self.period_sec
+            self._handle = loop.call_at(self._due, self._tick)
+
+    def cancel(self) -> None:
+        """Stop ticking. `reset` starts again."""
+        self._canceled = True
+        self._due_now = False
+        if self._handle is not None:
+            self._handle.cancel()
+            self._handle = None
+
+    def reset(self) -> None:
+        """Start again: the next tick is one period from now."""
+        if self._destroyed:
+            raise NodeDestroyed("This timer has been destroyed")
+        self.cancel()
+        self._canceled = False
+        self.start()
+
+    def destroy(self) -> None:
+        """Stop for good; a callback that runs is cancelled."""
+        self.cancel()
+        self._destroyed = True
+        if self._running is not None:
+            self._running.cancel()
+
+    def is_canceled(self) -> bool:
+        """Tell whether the timer does not tick."""
+        return self._canceled
+
+    def time_until_next_call(self) -> int | None:
+        """Return the nanoseconds until the next tick; None if cancelled or the node does not run."""
+        loop = self._core.link.loop
+        if self._handle is None or loop is None:
+            return None
+        return round((self._due - loop.time()) * 1e9)
+
+    def _tick(self) -> None:
+        loop = self._core.link.loop
+        assert loop is not None
+        late = loop.time() - self._due
+        if self._due_now or self._running is not None:
+            self.skipped += 1
+        else:
+            self._due_now = True
+        periods = 1
+        if self.period_sec > 0 and late >= self.period_sec:
+            periods = int(late / self.period_sec) + 1
+            self.skipped += periods - 1
+        self._due += periods * self.period_sec
+        self._handle = loop.call_at(max(self._due, loop.time()), self._tick)
+        self._core.mailbox.post(self)
+
+    def has_work(self) -> bool:
+        """Source: whether a tick is due."""
+        return self._due_now and self._running is None and not self._canceled
+
+    def dispatch(self) -> Turn | None:
+        """Source: run the callback for a tick."""
+        if not self.has_work():
+            return None
+        self._due_now = False
+        self.ticks += 1
+        try:
+            result = self._callback(self._info()) if self._with_info else self._callback()
+        except Exception as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
+            self._core.callback_failed(self._what, error)
+            return None
+        if not asyncio.iscoroutine(result):
+            return None
+        self._running = Turn(self._core.mailbox, result, self._ended)
+        return self._running
+
+    def _info(self) -> TimerInfo:
+        loop = self._core.link.loop
+        assert loop is not None
+        now_ns = time.monotonic_ns()
+        late_ns = round((loop.time() - (self._due - self.period_sec)) * 1e9)
+        return TimerInfo(now_ns - late_ns, now_ns)
+
+    def _ended(self, result: object, error: BaseException | None) -> None:
+        del result
+        self._running = None
+        if error is not None and not isinstance(error, asyncio.CancelledError):
+            self._core.callback_failed(self._what, error)
+
+    @property
+    def _what(self) -> str:
+        return f"Callback {name_of(self._callback)} of a timer"
