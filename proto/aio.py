@@ -3,7 +3,7 @@
 A `Channel` reads whole frames out of a stream, checks them against the session's table, puts fragments
 together and hands frames to its handler; what waits in its outbox it writes while the transport has room.
 
-All channels of a loop read into one scratch buffer, which is safe because `buffer_updated` has taken
+All channels of a thread read into one scratch buffer, which is safe because `buffer_updated` has taken
 everything out of it before the loop can read for another: an idle connection owns no buffer at all.
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import threading
 from typing import TYPE_CHECKING, Final, Protocol, cast
 
 from proto import frames, limits
@@ -24,8 +25,18 @@ if TYPE_CHECKING:
     from proto.frames import Frame
 
 _SCRATCH_BYTES: Final = 2 * (limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES)
-_scratch: Final = bytearray(_SCRATCH_BYTES)
-_scratch_view: Final = memoryview(_scratch)
+_GATHER_BYTES: Final = limits.HIGH_WATER_BYTES // 2
+"""Small frames are written together up to this size: a system call costs more than the copy."""
+
+
+class _Scratch(threading.local):
+    """The thread's read buffer: while one thread's loop is in recv, another's may run."""
+
+    def __init__(self) -> None:
+        self.view = memoryview(bytearray(_SCRATCH_BYTES))
+
+
+_scratch: Final = _Scratch()
 
 _FRAGMENTABLE: Final = (frames.Run, frames.Replay, frames.Request, frames.Reply)
 
@@ -85,12 +96,15 @@ class Channel(asyncio.BufferedProtocol):
         self.last_received = self.last_sent = loop.time()
         self._reassembler = Reassembler(max_message_bytes)
         self._transport: asyncio.Transport | None = None
+        self._scratch = _scratch.view
         self._rest = b""
         self._paused = False
         self._flush_due = False
+        self._linger: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Called by asyncio."""
+        self._scratch = _scratch.view
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(high=limits.HIGH_WATER_BYTES, low=limits.LOW_WATER_BYTES)
         _tune(transport.get_extra_info("socket"))
@@ -99,6 +113,8 @@ class Channel(asyncio.BufferedProtocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Called by asyncio."""
         self._transport = None
+        if self._linger is not None:
+            self._linger.cancel()
         self._handler.closed(exc)
 
     def eof_received(self) -> bool:
@@ -109,52 +125,49 @@ class Channel(asyncio.BufferedProtocol):
         """Called by asyncio: the scratch buffer behind what is left of an incomplete frame."""
         start = len(self._rest)
         if start:
-            _scratch[:start] = self._rest
-        return _scratch_view[start:]
+            self._scratch[:start] = self._rest
+        return self._scratch[start:]
 
     def buffer_updated(self, nbytes: int) -> None:
         """Called by asyncio: take the frames out and hand them over."""
+        if not self.connected:
+            return
         self.last_received = self._loop.time()
         self.bytes_received += nbytes
-        received: list[bytes] = []
-        problem: ProtocolError | None = None
+        start, end = 0, len(self._rest) + nbytes
+        self._rest = b""
         try:
-            self._split(len(self._rest) + nbytes, received)
-        except ProtocolError as error:
-            problem = error
-        try:
-            for raw in received:
+            while stop := self._frame_end(start, end):
+                raw = bytes(self._scratch[start:stop])
+                start = stop
                 self._take(decode(raw))
-                if self._transport is None or self.session.state is State.CLOSED:
+                if not self.connected:
+                    self.close()
                     return
-            if problem is not None:
-                raise problem
+            self._rest = bytes(self._scratch[start:end])
         except ProtocolError as error:
             self.fail(error)
         finally:
             self._handler.batch_received()
 
-    def _split(self, end: int, received: list[bytes]) -> None:
-        """Copy each whole frame out of the scratch buffer; keep the start of an incomplete one."""
-        opened = self.session.state in {State.OPEN, State.CLOSING}
-        most = limits.MAX_FRAME_BYTES if opened else limits.MAX_HELLO_BYTES
-        start = 0
-        while end - start >= limits.PREFIX_BYTES:
-            if _scratch[start] != BIN_32:
-                raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {_scratch[start]:#04x}")
-            size = int.from_bytes(_scratch_view[start + 1 : start + 5], "big")
-            if size > most:
-                raise ProtocolError(
-                    ErrorCode.TOO_LARGE, f"a frame of {size} bytes is over the limit of {most}"
-                )
-            stop = start + limits.PREFIX_BYTES + size
-            if stop > end:
-                break
-            received.append(bytes(_scratch_view[start:stop]))
-            start = stop
-        if start < end and _scratch[start] != BIN_32:
-            raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {_scratch[start]:#04x}")
-        self._rest = bytes(_scratch_view[start:end])
+    def _frame_end(self, start: int, end: int) -> int:
+        """Return where the frame at `start` ends, or 0 if it is not there whole.
+
+        The limit is looked up frame by frame: the first of a read may be the one that opens the session.
+        """
+        if start == end:
+            return 0
+        scratch = self._scratch
+        if scratch[start] != BIN_32:
+            raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {scratch[start]:#04x}")
+        if end - start < limits.PREFIX_BYTES:
+            return 0
+        size = int.from_bytes(scratch[start + 1 : start + limits.PREFIX_BYTES], "big")
+        most = limits.MAX_FRAME_BYTES if self.session.is_open else limits.MAX_HELLO_BYTES
+        if size > most:
+            raise ProtocolError(ErrorCode.TOO_LARGE, f"a frame of {size} bytes is over the limit of {most}")
+        stop = start + limits.PREFIX_BYTES + size
+        return stop if stop <= end else 0
 
     def _take(self, frame: Frame) -> None:
         self.session.received(frame)
@@ -162,8 +175,6 @@ class Channel(asyncio.BufferedProtocol):
             raw = self._reassembler.add(frame)
             if raw is None:
                 return
-            if int.from_bytes(raw[1 : limits.PREFIX_BYTES], "big") != len(raw) - limits.PREFIX_BYTES:
-                raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: the parts are not one frame")
             frame = decode(raw)
             if not isinstance(frame, _FRAGMENTABLE):
                 name = type(frame).__name__.upper()
@@ -192,19 +203,28 @@ class Channel(asyncio.BufferedProtocol):
     def flush(self) -> None:
         """Write what waits, as far as the transport has room; trim the rest to its depth."""
         self._flush_due = False
-        transport = self._transport
+        transport, outbox = self._transport, self.outbox
         if transport is None:
             return
-        outbox = self.outbox
-        while not self._paused:
-            raw = outbox.next()
-            if raw is None:
-                outbox.settle()
-                return
+        while not self._paused and not transport.is_closing():
+            raw = self._gather()
+            if not raw:
+                break
             self.last_sent = self._loop.time()
             self.bytes_sent += len(raw)
             transport.write(raw)
         outbox.trim()
+
+    def _gather(self) -> bytes:
+        """Take what is to be written next out of the outbox: one frame, or several small ones."""
+        frame = self.outbox.next()
+        parts: list[bytes] = []
+        size = 0
+        while frame is not None:
+            parts.append(frame)
+            size += len(frame)
+            frame = self.outbox.next() if size < _GATHER_BYTES else None
+        return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def pause_writing(self) -> None:
         """Called by asyncio: the transport is full."""
@@ -225,11 +245,17 @@ class Channel(asyncio.BufferedProtocol):
     @property
     def connected(self) -> bool:
         """Whether there is a connection that may still carry frames."""
-        return self._transport is not None and self.session.state is not State.CLOSED
+        transport = self._transport
+        return transport is not None and self.session.state is not State.CLOSED and not transport.is_closing()
+
+    def fileno(self) -> int | None:
+        """Return the socket's descriptor, or None without a connection."""
+        sock = None if self._transport is None else self._transport.get_extra_info("socket")
+        return None if sock is None else sock.fileno()
 
     def fail(self, error: ProtocolError) -> None:
         """Tell the peer why, and close."""
-        if self._transport is None or self.session.state is State.CLOSED:
+        if self._transport is None or not self.connected:
             return
         farewell = frames.Error(error.code, str(error)[: limits.MAX_ERROR_TEXT])
         self.session.sent(farewell)
@@ -238,9 +264,11 @@ class Channel(asyncio.BufferedProtocol):
         self.close()
 
     def close(self) -> None:
-        """Close once everything written so far has gone out."""
-        if self._transport is not None:
-            self._transport.close()
+        """Close once everything written so far has gone out, or after `limits.CLOSE_TIMEOUT_SEC`."""
+        transport = self._transport
+        if transport is not None and not transport.is_closing():
+            self._linger = self._loop.call_later(limits.CLOSE_TIMEOUT_SEC, transport.abort)
+            transport.close()
 
     def abort(self) -> None:
         """Close now, whatever is still unsent."""

@@ -1,4 +1,7 @@
-"""Large frames in pieces: cut on one side, put together in one preallocated buffer on the other."""
+"""Large frames in pieces: cut on one side, put together in one buffer on the other.
+
+The buffer grows with what has come, not with what was announced: a total costs the sender nothing.
+"""
 
 from __future__ import annotations
 
@@ -43,6 +46,7 @@ class Reassembler:
     def __init__(self, max_bytes: int = limits.MAX_MESSAGE_BYTES) -> None:
         self._max_bytes = max_bytes
         self._open: dict[int, tuple[bytearray, int]] = {}
+        """By transfer id: what has come, and the total."""
 
     def add(self, fragment: Fragment) -> bytearray | None:
         """Take one piece; return the whole encoded frame when it was the last.
@@ -55,25 +59,25 @@ class Reassembler:
             raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: exactly the first piece has the total size")
         if found is None:
             assert fragment.total is not None
-            found = self._start(fragment.total), 0
-        buffer, filled = found
-        end = filled + len(fragment.payload)
-        if end > len(buffer) or fragment.more == (end == len(buffer)) or filled == end:
+            self._check_start(fragment.total)
+            found = bytearray(), fragment.total
+        buffer, total = found
+        end = len(buffer) + len(fragment.payload)
+        if not fragment.payload or end > total or fragment.more == (end == total):
             raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: the pieces do not add up to the total size")
-        buffer[filled:end] = fragment.payload
+        buffer += fragment.payload
         if not fragment.more:
             return buffer
-        self._open[fragment.transfer] = buffer, end
+        self._open[fragment.transfer] = found
         return None
 
-    def _start(self, total: int) -> bytearray:
+    def _check_start(self, total: int) -> None:
         if total > self._max_bytes:
             text = f"a message of {total} bytes is over the limit of {self._max_bytes}"
             raise ProtocolError(ErrorCode.TOO_LARGE, text)
         if len(self._open) >= limits.MAX_TRANSFERS:
             text = f"more than {limits.MAX_TRANSFERS} fragmented frames at a time"
             raise ProtocolError(ErrorCode.LIMIT, text)
-        return bytearray(total)
 
     def abort(self, abort: Abort) -> None:
         """Forget a transfer; an unknown one is ignored (its last piece may have crossed the ABORT)."""

@@ -49,7 +49,11 @@ MAX_CALLS_PER_FRAME: Final = 4096
 MAX_HEADER_STRING_BYTES: Final = 1024
 MAX_HEADER_ARRAY: Final = 8192
 MAX_HEADER_MAP: Final = 64
-"""Caps on what a header may make a decoder allocate before its fields are checked."""
+"""Caps on what a header may make a decoder allocate before its fields are checked. (In a header without a
+list field an array, too, has at most MAX_HEADER_MAP elements.)"""
+
+MAX_HEADER_BYTES: Final = 64 * 1024
+"""The header of a frame with a payload: a receiver need not look further for its end."""
 
 MAX_ERROR_TEXT: Final = 500
 """Characters of an ERROR, REFUSED, NOTICE or GOODBYE text; the sender cuts."""
@@ -81,3 +85,6 @@ DEFAULT_KEEPALIVE_SEC: Final = 3.0
 
 HANDSHAKE_TIMEOUT_SEC: Final = 5.0
 """From the connection's first moment to a finished handshake, whatever bytes drip in between."""
+
+CLOSE_TIMEOUT_SEC: Final = 2.0
+"""From the decision to close until the connection is cut, however much the peer has left unread."""

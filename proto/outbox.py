@@ -1,19 +1,21 @@
 """What waits to be sent on one link, and in which order it goes. Pure: whoever owns a socket pulls from it.
 
 Control frames go first, then requests and replies, then the *lanes* in turn. A lane is one publisher's queue:
-its depth bounds the messages in it, exactly, by dropping the oldest; its credit, where it has one, holds them
-back. Large frames leave in fragments, one at each turn of their lane, so they hold up nobody.
+its depth bounds the messages in it, exactly, by dropping the oldest when they cannot leave; its credit, where
+it has one, holds them back. Large frames leave in fragments, one at each turn of their lane, so they hold up
+nobody.
 """
 
 from __future__ import annotations
 
 from collections import deque
+from typing import cast
 
 from proto import limits
 from proto.codec import encode
 from proto.fragments import Transfer, is_large
 from proto.frames import Abort, Buffer, Run
-from proto.runs import cut, message_bytes, readdress
+from proto.runs import cut, fitting, message_bytes, readdress
 
 
 class Lane:
@@ -21,19 +23,23 @@ class Lane:
 
     Attributes:
         publisher: The id its runs carry on this link; runs queued under an earlier id are rewritten.
-        depth: Messages kept when the link is busy; None keeps all.
-        pending: Messages queued now.
-        pending_bytes: Their size.
+        depth: Messages kept while they cannot leave; None keeps all.
+        pending: Messages that wait; one that has begun to leave does not count.
+        pending_bytes: What holding them takes: dropped messages count until their whole run is gone.
+        control_bytes: Bytes of other frames that wait in order with the runs; they are never dropped.
         dropped: Messages dropped so far, because the link was slower than the publisher.
         sent_bytes: Bytes of messages that have left on this link; what `byte_limit` is compared with.
         sequence_limit, byte_limit: Credit; None is unlimited.
     """
 
     __slots__ = (
+        "_leaving",
+        "_next_sequence",
         "_queue",
         "_skip",
         "_transfer",
         "byte_limit",
+        "control_bytes",
         "depth",
         "dropped",
         "pending",
@@ -49,6 +55,7 @@ class Lane:
         self.depth = depth
         self.pending = 0
         self.pending_bytes = 0
+        self.control_bytes = 0
         self.dropped = 0
         self.sent_bytes = 0
         self.sequence_limit: int | None = None
@@ -56,7 +63,12 @@ class Lane:
         self.scheduled = False
         self._queue: deque[Run | bytes] = deque()
         self._skip = 0
+        """Messages of the first run in the queue that are dropped."""
+        self._leaving: Run | bytes | None = None
+        """The item whose fragments are on their way; it is not in the queue any more."""
         self._transfer: Transfer | None = None
+        self._next_sequence: int | None = None
+        """The number after the last message that has left on this link."""
 
     def put(self, item: Run | bytes) -> None:
         """Queue a run, or an encoded control frame that must stay behind the runs before it."""
@@ -64,26 +76,50 @@ class Lane:
         if isinstance(item, Run):
             self.pending += item.length
             self.pending_bytes += message_bytes(item)
+            if self._next_sequence is None:
+                self._next_sequence = item.first_sequence
+        else:
+            self.control_bytes += len(item)
 
-    def trim(self) -> list[bytes]:
+    def put_front(self, item: Run | bytes) -> None:
+        """Queue something before everything that has not begun to leave.
+
+        A run only before anything has left on this link; a control frame at any time.
+        """
+        if isinstance(item, Run):
+            self._cut_skipped()
+            self.pending += item.length
+            self.pending_bytes += message_bytes(item)
+            self._next_sequence = item.first_sequence
+        else:
+            self.control_bytes += len(item)
+        self._queue.appendleft(item)
+
+    @property
+    def first_sequence(self) -> int | None:
+        """The number of the oldest message that has not left whole, or None."""
+        if isinstance(self._leaving, Run):
+            return self._leaving.first_sequence
+        for item in self._queue:
+            if isinstance(item, Run):
+                return item.first_sequence + self._skip
+        return None
+
+    def trim(self) -> None:
         """Drop the oldest messages beyond the depth (and the byte ceiling, but never the last message).
 
-        Returns:
-            Control frames that stood before a dropped run and must go now.
+        Control frames keep their place between the runs that stay.
         """
-        freed: list[bytes] = []
-        if self.depth is None:
-            return freed
+        if self.depth is None or (self.pending <= self.depth and self.pending_bytes <= limits.LANE_BYTES):
+            return
+        kept: list[bytes] = []
         while self.pending > self.depth or (self.pending_bytes > limits.LANE_BYTES and self.pending > 1):
-            if self._transfer is not None and len(self._queue) == 1:
-                break
-            head = self._take_oldest()
+            head = self._queue.popleft()
             if not isinstance(head, Run):
-                freed.append(head)
+                kept.append(head)
                 continue
             left = head.length - self._skip
-            excess = self.pending - self.depth if self.pending > self.depth else self.pending - 1
-            gone = min(left, excess)
+            gone = min(left, self.pending - (self.depth if self.pending > self.depth else 1))
             self.pending -= gone
             self.dropped += gone
             if gone == left:
@@ -91,106 +127,136 @@ class Lane:
                 self._skip = 0
             else:
                 self._skip += gone
-                self._put_oldest(head)
-        return freed
+                self._queue.appendleft(head)
+        self._queue.extendleft(reversed(kept))
 
-    def _take_oldest(self) -> Run | bytes:
-        """Remove the oldest item that has not begun to leave."""
-        if self._transfer is None:
-            return self._queue.popleft()
-        leaving = self._queue.popleft()
-        oldest = self._queue.popleft()
-        self._queue.appendleft(leaving)
-        return oldest
-
-    def _put_oldest(self, item: Run) -> None:
-        if self._transfer is None:
-            self._queue.appendleft(item)
-        else:
-            self._queue.insert(1, item)
+    def _cut_skipped(self) -> None:
+        """Take the dropped messages out of the first run, so that its place does not matter."""
+        if not self._skip:
+            return
+        where = next(index for index, item in enumerate(self._queue) if isinstance(item, Run))
+        whole = cast("Run", self._queue[where])
+        rest = cut(whole, self._skip, whole.length)
+        self.pending_bytes -= message_bytes(whole) - message_bytes(rest)
+        self._queue[where] = rest
+        self._skip = 0
 
     @property
     def sendable(self) -> bool:
         """Whether the next item may go now: there is one, and credit allows it."""
+        if self._leaving is not None:
+            return True
         if not self._queue:
             return False
-        head = self._queue[0]
-        if self._transfer is not None or not isinstance(head, Run):
+        if not isinstance(self._queue[0], Run):
             return True
-        if self.sequence_limit is not None and head.first_sequence + self._skip >= self.sequence_limit:
+        # Not the waiting message's own number: behind a gap of dropped ones it may be beyond every limit
+        # that a reader who has not seen the gap will ever grant.
+        if self.sequence_limit is not None and cast("int", self._next_sequence) >= self.sequence_limit:
             return False
         return self.byte_limit is None or self.sent_bytes < self.byte_limit
 
     @property
     def empty(self) -> bool:
         """Whether everything put in has left."""
-        return not self._queue
+        return not self._queue and self._leaving is None
 
-    def begin(self) -> Buffer:
-        """Make the next item ready to leave and return its encoded frame. Needs `sendable`."""
+    def _prepare(self) -> Buffer:
+        """Make the head of the queue exactly what may leave now and return its encoded frame."""
         head = self._queue[0]
         if not isinstance(head, Run):
             return head
-        stop = head.length
+        start, stop = self._skip, head.length
         if self.sequence_limit is not None:
-            stop = min(stop, self.sequence_limit - head.first_sequence)
-        run = readdress(cut(head, self._skip, stop), self.publisher)
-        if stop < head.length or self._skip:
-            rest = [cut(head, stop, head.length)] if stop < head.length else []
-            self.pending_bytes -= message_bytes(head)
-            self.pending_bytes += message_bytes(run) + sum(map(message_bytes, rest))
+            stop = min(stop, max(self.sequence_limit - head.first_sequence, start + 1))
+        if self.byte_limit is not None:
+            stop = min(stop, fitting(head, start, self.byte_limit - self.sent_bytes))
+        run = readdress(cut(head, start, stop), self.publisher)
+        if run is not head:
             self._queue.popleft()
-            self._queue.extendleft([*rest, run])
+            self.pending_bytes -= message_bytes(head) - message_bytes(run)
+            if stop < head.length:
+                rest = cut(head, stop, head.length)
+                self.pending_bytes += message_bytes(rest)
+                self._queue.appendleft(rest)
+            self._queue.appendleft(run)
             self._skip = 0
-        elif run is not head:
-            self._queue[0] = run
         return run.raw
 
-    def finish(self) -> None:
-        """Take out the item that `begin` returned: it has left whole."""
-        head = self._queue.popleft()
-        self._transfer = None
-        if isinstance(head, Run):
-            size = message_bytes(head)
-            self.pending -= head.length
-            self.pending_bytes -= size
-            self.sent_bytes += size
+    def _start_leaving(self) -> None:
+        item = self._leaving = self._queue.popleft()
+        if isinstance(item, Run):
+            self.pending -= item.length
+            self.pending_bytes -= message_bytes(item)
 
-    def restart(self, publisher: int) -> None:
-        """Prepare for a new link: another publisher id, no credit yet, half-sent messages whole again."""
-        self.publisher = publisher
-        self.sent_bytes = 0
-        self.sequence_limit = None
-        self.byte_limit = None
-        self.scheduled = False
-        self._transfer = None
+    def _has_left(self) -> None:
+        item = self._leaving
+        self._leaving = self._transfer = None
+        if isinstance(item, Run):
+            self.sent_bytes += message_bytes(item)
+            self._next_sequence = item.first_sequence + item.length
+        elif item is not None:
+            self.control_bytes -= len(item)
 
     def next_piece(self, transfers: Transfers) -> bytes | None:
         """Return the next frame to send, or None when no transfer may start now. Needs `sendable`."""
         if self._transfer is None:
-            raw = self.begin()
-            if not is_large(raw):
-                self.finish()
-                return bytes(raw)
-            self._transfer = transfers.start(raw)
+            raw = self._prepare()
+            if is_large(raw):
+                self._transfer = transfers.start(raw)
+                if self._transfer is None:
+                    return None
+            self._start_leaving()
             if self._transfer is None:
-                return None
+                self._has_left()
+                return bytes(raw)
         piece, last = self._transfer.next()
         if last:
             transfers.end(self._transfer)
-            self.finish()
+            self._has_left()
         return piece
+
+    def restart(self, publisher: int) -> None:
+        """Prepare for a new link: another publisher id, no credit yet, half-sent messages whole again.
+
+        Control frames go: the ids in them are the old link's.
+        """
+        self._cut_skipped()
+        if isinstance(self._leaving, Run):
+            self.pending += self._leaving.length
+            self.pending_bytes += message_bytes(self._leaving)
+            self._queue.appendleft(self._leaving)
+        self._queue = deque(item for item in self._queue if isinstance(item, Run))
+        self._leaving = self._transfer = None
+        self._next_sequence = self.first_sequence
+        self.publisher = publisher
+        self.sent_bytes = 0
+        self.control_bytes = 0
+        self.sequence_limit = None
+        self.byte_limit = None
+        self.scheduled = False
 
     def discard(self, transfers: Transfers) -> bytes | None:
         """Drop everything; return the ABORT for a transfer that had begun."""
         transfer = self._transfer
         self._queue.clear()
-        self._transfer = None
-        self.pending = self.pending_bytes = self._skip = 0
+        self._leaving = self._transfer = None
+        self.pending = self.pending_bytes = self.control_bytes = self._skip = 0
         if transfer is None:
             return None
         transfers.end(transfer)
         return encode(Abort(transfer.id))
+
+
+class _LargeCall(Lane):
+    """A lane of its own for one large frame of requests or replies."""
+
+    __slots__ = ("key",)
+
+    def __init__(self, raw: bytes, key: tuple[int, int] | None) -> None:
+        super().__init__(0, None)
+        self.key = key
+        self.put(raw)
 
 
 class Transfers:
@@ -206,7 +272,9 @@ class Transfers:
         """Begin a transfer, unless as many as allowed are under way."""
         if len(self._open) >= limits.MAX_TRANSFERS:
             return None
-        self._next_id = (self._next_id + 1) % limits.MAX_U32
+        self._next_id = (self._next_id + 1) & limits.MAX_U32
+        while self._next_id in self._open:
+            self._next_id = (self._next_id + 1) & limits.MAX_U32
         self._open.add(self._next_id)
         return Transfer(self._next_id, raw)
 
@@ -218,28 +286,43 @@ class Transfers:
 class Outbox:
     """Everything that waits on one link.
 
-    The owner puts things in, then calls `next` until it gets None or its transport is full; when the
-    transport is full it calls `trim`, so that only a busy link drops.
+    The owner puts things in, calls `next` until it gets None or its transport is full, and then `trim`: so
+    only what cannot leave is dropped.
+
+    Attributes:
+        urgent_bytes: Bytes of control frames and calls that wait.
+        ordered_bytes: Bytes of control frames (REPLAY among them) that wait in lanes, in order with runs.
+
+    Neither kind is ever dropped, so the owner caps both.
     """
 
-    __slots__ = ("_calls", "_control", "_large_calls", "_ready", "_touched", "_transfers", "urgent_bytes")
+    __slots__ = (
+        "_calls",
+        "_control",
+        "_large_calls",
+        "_ready",
+        "_touched",
+        "_transfers",
+        "ordered_bytes",
+        "urgent_bytes",
+    )
 
     def __init__(self) -> None:
         self._control: deque[bytes] = deque()
         self._calls: deque[bytes] = deque()
         self._ready: deque[Lane] = deque()
         self._touched: list[Lane] = []
-        self._large_calls: dict[tuple[int, int], tuple[Lane, int]] = {}
+        self._large_calls: dict[tuple[int, int], _LargeCall] = {}
         self._transfers = Transfers()
         self.urgent_bytes = 0
-        """Bytes of control frames and calls that wait: they are never dropped, so their owner caps them."""
+        self.ordered_bytes = 0
 
     def put_control(self, raw: bytes) -> None:
-        """Queue a frame that goes before everything else."""
+        """Queue a frame that goes before everything else. Never a large one."""
         self._control.append(raw)
         self.urgent_bytes += len(raw)
 
-    def put_calls(self, raw: bytes, key: tuple[int, int] = (0, 0)) -> None:
+    def put_calls(self, raw: bytes, key: tuple[int, int] | None = None) -> None:
         """Queue a frame of requests, replies or cancellations.
 
         A large one takes its turn with the lanes; `key` (endpoint, call id) names it for `drop_call`.
@@ -248,27 +331,35 @@ class Outbox:
         if not is_large(raw):
             self._calls.append(raw)
             return
-        lane = Lane(0, None)
-        lane.put(raw)
-        self._large_calls[key] = lane, len(raw)
+        lane = _LargeCall(raw, key)
+        if key is not None:
+            self._large_calls[key] = lane
         self._schedule(lane)
 
     def drop_call(self, key: tuple[int, int]) -> bool:
         """Take a large call back; False if it is not there any more, because it has left whole."""
-        if key not in self._large_calls:
+        lane = self._large_calls.pop(key, None)
+        if lane is None:
             return False
-        lane = self._forget_call(key)
-        if lane.empty:
-            return False
+        self.urgent_bytes -= lane.control_bytes
         abort = lane.discard(self._transfers)
         if abort is not None:
             self.put_control(abort)
         return True
 
-    def put_lane(self, lane: Lane, item: Run | bytes) -> None:
-        """Queue a run, or a control frame that must stay in order with it, in its lane."""
-        lane.put(item)
-        self._touched.append(lane)
+    def put_lane(self, lane: Lane, item: Run | bytes, *, first: bool = False) -> None:
+        """Queue a run, or a control frame that must stay in order with it, in its lane.
+
+        With `first` it goes before everything in the lane that has not begun to leave.
+        """
+        if first:
+            lane.put_front(item)
+        else:
+            lane.put(item)
+        if isinstance(item, Run):
+            self._touched.append(lane)
+        else:
+            self.ordered_bytes += len(item)
         self._schedule(lane)
 
     def wake(self, lane: Lane) -> None:
@@ -292,26 +383,25 @@ class Outbox:
             lane.scheduled = False
             if not lane.sendable:
                 continue
+            before = lane.control_bytes
             piece = lane.next_piece(self._transfers)
+            if lane.control_bytes != before:
+                self._control_has_left(lane, before - lane.control_bytes)
             self._schedule(lane)
             if piece is not None:
                 return piece
-        for key in [key for key, (lane, _) in self._large_calls.items() if lane.empty]:
-            self._forget_call(key)
         return None
 
-    def _forget_call(self, key: tuple[int, int]) -> Lane:
-        lane, size = self._large_calls.pop(key)
+    def _control_has_left(self, lane: Lane, size: int) -> None:
+        if not isinstance(lane, _LargeCall):
+            self.ordered_bytes -= size
+            return
         self.urgent_bytes -= size
-        return lane
+        if lane.key is not None and self._large_calls.get(lane.key) is lane:
+            del self._large_calls[lane.key]
 
     def trim(self) -> None:
-        """Bring the lanes that were put to back to their depth: the link is busy."""
+        """Bring the lanes that got runs back to their depth: what is left in them cannot leave now."""
         for lane in self._touched:
-            for raw in lane.trim():
-                self.put_control(raw)
-        self._touched.clear()
-
-    def settle(self) -> None:
-        """Forget which lanes were put to: everything that may go has gone."""
+            lane.trim()
         self._touched.clear()

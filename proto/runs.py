@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from bisect import bisect_left
 
 from proto import limits
 from proto.codec import ARRAY_HEAD_BYTES, array_head, encode, ends_from_bytes, ends_to_bytes
@@ -12,34 +13,34 @@ from proto.frames import Replay, Run
 class RunBuilder:
     """Collects a publisher's messages until they are sent.
 
-    Append an encoded message to `buffer`, then call `close_message`. Messages are numbered from the
-    `next_sequence` given; `take` returns them as a run and starts the next one.
+    Append an encoded message to `buffer`, then call `close_message`; `length` counts them. Messages are
+    numbered from the `next_sequence` given; `take` returns them as a run and starts the next one.
     """
 
-    __slots__ = ("buffer", "count", "ends", "next_sequence")
+    __slots__ = ("buffer", "ends", "length", "next_sequence")
 
     def __init__(self, next_sequence: int) -> None:
         self.next_sequence = next_sequence
         self.buffer = bytearray(ARRAY_HEAD_BYTES)
         self.ends = array("I")
-        self.count = 0
+        self.length = 0
 
     def close_message(self) -> bool:
         """Count the bytes appended since the last call as one message; True if the run should go now."""
         end = len(self.buffer) - ARRAY_HEAD_BYTES
         self.ends.append(end)
-        self.count += 1
-        return end >= limits.RUN_FLUSH_BYTES or self.count >= limits.RUN_FLUSH_COUNT
+        self.length += 1
+        return end >= limits.RUN_FLUSH_BYTES or self.length >= limits.RUN_FLUSH_COUNT
 
     def take(self, publisher: int, stamp_ns: int) -> Run:
         """Return everything collected as one run, encoded."""
-        count, first = self.count, self.next_sequence
+        count, first = self.length, self.next_sequence
         payload = self.buffer
         payload[:ARRAY_HEAD_BYTES] = array_head(count)
         ends = ends_to_bytes(self.ends) if count > 1 else None
         self.buffer = bytearray(ARRAY_HEAD_BYTES)
         self.ends = array("I")
-        self.count = 0
+        self.length = 0
         self.next_sequence = first + count
         return with_raw(Run(publisher, first, stamp_ns, count, ends, None, payload, b""))
 
@@ -71,6 +72,18 @@ def cut(run: Run, start: int, stop: int) -> Run:
             run.publisher, run.first_sequence + start, run.stamp_ns, count, ends, run.attributes, payload, b""
         )
     )
+
+
+def fitting(run: Run, start: int, room: int) -> int:
+    """Return where to stop so that each message from `start` on begins within the next `room` bytes.
+
+    Needs room > 0, so at least one message fits: it may end beyond.
+    """
+    if run.ends is None:
+        return run.length
+    offsets = ends_from_bytes(run.ends)
+    base = offsets[start - 1] if start else 0
+    return min(bisect_left(offsets, base + room, start) + 1, run.length)
 
 
 def readdress(run: Run, publisher: int) -> Run:

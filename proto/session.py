@@ -114,6 +114,11 @@ class Session:
         self.state = state
         self._moves = TABLE[self.role][state]
 
+    @property
+    def is_open(self) -> bool:
+        """Whether the handshake is over and neither side has closed."""
+        return self.state is State.OPEN or self.state is State.CLOSING
+
     def received(self, frame: Frame) -> None:
         """Take note of a frame from the peer.
 
