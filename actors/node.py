@@ -72,7 +72,8 @@ class Node(NodeGraph, NodeParameters):
             waits in the background for ever.
         default_call_timeout_sec: The deadline of calls that name none.
         stop_timeout_sec: What leaving gives queued messages to be sent.
-        on_error: "log" (default): a callback that raises is logged and counted. "stop": the node ends with it.
+        on_error: "log" (default): a callback that raises is logged and counted; "stop": the node ends with
+            the error.
 
     Raises:
         InvalidNameError: The name or namespace breaks the naming rules.
