@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Final, NamedTuple
 from urllib.parse import urlsplit
 
@@ -12,6 +13,10 @@ DEFAULT_PORT: Final = 7411
 DEFAULT_URL: Final = f"callboard://{DEFAULT_HOST}:{DEFAULT_PORT}"
 
 _EXAMPLE: Final = f"write it like {DEFAULT_URL} or callboard+unix:///run/callboard.sock"
+
+
+_USERINFO: Final = re.compile(r"//[^/]*@")
+"""What an error text must not repeat: it may be a password."""
 
 
 class BrokerUrl(NamedTuple):
@@ -34,27 +39,28 @@ def parse_url(text: str) -> BrokerUrl:
     Raises:
         InvalidUrlError: Names what is wrong and shows what a right one looks like.
     """
+    safe = _USERINFO.sub("//***@", text)
     try:
         parts = urlsplit(text)
         port = DEFAULT_PORT if parts.port is None else parts.port
     except ValueError as error:
-        raise InvalidUrlError(f"Invalid broker URL {text!r}: {error}; {_EXAMPLE}") from error
+        raise InvalidUrlError(f"Invalid broker URL {safe!r}: {error}; {_EXAMPLE}") from error
     if parts.scheme == "callboards":
-        raise InvalidUrlError(f"Broker URL {text!r}: TLS is not supported yet; use callboard://")
+        raise InvalidUrlError(f"Broker URL {safe!r}: TLS is not supported yet; use callboard://")
     if parts.query or parts.fragment or parts.username is not None:
-        raise InvalidUrlError(f"Invalid broker URL {text!r}: only a host, port or path; {_EXAMPLE}")
+        raise InvalidUrlError(f"Invalid broker URL {safe!r}: only a host, port or path; {_EXAMPLE}")
     if parts.scheme == "callboard+unix":
         if parts.netloc or not parts.path.strip("/"):
-            raise InvalidUrlError(f"Invalid broker URL {text!r}: needs an absolute path; {_EXAMPLE}")
+            raise InvalidUrlError(f"Invalid broker URL {safe!r}: needs an absolute path; {_EXAMPLE}")
         return BrokerUrl("", 0, parts.path)
     if parts.scheme != "callboard":
-        raise InvalidUrlError(f"Invalid broker URL {text!r}: unknown scheme; {_EXAMPLE}")
+        raise InvalidUrlError(f"Invalid broker URL {safe!r}: unknown scheme; {_EXAMPLE}")
     if not parts.hostname:
-        raise InvalidUrlError(f"Invalid broker URL {text!r}: no host; {_EXAMPLE}")
+        raise InvalidUrlError(f"Invalid broker URL {safe!r}: no host; {_EXAMPLE}")
     if parts.path not in {"", "/"}:
-        raise InvalidUrlError(f"Invalid broker URL {text!r}: a TCP URL has no path; {_EXAMPLE}")
+        raise InvalidUrlError(f"Invalid broker URL {safe!r}: a TCP URL has no path; {_EXAMPLE}")
     if port == 0:
-        raise InvalidUrlError(f"Invalid broker URL {text!r}: nothing listens on port 0; {_EXAMPLE}")
+        raise InvalidUrlError(f"Invalid broker URL {safe!r}: nothing listens on port 0; {_EXAMPLE}")
     return BrokerUrl(parts.hostname, port)
 
 
