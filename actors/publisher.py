@@ -24,6 +24,10 @@ KEEP_ALL_MESSAGES: Final = 100_000
 KEEP_ALL_BYTES: Final = 64 * 1024 * 1024
 """What a KEEP_ALL publisher queues while its readers are slow, before `publish` raises PublisherFull."""
 
+READY_MESSAGES: Final = 10_000
+READY_BYTES: Final = 4 * 1024 * 1024
+"""Above this a KEEP_ALL publisher's `ready` waits, long before `publish` would raise."""
+
 LATCHED_MESSAGES: Final = 1000
 """What a KEEP_ALL + TRANSIENT_LOCAL publisher keeps for a broker restart, in messages."""
 
@@ -120,7 +124,9 @@ class Publisher(Entity, Generic[T]):
 
     @property
     def _crowded(self) -> bool:
-        return 2 * self.queued >= KEEP_ALL_MESSAGES or 2 * self._lane.pending_bytes >= KEEP_ALL_BYTES
+        if self._keep_all:
+            return self.queued >= READY_MESSAGES or self._lane.pending_bytes >= READY_BYTES
+        return self._lane.depth is not None and self.queued >= self._lane.depth
 
     def flush_turn(self) -> None:
         """Put what this loop turn published into the lane. Called by the link."""
@@ -147,12 +153,14 @@ class Publisher(Entity, Generic[T]):
             excess -= oldest.length
 
     async def ready(self, timeout_sec: float | None = None) -> None:
-        """Wait until `publish` has room.
+        """Wait until `publish` has room: with KEEP_LAST, until it would drop nothing.
+
+        Returns at once, without a turn of the loop, when there is room.
 
         Raises:
             WaitTimeout: No room within `timeout_sec` (None: the node's default call timeout).
         """
-        if self._keep_all and self._crowded:
+        if self._crowded:
             await self.core.wait_until(
                 lambda: self.destroyed or not self._crowded,
                 f"Room to publish on '{self.topic_name}'",
@@ -202,7 +210,7 @@ class Publisher(Entity, Generic[T]):
         link.remove(self, announce=False)
         if link.channel is not None:
             link.channel.outbox.put_lane(self._lane, encode(frames.Undeclare(self.id)))
-            link.channel.flush_soon()
+            link.flush_later(self)
 
     # Endpoint
 
@@ -238,7 +246,7 @@ class Publisher(Entity, Generic[T]):
         channel.outbox.wake(self._lane)
         if self.destroyed:
             self._leave()
-        channel.flush_soon()
+        link.flush_later(self)
 
     def _resend_retained(self) -> None:
         """Give a broker that does not have them the latched messages that had been sent before."""
@@ -259,7 +267,7 @@ class Publisher(Entity, Generic[T]):
         self._lane.sequence_limit = frame.sequence_limit
         self._lane.byte_limit = frame.byte_limit
         channel.outbox.wake(self._lane)
-        channel.flush_soon()
+        self.core.link.flush_later(self)
 
     def link_lost(self) -> None:
         """Endpoint: back to queueing, KEEP_LAST to its depth."""

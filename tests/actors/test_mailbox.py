@@ -1,0 +1,338 @@
+"""Tests of the mailbox: one callback at a time, and the one point of interleaving."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Any
+
+import pytest
+
+from actors.core import in_flight
+from actors.mailbox import Mailbox, Turn
+
+
+class Recorder:
+    """A source whose callbacks are given one by one, as a service's requests are."""
+
+    def __init__(self, mailbox: Mailbox, *, reentrant: bool = True) -> None:
+        self.mailbox = mailbox
+        self.posted = False
+        self.queue: deque[Callable[[], Any]] = deque()
+        self.results: list[Any] = []
+        self.errors: list[BaseException] = []
+        self.reentrant = reentrant
+        self.running = 0
+
+    def add(self, callback: Callable[[], Any]) -> None:
+        self.queue.append(callback)
+        self.mailbox.post(self)
+
+    def has_work(self) -> bool:
+        return bool(self.queue) and (self.reentrant or not self.running)
+
+    def dispatch(self) -> Turn | None:
+        while self.has_work():
+            result = self.queue.popleft()()
+            if asyncio.iscoroutine(result):
+                self.running += 1
+                self.turn = Turn(self.mailbox, result, self.ended)
+                return self.turn
+            self.results.append(result)
+        return None
+
+    def ended(self, result: Any, error: BaseException | None) -> None:
+        self.running -= 1
+        if error is None:
+            self.results.append(result)
+        else:
+            self.errors.append(error)
+        if self.has_work():
+            self.mailbox.post(self)
+
+
+@asynccontextmanager
+async def opened(mailbox: Mailbox) -> AsyncIterator[set[asyncio.Task[None]]]:
+    """Open a mailbox whose workers end with the block; gives the set of its workers."""
+    tasks: set[asyncio.Task[None]] = set()
+    async with asyncio.TaskGroup() as group:
+
+        def spawn(coroutine: Any) -> None:
+            tasks.add(group.create_task(coroutine))
+
+        mailbox.open(spawn)
+        try:
+            async with asyncio.timeout(10):
+                yield tasks
+        finally:
+            mailbox.close()
+            for task in tasks:
+                task.cancel()
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    """Let the loop turn until the condition holds."""
+    while not condition():
+        await asyncio.sleep(0)
+
+
+async def test_plain_functions_run_at_once_without_a_task() -> None:
+    """A `def` callback has run when `post` returns, and no worker was started for it."""
+    mailbox = Mailbox()
+    async with opened(mailbox) as tasks:
+        source = Recorder(mailbox)
+        source.add(lambda: 1)
+        assert source.results == [1]
+        assert not tasks
+
+
+async def test_nothing_runs_before_open() -> None:
+    """What is posted early waits for `open`."""
+    mailbox = Mailbox()
+    source = Recorder(mailbox)
+    source.add(lambda: 1)
+    assert not source.results
+    async with opened(mailbox):
+        assert source.results == [1]
+
+
+async def test_callbacks_run_one_at_a_time_in_order() -> None:
+    """While a coroutine callback is suspended, nothing else of the node runs."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        gate = asyncio.Event()
+        source, other = Recorder(mailbox), Recorder(mailbox)
+
+        async def slow() -> str:
+            await gate.wait()
+            return "slow"
+
+        source.add(slow)
+        other.add(lambda: "other")
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        assert other.results == []
+        gate.set()
+        await until(lambda: other.results == ["other"])
+        assert source.results == ["slow"]
+
+
+async def test_a_burst_of_coroutines_needs_one_worker() -> None:
+    """A thousand coroutine callbacks run in one task."""
+    mailbox = Mailbox()
+    async with opened(mailbox) as tasks:
+        source = Recorder(mailbox)
+
+        async def callback() -> int:
+            await asyncio.sleep(0)
+            return 1
+
+        for _ in range(1000):
+            source.add(callback)
+        await until(lambda: len(source.results) == 1000)
+        assert len(tasks) == 1
+
+
+async def test_a_call_in_flight_lets_others_run() -> None:
+    """A turn that waits with a call in flight frees the mailbox, and takes it again before it goes on."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        reply: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+        gate = asyncio.Event()
+        caller, other = Recorder(mailbox), Recorder(mailbox)
+        order: list[str] = []
+
+        async def call() -> None:
+            with in_flight():
+                await reply
+            order.append("caller goes on")
+
+        async def serve() -> None:
+            order.append("other starts")
+            reply.set_result(8)
+            await gate.wait()
+            order.append("other ends")
+
+        caller.add(call)
+        await asyncio.sleep(0)
+        other.add(serve)
+        await until(lambda: bool(order))
+        gate.set()
+        await until(lambda: len(order) == 3)
+        assert order == ["other starts", "other ends", "caller goes on"]
+
+
+async def test_calls_through_gather_and_child_tasks_free_the_mailbox() -> None:
+    """A callback that gathers calls made in child tasks cannot block the handlers of those calls."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        loop = asyncio.get_running_loop()
+        replies = [loop.create_future() for _ in range(3)]
+        caller, server = Recorder(mailbox), Recorder(mailbox)
+
+        async def one(reply: asyncio.Future[int]) -> int:
+            await asyncio.sleep(0)
+            with in_flight():
+                return await reply
+
+        async def gather() -> int:
+            return sum(await asyncio.gather(*map(one, replies)))
+
+        caller.add(gather)
+        await asyncio.sleep(0)
+        for number, reply in enumerate(replies):
+            server.add(lambda number=number, reply=reply: reply.set_result(number))
+        await until(lambda: caller.results == [3])
+
+
+async def test_a_raising_callback_frees_the_mailbox() -> None:
+    """An error goes to the source, and the next callback runs."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        source = Recorder(mailbox)
+
+        async def fail() -> None:
+            raise ValueError("boom")
+
+        source.add(fail)
+        source.add(lambda: 2)
+        await until(lambda: source.results == [2])
+        assert [str(error) for error in source.errors] == ["boom"]
+
+
+async def test_cancelling_a_turn_spares_the_worker() -> None:
+    """A cancelled callback sees CancelledError; the worker goes on with the next one."""
+    mailbox = Mailbox()
+    async with opened(mailbox) as tasks:
+        source = Recorder(mailbox)
+        cleaned: list[str] = []
+
+        async def stuck() -> None:
+            try:
+                await asyncio.Event().wait()
+            finally:
+                cleaned.append("up")
+
+        async def fine() -> str:
+            await asyncio.sleep(0)
+            return "fine"
+
+        source.add(stuck)
+        source.add(fine)
+        await asyncio.sleep(0)
+        source.turn.cancel()
+        await until(lambda: source.results == ["fine"])
+        assert cleaned == ["up"]
+        assert isinstance(source.errors[0], asyncio.CancelledError)
+        assert len(tasks) == 1
+        assert all(task.cancelling() == 0 for task in tasks)
+
+
+async def test_cancelling_a_turn_before_it_starts() -> None:
+    """A turn cancelled before its first step never runs its callback."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        source = Recorder(mailbox)
+        ran: list[int] = []
+
+        async def callback() -> None:
+            ran.append(1)
+
+        source.add(callback)
+        source.turn.cancel()
+        await until(lambda: bool(source.errors))
+        assert not ran
+
+
+async def test_cancelling_a_turn_that_waits_for_the_mailbox() -> None:
+    """A turn that is cancelled while it waits to go on ends, and the mailbox is not lost."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        reply: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+        gate = asyncio.Event()
+        caller, other = Recorder(mailbox), Recorder(mailbox)
+
+        async def call() -> None:
+            with in_flight():
+                await reply
+
+        async def hold() -> None:
+            reply.set_result(1)
+            await gate.wait()
+
+        caller.add(call)
+        await asyncio.sleep(0)
+        other.add(hold)
+        await until(reply.done)
+        await asyncio.sleep(0)
+        caller.turn.cancel()
+        await until(lambda: bool(caller.errors))
+        gate.set()
+        other.add(lambda: "after")
+        await until(lambda: other.results == [None, "after"])
+
+
+async def test_beside_runs_while_the_mailbox_is_taken() -> None:
+    """A turn of a concurrent source does not wait for the holder, and does not take the mailbox."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        source = Recorder(mailbox)
+        gate = asyncio.Event()
+        done: list[object] = []
+
+        async def hold() -> None:
+            await gate.wait()
+
+        async def beside() -> str:
+            with in_flight():
+                await asyncio.sleep(0)
+            return "beside"
+
+        source.add(hold)
+        await asyncio.sleep(0)
+        mailbox.run_beside(Turn(mailbox, beside(), lambda result, _: done.append(result), beside=True))
+        await until(lambda: done == ["beside"])
+        assert not source.results
+        gate.set()
+        await until(lambda: source.results == [None])
+
+
+async def test_timeout_inside_a_callback_works() -> None:
+    """asyncio.timeout inside a callback raises TimeoutError there, not elsewhere."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        source = Recorder(mailbox)
+
+        async def callback() -> str:
+            with pytest.raises(TimeoutError):
+                async with asyncio.timeout(0):
+                    await asyncio.Event().wait()
+            return "timed out"
+
+        source.add(callback)
+        await until(lambda: source.results == ["timed out"])
+
+
+async def test_one_source_does_not_starve_another() -> None:
+    """A source with much to do lets another have its turn."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        order: list[str] = []
+        first, second = Recorder(mailbox), Recorder(mailbox)
+
+        def make(name: str) -> Callable[[], Any]:
+            async def callback() -> None:
+                await asyncio.sleep(0)
+                order.append(name)
+
+            return callback
+
+        for _ in range(3):
+            first.add(make("a"))
+        for _ in range(3):
+            second.add(make("b"))
+        await until(lambda: len(order) == 6)
+        assert "b" in order[:3]
+        assert "a" in order[3:]
