@@ -1,0 +1,64 @@
+"""The course's five programs as one script, with decorators: what a method is for stands above it.
+
+Beside it run `callboard broker`.
+"""
+
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import String
+
+
+class MinimalPublisher(actors.Node):
+    def __init__(self) -> None:
+        super().__init__("minimal_publisher")
+        self.publisher = self.create_publisher(String, "addison", 10)
+        self.i = 0
+
+    @actors.timer(0.5)
+    def on_timer(self) -> None:
+        self.publisher.publish(String(data=f"Hi Automatic Addison: {self.i}"))
+        self.i += 1
+
+
+class MinimalSubscriber(actors.Node):
+    @actors.subscription(String, "addison", 10)
+    def on_message(self, msg: String) -> None:
+        self.get_logger().info(f'I heard: "{msg.data}"')
+
+
+class PublishingSubscriber(actors.Node):
+    def __init__(self) -> None:
+        super().__init__("publishing_subscriber")
+        self.publisher = self.create_publisher(String, "addison2", 10)
+
+    @actors.subscription(String, "addison", 10)
+    def on_message(self, msg: String) -> None:
+        self.publisher.publish(String(data=f"I heard {msg.data}"))
+
+
+class AddTwoIntsServer(actors.Node):
+    @actors.service(AddTwoInts, "add_two_ints")
+    def on_request(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+        return AddTwoInts.Response(sum=request.a + request.b)
+
+
+class AddTwoIntsClient(actors.Node):
+    def __init__(self) -> None:
+        super().__init__("add_two_ints_client")
+        self.client = self.create_client(AddTwoInts, "add_two_ints")
+
+    @actors.timer(1.0)
+    async def on_timer(self) -> None:
+        await self.client.wait_for_service()
+        response = await self.client.call(AddTwoInts.Request(a=5, b=3))
+        self.get_logger().info(f"Sum: {response.sum}")
+
+
+if __name__ == "__main__":
+    actors.run(
+        MinimalPublisher,
+        lambda: MinimalSubscriber("minimal_subscriber"),
+        PublishingSubscriber,
+        lambda: AddTwoIntsServer("add_two_ints_server"),
+        AddTwoIntsClient,
+    )

@@ -1,0 +1,20 @@
+"""Log what is said on the topic `addison`.
+
+Beside it run `callboard broker` and `python examples/minimal_publisher.py`.
+"""
+
+import actors
+from actors.interfaces.std_msgs.msg import String
+
+
+class MinimalSubscriber(actors.Node):
+    def __init__(self) -> None:
+        super().__init__("minimal_subscriber")
+        self.create_subscription(String, "addison", self.on_message, 10)
+
+    def on_message(self, msg: String) -> None:
+        self.get_logger().info(f'I heard: "{msg.data}"')
+
+
+if __name__ == "__main__":
+    actors.run(MinimalSubscriber)
