@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import msgspec
 
 from actors.interfaces.fields import fields_of
+from actors.interfaces.literals import INTEGER_RANGE
 from actors.interfaces.naming import message_name
 
 if TYPE_CHECKING:
@@ -18,11 +19,6 @@ if TYPE_CHECKING:
 
 _AT: Final = re.compile(r" - at `\$?([^`]*)`$")
 _STEP: Final = re.compile(r"\.(\w+)|\[(\d+)\]")
-_INTEGER_RANGE: Final = {
-    name: (0, 2**bits - 1) if name.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
-    for bits in (8, 16, 32, 64)
-    for name in (f"int{bits}", f"uint{bits}")
-} | {"char": (0, 255)}
 
 
 def _split(error: BaseException) -> tuple[str, str]:
@@ -47,34 +43,38 @@ def _value_at(message: Message, path: str) -> object:
     return value
 
 
-def _unencodable(
-    value: Any, encode: Callable[[Any], bytes], path: str, depth: int = 0
-) -> tuple[str, Any, Any]:
-    """Return the path to the innermost value that cannot be encoded, it, and the message it is a field of."""
-    children: list[tuple[str, Any]] = []
-    if isinstance(value, msgspec.Struct):
-        children = [(f".{name}", getattr(value, name, None)) for name in value.__struct_fields__]
-    elif isinstance(value, list):
-        children = [(f"[{index}]", item) for index, item in enumerate(cast("Any", value))]
-    for step, child in children if depth < 20 else []:  # a message that contains itself has no end
-        try:
-            encode(child)
-        except Exception:  # noqa: BLE001 - whatever it is, it is what is looked for
-            found = _unencodable(child, encode, path + step, depth + 1)
-            return found if found[2] is not None else (found[0], found[1], cast("Any", value))
-    return path, cast("Any", value), None
+def _unencodable(message: Message, encode: Callable[[Any], bytes]) -> tuple[str, Any, Any]:
+    """Return the path to the innermost value that cannot be encoded, it, and the message that holds it."""
+    path = ""
+    value: Any = message
+    owner: Any = None
+    while True:
+        children: list[tuple[str, Any]] = []
+        if hasattr(value, "__struct_fields__"):
+            owner = value
+            children = [(f".{name}", getattr(owner, name, None)) for name in owner.__struct_fields__]
+        elif type(value) is list:
+            children = [(f"[{index}]", item) for index, item in enumerate(cast("Any", value))]
+        for step, child in children:
+            try:
+                encode(child)
+            except Exception:  # noqa: BLE001 - whatever it is, it is what is looked for
+                path, value = path + step, child
+                break
+        else:
+            return path, cast("Any", value), owner
 
 
-def _expected(owner: object, path: str, value: object, error: BaseException) -> str:
+def _expected(owner: Any, path: str, value: object, error: BaseException) -> str:
     """Return what the field that `path` ends with takes, where `value` could not even be encoded."""
-    if isinstance(value, int) and isinstance(owner, msgspec.Struct):
-        name = path.rpartition(".")[2]
-        types = {field.name: field.type for field in fields_of(cast("Any", type(owner)))}
-        low, high = _INTEGER_RANGE.get(types[name].base if name in types else "int64", (0, 0))
-        if high:
-            return f"Expected int <= {high}" if value > high else f"Expected int >= {low}"
-        return f"Expected {types[name]}"
-    return _split(error)[1]
+    if not isinstance(value, int) or isinstance(value, bool):
+        return _split(error)[1]
+    name = path.rpartition(".")[2].partition("[")[0]
+    base = {field.name: field.type.base for field in fields_of(cast("Any", type(owner)))}.get(name, "")
+    if base not in INTEGER_RANGE:
+        return f"Expected {base}"
+    low, high = INTEGER_RANGE[base]
+    return f"Expected int <= {high}" if value > high else f"Expected int >= {low}"
 
 
 def explain_encoding(message: Message, error: BaseException, encode: Callable[[Any], bytes]) -> str:
@@ -91,7 +91,7 @@ def explain_encoding(message: Message, error: BaseException, encode: Callable[[A
         except (AttributeError, IndexError, KeyError, TypeError):
             return f"{name}{path}: {reason}"
     else:
-        path, value, owner = _unencodable(message, encode, "")
+        path, value, owner = _unencodable(message, encode)
         reason = _expected(owner, path, value, error)
         if ", got " in reason:
             return f"{name}{path}: {reason}"

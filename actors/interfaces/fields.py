@@ -12,7 +12,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from types import GenericAlias, UnionType
-from typing import TYPE_CHECKING, Annotated, Any, Final, TypeVar, get_args, get_origin, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Final,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import msgspec
 
@@ -222,6 +232,16 @@ def fields_of(cls: MessageType) -> tuple[Field, ...]:
         TypeError: A field has no ROS type, or the class uses options that change how it travels.
     """
     return _resolved(cls)[0]
+
+
+@cache
+def constants_of(cls: MessageType) -> tuple[tuple[str, FieldType, object], ...]:
+    """Return the ROS constants of a message class in order: name, type, value."""
+    constants: list[tuple[str, FieldType, object]] = []
+    for name, hint in get_type_hints(cls, include_extras=True).items():
+        if get_origin(hint) is ClassVar and name.isupper():
+            constants.append((name, _resolve(get_args(hint)[0])[0], getattr(cls, name)))
+    return tuple(constants)
 
 
 def nested_classes(cls: MessageType) -> set[MessageType]:

@@ -9,25 +9,20 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.parser import PACKAGE_NAME, PARTS, parse_file
+from actors.interfaces.registry import STANDARD_ROOT, find_interface, interface_source, standard_packages
 from actors.interfaces.source import module_name, render_init, render_module
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from actors.interfaces.parser import InterfaceSpec
 
-STANDARD_ROOT: Final = "actors.interfaces"
-
-
-def standard_packages() -> list[str]:
-    """Return the names of the packages that callboard ships."""
-    here = Path(__file__).parent
-    return sorted({path.parent.name for kind in PARTS for path in here.glob(f"*/{kind}")})
+__all__ = ["find_interface", "generate", "interface_source", "read_package", "render_package"]
 
 
 def read_package(source_dir: Path) -> list[InterfaceSpec]:
@@ -122,7 +117,7 @@ def render_package(specs: list[InterfaceSpec], root: str) -> dict[str, str]:
         if names:
             files[f"{kind}/__init__.py"] = render_init(package, kind, names, root)
     for spec in specs:
-        files[f"{spec.kind}/{module_name(spec.name)}.py"] = render_module(spec, module_of)
+        files[f"{spec.kind}/{module_name(spec.name)}.py"] = render_module(spec, module_of, root)
     return files
 
 
@@ -135,7 +130,7 @@ def generate(source_dir: Path, output_dir: Path | None = None, *, root: str = ""
         root: The Python package's full name, if it is not a top-level package.
 
     Returns:
-        The written files.
+        The written files; an `__init__.py` that is there already is left alone.
 
     Raises:
         InterfaceSyntaxError: The package or one of its files breaks a rule.
@@ -147,6 +142,8 @@ def generate(source_dir: Path, output_dir: Path | None = None, *, root: str = ""
     written: list[Path] = []
     for name, text in render_package(specs, root or source_dir.name).items():
         path = target / name
+        if "/" not in name and path.exists():
+            continue  # the package's own __init__.py may be its author's
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8", newline="\n")
         written.append(path)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import copy
 import sys
+from functools import partial
 from pathlib import PurePath
 from typing import Any, Final, dataclass_transform
 
 import msgspec
+
+from actors.interfaces.arrays import NumericArray
 
 TYPE_NAME: Final = "__ros_type_name__"
 """The attribute, in the class's own dict, that holds a declared or derived name."""
@@ -46,6 +50,10 @@ class MessageType(msgspec.StructMeta):
     ) -> MessageType:
         """Make the class; `type_name` is its ROS name, such as "std_msgs/msg/String"."""
         namespace[TYPE_NAME] = type_name
+        # `pose: Pose = Pose()` would be one Pose for all messages.
+        for field, value in namespace.items():
+            if isinstance(value, NumericArray) or isinstance(type(value), MessageType):
+                namespace[field] = msgspec.field(default_factory=partial(copy.deepcopy, value))
         return super().__new__(mcls, name, bases, namespace, **options)
 
 

@@ -45,7 +45,7 @@ _TYPE: Final = re.compile(
     r"(?:(?P<package>\w+)/(?:msg/)?)?(?P<name>\w+)(?:<=(?P<string>\w*))?"
     r"(?P<array>\[(?P<most><=)?(?P<size>[^\]]*)\])?"
 )
-_CONSTANT: Final = re.compile(r"(?P<name>\S+?)\s*=(?P<value>.*)", re.DOTALL)
+_CONSTANT: Final = re.compile(r"(?P<name>[^\s=]+)\s*=(?P<value>.*)", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class _Reader:
             if not rest:
                 self.fail(f"'{line}' has a type but no name; write '<type> <name>'")
             constant = _CONSTANT.fullmatch(rest)
-            if constant and not re.match(r"\S+\s+[^=\s]", rest):
+            if constant is not None:
                 constants.append(self.constant(field_type, constant["name"], constant["value"].strip()))
             else:
                 fields.append(self.field(field_type, *rest.split(None, 1)))
@@ -239,6 +239,8 @@ def parse(text: str, package: str, kind: str, name: str, source: str = "") -> In
     source = source or f"{package}/{kind}/{name}"
     if kind not in PARTS:
         raise InterfaceSyntaxError(source, 0, f"'{kind}' is no kind of interface; use msg, srv or action")
+    if keyword.iskeyword(package) or keyword.iskeyword(name):
+        raise InterfaceSyntaxError(source, 0, "The name is a Python keyword; use another")
     if not PACKAGE_NAME.fullmatch(package):
         raise InterfaceSyntaxError(
             source, 0, f"'{package}' is not a package name: use lower case letters, digits and underscores"

@@ -62,8 +62,9 @@ def _double(literal: str) -> str:
 class _Module:
     """Collects one module's imports while its classes are written."""
 
-    def __init__(self, spec: InterfaceSpec, module_of: Callable[[str], str]) -> None:
+    def __init__(self, spec: InterfaceSpec, module_of: Callable[[str], str], root: str) -> None:
         self._spec = spec
+        self._root = root
         self._module_of = module_of
         self._imports: dict[str, set[str]] = {"actors.interfaces.message": {"Message", _BASES[spec.kind]}}
         self._needs_msgspec = False
@@ -219,12 +220,15 @@ class _Module:
         return "\n".join([f'"""{spec.type_name}."""', "", *self._import_lines(), "", "", *main]) + "\n"
 
     def _import_lines(self) -> list[str]:
-        standard = [_import_line("typing", self._imports[m]) for m in self._imports if m == "typing"]
-        third = ["import msgspec"] if self._needs_msgspec else []
-        own = [m for m in sorted(self._imports) if m != "typing"]
-        # Sorted as ruff's isort rules do: third-party, then first-party by module name.
-        user = [_import_line(m, self._imports[m]) for m in own]
-        groups = [group for group in (standard, third, user) if group]
+        # In sections, sorted as ruff's isort rules do it in the package's own project.
+        own = self._root.partition(".")[0]
+        standard = ["typing"] if "typing" in self._imports else []
+        first = [m for m in sorted(self._imports) if m.partition(".")[0] == own]
+        third = [m for m in sorted(self._imports) if m not in {*standard, *first}]
+        sections = [[_import_line(m, self._imports[m]) for m in each] for each in (standard, third, first)]
+        if self._needs_msgspec:
+            sections[1].insert(0, "import msgspec")
+        groups = [section for section in sections if section]
         lines: list[str] = []
         for group in groups:
             lines += ([""] if lines else []) + group
@@ -254,20 +258,24 @@ def _indented(line: str, indent: str) -> list[str]:
     head, bracket, inner = value.partition("(")
     if len(indent + line) <= WIDTH or not bracket or line.startswith(" "):
         return [indent + line]
+    if len(f"{indent}{target} = {head}(") > WIDTH and target.endswith("]"):
+        name, _, annotation = target.partition("Annotated[")
+        return [f"{indent}{name}Annotated[", f"{indent}    {annotation[:-1]}", f"{indent}] = {value}"]
     return [f"{indent}{target} = {head}(", f"{indent}    {inner[:-1]}", f"{indent})"]
 
 
-def render_module(spec: InterfaceSpec, module_of: Callable[[str], str]) -> str:
+def render_module(spec: InterfaceSpec, module_of: Callable[[str], str], root: str) -> str:
     """Return the Python module of `spec`.
 
     Args:
         spec: The parsed interface.
         module_of: Gives the module that holds a message, from its type name.
+        root: The Python package of the interface package, such as "actors.interfaces.std_msgs".
 
     Raises:
         InterfaceSyntaxError: A field's name cannot be used in Python.
     """
-    return _Module(spec, module_of).text()
+    return _Module(spec, module_of, root).text()
 
 
 def _init_imports(folder: str, names: list[str]) -> list[str]:

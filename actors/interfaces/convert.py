@@ -1,0 +1,238 @@
+"""Messages from and to plain values: dicts, YAML, CSV; for the command line and for people.
+
+The outgoing functions take a message, or the dict that `codec.decode_untyped` returns where the type is not
+at hand; then sequences are described by what arrived.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections import OrderedDict
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from actors.interfaces.arrays import NumericArray
+from actors.interfaces.codec import codec_for
+from actors.interfaces.fields import BINARY, fields_of
+from actors.interfaces.literals import INTEGER_RANGE
+from actors.interfaces.message import Message, type_name
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from actors.interfaces.fields import FieldType
+
+_IDL_NAMES: Final = {
+    "bool": "boolean",
+    "byte": "octet",
+    "char": "uint8",
+    "float32": "float",
+    "float64": "double",
+}
+_MAX_WIDTH: Final = 2**31 - 1
+
+
+def set_message_fields(message: Message, values: Mapping[str, Any]) -> None:
+    """Set the fields of `message` that `values` names; the others stay. After an error none is set.
+
+    Nested messages take dicts, and sequences of messages lists of dicts.
+
+    Raises:
+        AttributeError: A key is not a field.
+        TypeError: `values`, or what stands for a nested message, is not a dict.
+        ValueError: A value does not fit its field.
+    """
+    filled = _filled(message, values, type_name(type(message)))
+    codec_for(type(message)).encode(filled)
+    for name in message.__struct_fields__:
+        setattr(message, name, getattr(filled, name))
+
+
+def _filled(message: Message, values: Any, path: str) -> Message:
+    """Return a copy of `message` with `values` in place."""
+    if not isinstance(values, dict):
+        raise TypeError(f"{path}: Expected a dict of field values, got {type(values).__name__}")
+    filled = copy.copy(message)
+    types = {field.name: field.type for field in fields_of(type(message))}
+    for name, value in cast("Any", values).items():
+        if name not in types:
+            raise AttributeError(f"{path} has no field '{name}'; it has {', '.join(types) or 'no fields'}")
+        setattr(filled, name, _converted(types[name], value, getattr(message, name), f"{path}.{name}"))
+    return filled
+
+
+def _converted(field_type: FieldType, value: Any, current: Any, path: str) -> Any:
+    if field_type.message is not None:
+        nested = cast("type[Message]", field_type.message)
+        if not field_type.is_array:
+            return value if isinstance(value, nested) else _filled(current, value, path)
+        if not isinstance(value, list | tuple):
+            raise ValueError(f"{path}: Expected a list, got {type(value).__name__}")
+        items = enumerate(cast("list[Any]", value))
+        return [v if isinstance(v, nested) else _filled(nested(), v, f"{path}[{i}]") for i, v in items]
+    if not field_type.is_array:
+        return _scalar(field_type, value, path)
+    if isinstance(value, str) or not hasattr(value, "__iter__"):
+        raise ValueError(f"{path}: Expected a list, got {type(value).__name__}")
+    if isinstance(value, bytes | bytearray | memoryview | NumericArray) or hasattr(value, "dtype"):
+        return cast("Any", value)
+    converted = [_scalar(field_type, item, f"{path}[{index}]") for index, item in enumerate(value)]
+    if field_type.base in BINARY:
+        return b"".join(item if isinstance(item, bytes) else bytes([item]) for item in converted)
+    return converted
+
+
+def _scalar(field_type: FieldType, value: Any, path: str) -> Any:
+    """Convert as a command line needs: `data: 5` is text for a string field, and 1 is true for a bool."""
+    base = field_type.base
+    if base in {"string", "wstring"} and isinstance(value, bool | int | float):
+        return str(value)
+    if base == "bool" and isinstance(value, int) and value in {0, 1}:
+        return bool(value)
+    if base in {"float32", "float64"} and isinstance(value, str | int) and not isinstance(value, bool):
+        try:
+            return float(value)
+        except ValueError:
+            raise ValueError(f"{path}: Expected a number, got {value!r}") from None
+    if base in INTEGER_RANGE and isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if base == "byte" or (base in BINARY and field_type.is_array):
+        if isinstance(value, bytes) and len(value) == 1:
+            return value
+        if not isinstance(value, int) or not 0 <= value <= 255:
+            raise ValueError(f"{path}: Expected an integer from 0 to 255, got {value!r}")
+        return bytes([value])
+    return value
+
+
+class _Renderer:
+    """What is shortened or left out while values are made plain."""
+
+    def __init__(self, truncate_length: int | None, *, no_arr: bool, no_str: bool) -> None:
+        self._limit = truncate_length
+        self._no_arr = no_arr
+        self._no_str = no_str
+
+    def message(self, message: Message) -> OrderedDict[str, Any]:
+        fields = fields_of(type(message))
+        return OrderedDict((f.name, self.value(getattr(message, f.name), f.type)) for f in fields)
+
+    def mapping(self, values: Mapping[str, Any]) -> OrderedDict[str, Any]:
+        return OrderedDict((name, self.value(value, None)) for name, value in values.items())
+
+    def value(self, value: Any, field_type: FieldType | None) -> Any:
+        if isinstance(value, Message):
+            return self.message(value)
+        if isinstance(value, dict):
+            return self.mapping(cast("dict[str, Any]", value))
+        if isinstance(value, str):
+            return self._text(value)
+        if field_type is not None and field_type.base == "byte" and not field_type.is_array:
+            return self._text(value.decode("latin-1"))
+        if hasattr(value, "__len__"):
+            return self._sequence(value, field_type)
+        return value
+
+    def _text(self, value: str) -> str:
+        if self._no_str:
+            return f"<string length: <{len(value)}>>"
+        return value if self._limit is None or len(value) <= self._limit else value[: self._limit] + "..."
+
+    def _sequence(self, value: Any, field_type: FieldType | None) -> Any:
+        if self._no_arr:
+            return _described(value, field_type)
+        items = [self.value(item, None) for item in islice(value, self._limit)]
+        return items if len(items) == len(value) else [*items, "..."]
+
+
+def _described(value: Any, field_type: FieldType | None) -> str:
+    if field_type is not None:
+        base = field_type.base
+    elif isinstance(value, NumericArray):
+        base = value.element
+    else:
+        base = "uint8" if isinstance(value, bytes | bytearray | memoryview) else "unknown"
+    name = _IDL_NAMES.get(base, base)
+    if field_type is not None and field_type.is_fixed:
+        return f"<array type: {name}[{field_type.high}]>"
+    return f"<sequence type: {name}, length: {len(cast('Any', value))}>"
+
+
+def message_to_ordereddict(
+    message: Message | Mapping[str, Any],
+    *,
+    truncate_length: int | None = None,
+    no_arr: bool = False,
+    no_str: bool = False,
+) -> OrderedDict[str, Any]:
+    """Return a message as nested dicts, lists, numbers and strings.
+
+    Args:
+        message: A message, or the dict of a message whose type is not at hand.
+        truncate_length: Longer strings and sequences are cut to this many items and `...`; None: never.
+        no_arr: Describe sequences (`<sequence type: double, length: 3>`) rather than list them.
+        no_str: Describe strings (`<string length: <15>>`) rather than show them.
+    """
+    renderer = _Renderer(truncate_length, no_arr=no_arr, no_str=no_str)
+    return renderer.message(message) if isinstance(message, Message) else renderer.mapping(message)
+
+
+def message_to_yaml(
+    message: Message | Mapping[str, Any],
+    *,
+    truncate_length: int | None = None,
+    no_arr: bool = False,
+    no_str: bool = False,
+    flow_style: bool = False,
+) -> str:
+    """Return a message as YAML, ending with a newline; the arguments are `message_to_ordereddict`'s.
+
+    Args:
+        message: A message, or the dict of a message whose type is not at hand.
+        truncate_length: See `message_to_ordereddict`.
+        no_arr: See `message_to_ordereddict`.
+        no_str: See `message_to_ordereddict`.
+        flow_style: One line in braces rather than one line per field.
+    """
+    import yaml  # noqa: PLC0415 - slow to import, and only people need it
+
+    plain = message_to_ordereddict(message, truncate_length=truncate_length, no_arr=no_arr, no_str=no_str)
+    text: str = yaml.dump(
+        _dict(plain),
+        Dumper=getattr(yaml, "CSafeDumper", yaml.SafeDumper),
+        allow_unicode=True,
+        default_flow_style=flow_style,
+        sort_keys=False,
+        width=_MAX_WIDTH,
+    )
+    return text
+
+
+def _dict(value: Any) -> Any:
+    """Turn ordered dicts into dicts, which YAML's safe dumper knows."""
+    if isinstance(value, dict):
+        return {name: _dict(item) for name, item in cast("dict[str, Any]", value).items()}
+    return [_dict(item) for item in cast("Any", value)] if isinstance(value, list) else value
+
+
+def message_to_csv(
+    message: Message | Mapping[str, Any],
+    *,
+    truncate_length: int | None = None,
+    no_arr: bool = False,
+    no_str: bool = False,
+) -> str:
+    """Return a message's values in order, separated by commas; see `message_to_ordereddict`."""
+    flat: list[str] = []
+
+    def walk(value: Any) -> None:
+        if isinstance(value, dict):
+            value = list(cast("dict[str, Any]", value).values())
+        if isinstance(value, list):
+            for item in cast("Any", value):
+                walk(item)
+        else:
+            flat.append(str(value))
+
+    walk(message_to_ordereddict(message, truncate_length=truncate_length, no_arr=no_arr, no_str=no_str))
+    return ",".join(flat)

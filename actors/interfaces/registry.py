@@ -1,0 +1,181 @@
+"""Finds interface classes by ROS name, and writes out their text.
+
+Looked for, in this order: classes that this program has defined already, callboard's standard packages, and
+importable packages that look like `generate`'s output. A name may come from another machine, so nothing is
+imported but a package with the right folder.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from actors.interfaces.errors import UnknownInterfaceError
+from actors.interfaces.fields import FieldType, constants_of, fields_of
+from actors.interfaces.literals import render_value
+from actors.interfaces.message import Action, Message, Service, type_name
+from actors.interfaces.parser import PARTS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import msgspec
+
+STANDARD_ROOT: Final = "actors.interfaces"
+"""The Python package of the standard interface packages."""
+_NAME: Final = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Z][A-Za-z0-9]*)")
+_BASES: Final[dict[str, type]] = {"msg": Message, "srv": Service, "action": Action}
+
+
+def standard_packages() -> list[str]:
+    """Return the names of the interface packages that callboard ships, sorted."""
+    here = Path(__file__).parent
+    return sorted({path.parent.name for kind in PARTS for path in here.glob(f"*/{kind}")})
+
+
+def _python_package(package: str, kind: str) -> str | None:
+    """Return the Python package with the interfaces of `kind`, not imported; None if there is none."""
+    if (Path(__file__).parent / package / kind / "__init__.py").is_file():
+        return f"{STANDARD_ROOT}.{package}.{kind}"
+    try:
+        spec = find_spec(package)
+    except (ImportError, ValueError):
+        return None
+    folders = spec.submodule_search_locations if spec is not None else None
+    if folders and any((Path(folder) / kind / "__init__.py").is_file() for folder in folders):
+        return f"{package}.{kind}"
+    return None
+
+
+def interfaces_of(package: str) -> list[str]:
+    """Return the type names of all interfaces of a package, messages first.
+
+    Raises:
+        UnknownInterfaceError: There is no such interface package.
+    """
+    names: list[str] = []
+    for kind in PARTS:
+        module = _python_package(package, kind) if re.fullmatch(r"[a-z][a-z0-9_]*", package) else None
+        if module is not None:
+            exported = cast("list[str]", getattr(import_module(module), "__all__", []))
+            names += [f"{package}/{kind}/{name}" for name in sorted(exported)]
+    if not names:
+        close = difflib.get_close_matches(package, standard_packages(), n=1)
+        hint = f"; did you mean {close[0]}?" if close else ""
+        raise UnknownInterfaceError(f"No interface package '{package}'{hint}")
+    return names
+
+
+def _defined(base: type[Any]) -> Iterator[type[Any]]:
+    subclasses: list[type[Any]] = base.__subclasses__()
+    for cls in subclasses:
+        yield cls
+        yield from _defined(cls)
+
+
+def _load(package: str, kind: str, name: str) -> type | None:
+    full = f"{package}/{kind}/{name}"
+    for cls in _defined(_BASES[kind]):
+        if type_name(cls) == full:
+            return cls
+    module = _python_package(package, kind)
+    found = getattr(import_module(module), name, None) if module is not None else None
+    return found if isinstance(found, type) and issubclass(found, _BASES[kind]) else None
+
+
+def _suggestion(name: str, package: str) -> str:
+    """Return "; did you mean …?" for the most similar known name, or nothing."""
+    if package in standard_packages():
+        candidates = interfaces_of(package)
+    else:
+        # example_interfaces copies std_msgs, which is the one to suggest.
+        packages = sorted(standard_packages(), key=lambda each: each == "example_interfaces")
+        candidates = [each for standard in packages for each in interfaces_of(standard)]
+    short = {each.replace("/msg/", "/"): each for each in candidates} | {each: each for each in candidates}
+    close = difflib.get_close_matches(name, short, n=1)
+    if not close:
+        word = name.rpartition("/")[2]
+        close = [each for each in candidates if each.rpartition("/")[2].lower() == word.lower()][:1]
+    return f"; did you mean {short[close[0]]}?" if close else ""
+
+
+def find_interface(name: str) -> type[Message | Service | Action]:
+    """Return the class of an interface: "std_msgs/msg/String", "std_msgs/String", "std_srvs/srv/SetBool".
+
+    Raises:
+        UnknownInterfaceError: The name is none, or no such class can be imported; with a suggestion.
+    """
+    match = _NAME.fullmatch(name)
+    if match is None:
+        hint = _suggestion(name, name.partition("/")[0]) if re.fullmatch(r"[\w/]{3,255}", name) else ""
+        raise UnknownInterfaceError(
+            f"'{name}' is not an interface name{hint}; write package/msg/Name, such as std_msgs/msg/String"
+        )
+    package, kind, word = match.groups()
+    for each in (kind,) if kind else PARTS:
+        found = _load(package, each, word)
+        if found is not None:
+            return found
+    raise UnknownInterfaceError(f"No interface '{name}'{_suggestion(name, package)}")
+
+
+def _default_of(cls: type[Message], name: str) -> Any:
+    """Return a field's default value; None if it has none."""
+    index = cls.__struct_fields__.index(name) - len(cls.__struct_fields__)
+    defaults: tuple[Any, ...] = cls.__struct_defaults__
+    if -index > len(defaults):
+        return None
+    default = defaults[index]
+    factory = getattr(cast("msgspec.Struct", default), "factory", None)
+    return default if factory is None else factory()
+
+
+def _is_zero(value: Any) -> bool:
+    if isinstance(value, bytes | str) or not hasattr(value, "__len__"):
+        return not value or (isinstance(value, bytes) and not any(value))
+    return all(_is_zero(item) for item in value)
+
+
+def _field_line(cls: type[Message], name: str, field_type: FieldType) -> str:
+    line = f"{field_type} {name}"
+    if "/" in field_type.base:
+        return line
+    default = _default_of(cls, name)
+    if default is None or _is_zero(default):
+        return line
+    return f"{line} {render_value(field_type, default)}"
+
+
+def _message_text(cls: type[Message]) -> list[str]:
+    constants = [f"{kind} {name}={render_value(kind, value)}" for name, kind, value in constants_of(cls)]
+    return constants + [_field_line(cls, field.name, field.type) for field in fields_of(cls)]
+
+
+def source_of(cls: type[Message | Service | Action]) -> str:
+    """Return the `.msg`, `.srv` or `.action` text of a class, generated or hand-written.
+
+    Raises:
+        TypeError: `cls` is no such class, or one of its fields has no ROS type.
+    """
+    kind = type_name(cls).split("/")[1]
+    if issubclass(cls, Message):
+        parts: list[type[Message]] = [cls]
+    else:
+        parts = [getattr(cls, part) for part in PARTS[kind]]
+    lines: list[str] = []
+    for part in parts:
+        lines += (["---"] if part is not parts[0] else []) + _message_text(part)
+    return "\n".join(lines) + "\n" if lines else ""
+
+
+def interface_source(name: str) -> str:
+    """Return the text of the interface with this name, as `find_interface` takes it, without comments.
+
+    Raises:
+        UnknownInterfaceError: There is no such interface.
+    """
+    return source_of(find_interface(name))

@@ -1,0 +1,145 @@
+"""Messages from and to plain values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from actors.interfaces.codec import codec_for, decode_untyped
+from actors.interfaces.convert import (
+    message_to_csv,
+    message_to_ordereddict,
+    message_to_yaml,
+    set_message_fields,
+)
+from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from actors.interfaces.geometry_msgs.msg import PoseStamped, PoseWithCovariance
+from actors.interfaces.sensor_msgs.msg import Image, JointState
+from actors.interfaces.std_msgs.msg import Bool, Byte, ByteMultiArray, Int32, String
+
+
+def test_partial_fill_keeps_the_rest() -> None:
+    """Only what is named changes, at any depth."""
+    pose = PoseStamped()
+    pose.pose.position.y = 2.0
+    set_message_fields(pose, {"header": {"frame_id": "map"}, "pose": {"position": {"x": 1}}})
+    assert (pose.header.frame_id, pose.pose.position.x, pose.pose.position.y) == ("map", 1.0, 2.0)
+    assert pose.pose.orientation.w == 1.0
+
+
+def test_lists_of_dicts_become_messages() -> None:
+    """Also nested ones."""
+    array = DiagnosticArray()
+    set_message_fields(
+        array, {"status": [{"name": "a", "values": [{"key": "k", "value": "v"}]}, DiagnosticStatus()]}
+    )
+    assert array.status[0].values == [KeyValue(key="k", value="v")]
+    assert array.status[1] == DiagnosticStatus()
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "text"),
+    [
+        ({"nope": 1}, AttributeError, "has no field 'nope'; it has header, pose"),
+        ({"pose": {"position": {"w": 1}}}, AttributeError, r"PoseStamped\.pose\.position has no field 'w'"),
+        (5, TypeError, "Expected a dict"),
+        ({"header": 5}, TypeError, r"\.header: Expected a dict"),
+        ({"pose": {"position": {"x": "a"}}}, ValueError, r"\.x: Expected a number, got 'a'"),
+        ({"pose": {"position": {"x": None}}}, ValueError, r"\.x: Expected float, got None"),
+        ({"header": {"stamp": {"sec": 2**40}}}, ValueError, r"\.sec: Expected int <= 2147483647"),
+    ],
+)
+def test_errors_leave_the_message_alone(values: Any, error: type[Exception], text: str) -> None:
+    """AttributeError for a key, TypeError for what is no dict, ValueError for a value."""
+    pose = PoseStamped()
+    with pytest.raises(error, match=text):
+        set_message_fields(pose, values)
+    assert pose == PoseStamped()
+
+
+def test_scalars_are_taken_as_a_command_line_writes_them() -> None:
+    """A number for a text, 1 for true, 3.0 for 3, an integer for a byte."""
+    for message, value, expected in (
+        (String(), 5, "5"),
+        (Bool(), 1, True),
+        (Int32(), 3.0, 3),
+        (Byte(), 7, b"\x07"),
+        (ByteMultiArray(), [1, 2], b"\1\2"),
+    ):
+        set_message_fields(message, {"data": value})
+        assert message.data == expected
+    image = Image()
+    set_message_fields(image, {"data": [1, 2]})
+    assert image.data == b"\1\2"
+    for message, bad in (
+        (Int32(), 3.5),
+        (Byte(), 256),
+        (ByteMultiArray(), "ab"),
+        (ByteMultiArray(), 5),
+        (Bool(), 2),
+    ):
+        with pytest.raises(ValueError, match="data"):
+            set_message_fields(message, {"data": bad})
+    covariance = PoseWithCovariance()
+    set_message_fields(covariance, {"covariance": [1] * 36})
+    with pytest.raises(ValueError, match=r"float64\[36\], got 35"):
+        set_message_fields(covariance, {"covariance": [1] * 35})
+
+
+def test_yaml_is_as_ros_prints_it() -> None:
+    """Quotes only where needed, two spaces of indentation."""
+    assert message_to_yaml(String(data="Hello World: 5")) == "data: 'Hello World: 5'\n"
+    assert message_to_yaml(String(data="hello world"), truncate_length=5) == "data: hello...\n"
+    assert message_to_yaml(String(data="é\x1b[31m")) == 'data: "é\\e[31m"\n'
+    text = message_to_yaml(JointState(name=["a"], position=[1.0, 2.0]))
+    assert text == (
+        "header:\n  stamp:\n    sec: 0\n    nanosec: 0\n  frame_id: ''\nname:\n- a\nposition:\n- 1.0\n- 2.0\n"
+        "velocity: []\neffort: []\n"
+    )
+    assert message_to_yaml(String(data="a"), flow_style=True) == "{data: a}\n"
+
+
+def test_truncation() -> None:
+    """Strings, sequences and strings in sequences; never keys."""
+    state = JointState(name=["a long name", "b"], position=[1.0, 2.0, 3.0])
+    plain = message_to_ordereddict(state, truncate_length=2)
+    assert plain["name"] == ["a ...", "b"]
+    assert plain["position"] == [1.0, 2.0, "..."]
+    assert message_to_ordereddict(state, truncate_length=0)["position"] == ["..."]
+
+
+def test_without_arrays_and_strings() -> None:
+    """Descriptions with IDL names."""
+    assert (
+        message_to_ordereddict(PoseWithCovariance(), no_arr=True)["covariance"] == "<array type: double[36]>"
+    )
+    assert (
+        message_to_ordereddict(ByteMultiArray(), no_arr=True)["data"] == "<sequence type: octet, length: 0>"
+    )
+    status = message_to_ordereddict(DiagnosticArray(status=[DiagnosticStatus()]), no_arr=True)["status"]
+    assert status == "<sequence type: diagnostic_msgs/msg/DiagnosticStatus, length: 1>"
+    assert message_to_ordereddict(String(data="x" * 15), no_str=True)["data"] == "<string length: <15>>"
+
+
+@pytest.mark.parametrize(
+    "message",
+    [PoseStamped(), JointState(name=["a"], position=[1.0]), Image(data=b"abc"), PoseWithCovariance()],
+)
+def test_without_the_type_the_text_is_the_same(message: Any) -> None:
+    """`topic echo` need not have the class."""
+    raw = decode_untyped(codec_for(type(message)).encode(message))
+    assert message_to_yaml(raw) == message_to_yaml(message)
+    assert message_to_csv(raw) == message_to_csv(message)
+    assert message_to_yaml(raw, truncate_length=1) == message_to_yaml(message, truncate_length=1)
+
+
+def test_untyped_arrays_are_described_by_what_arrived() -> None:
+    """The packed element type is known, a plain array's is not."""
+    plain = message_to_ordereddict({"a": [1], "b": b"xx", **decode_untyped(b"\x80")}, no_arr=True)
+    assert plain == {"a": "<sequence type: unknown, length: 1>", "b": "<sequence type: uint8, length: 2>"}
+
+
+def test_csv() -> None:
+    """All values in order."""
+    assert message_to_csv(PoseStamped()) == "0,0,,0.0,0.0,0.0,0.0,0.0,0.0,1.0"

@@ -1,0 +1,92 @@
+"""Finding interfaces by name, and their text."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.interfaces.codec import codec_for
+from actors.interfaces.errors import UnknownInterfaceError
+from actors.interfaces.message import Message
+from actors.interfaces.registry import find_interface, interface_source, interfaces_of, standard_packages
+from actors.interfaces.std_msgs.msg import String
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.mark.parametrize("name", ["std_msgs/msg/String", "std_msgs/String"])
+def test_both_forms_of_a_name(name: str) -> None:
+    """With and without the kind."""
+    assert find_interface(name) is String
+
+
+def test_every_standard_interface_is_found_and_can_be_made() -> None:
+    """All packages, all interfaces, with defaults that fit."""
+    names = [name for package in standard_packages() for name in interfaces_of(package)]
+    assert len(names) > 220
+    for name in names:
+        cls = find_interface(name)
+        assert interface_source(name) is not None
+        if issubclass(cls, Message):
+            assert codec_for(cls).decode(codec_for(cls).encode(cls())) == cls()
+
+
+def test_classes_of_this_program_are_found() -> None:
+    """A hand-written class needs no generated package."""
+
+    class Local(Message, type_name="no_such_package/msg/Local"):
+        value: int = 3
+
+    assert find_interface("no_such_package/msg/Local") is Local
+    assert interface_source("no_such_package/Local") == "int64 value 3\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("std_msgs/msg/Strng", "did you mean std_msgs/msg/String"),
+        ("std_mgs/String", "did you mean std_msgs/msg/String"),
+        ("geometry_msgs/msg/pose", "did you mean geometry_msgs/msg/Pose"),
+        ("String", "such as std_msgs/msg/String"),
+        ("", "such as"),
+        ("../../etc/passwd", "such as"),
+        ("nothing_like_it/msg/Zzzzzzzz", "No interface"),
+    ],
+)
+def test_unknown_names_get_a_suggestion(name: str, hint: str) -> None:
+    """The nearest name, or the form."""
+    with pytest.raises(UnknownInterfaceError, match=hint):
+        find_interface(name)
+    with pytest.raises(UnknownInterfaceError):
+        interface_source(name)
+
+
+def test_a_name_from_afar_imports_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A type name may come from another machine: only interface packages are imported for it."""
+    (tmp_path / "trap_package").mkdir()
+    (tmp_path / "trap_package" / "__init__.py").write_text("raise SystemExit('imported')")
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in ("trap_package/msg/Boom", "antigravity/msg/Boom"):
+        with pytest.raises(UnknownInterfaceError):
+            find_interface(name)
+    assert "trap_package" not in sys.modules
+    assert "antigravity" not in sys.modules
+
+
+def test_packages_list_their_interfaces() -> None:
+    """Messages, services, actions; unknown packages get a suggestion."""
+    assert interfaces_of("std_srvs") == ["std_srvs/srv/Empty", "std_srvs/srv/SetBool", "std_srvs/srv/Trigger"]
+    assert len(interfaces_of("std_msgs")) == 30
+    with pytest.raises(UnknownInterfaceError, match="did you mean std_msgs"):
+        interfaces_of("std_msg")
+
+
+def test_source_text() -> None:
+    """Fields, constants, defaults and parts."""
+    assert interface_source("std_srvs/srv/SetBool") == "bool data\n---\nbool success\nstring message\n"
+    assert interface_source("geometry_msgs/Quaternion").endswith("float64 w 1.0\n")
+    assert interface_source("std_msgs/Empty") == ""
+    assert "int8 STATUS_FIX=0\n" in interface_source("sensor_msgs/NavSatStatus")
