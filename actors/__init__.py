@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from actors.arguments import InvalidRosArgumentError as InvalidRosArgumentError
     from actors.arguments import RosArguments as RosArguments
     from actors.arguments import parse_ros_arguments as parse_ros_arguments
-    from actors.client import Client as Client
     from actors.clock import Clock as Clock
     from actors.clock import ClockType as ClockType
     from actors.clock import Duration as Duration
@@ -23,6 +22,12 @@ if TYPE_CHECKING:
     from actors.decorators import service as service
     from actors.decorators import subscription as subscription
     from actors.decorators import timer as timer
+    from actors.entities.client import Client as Client
+    from actors.entities.publisher import Publisher as Publisher
+    from actors.entities.subscription import MessageInfo as MessageInfo
+    from actors.entities.subscription import Subscription as Subscription
+    from actors.entities.timer import Timer as Timer
+    from actors.entities.timer import TimerInfo as TimerInfo
     from actors.errors import BrokerUnreachable as BrokerUnreachable
     from actors.errors import CallFailed as CallFailed
     from actors.errors import NodeAlreadyRunning as NodeAlreadyRunning
@@ -55,7 +60,6 @@ if TYPE_CHECKING:
     from actors.parameter_types import ParameterDescriptor as ParameterDescriptor
     from actors.parameter_types import ParameterType as ParameterType
     from actors.parameters import SetParametersResult as SetParametersResult
-    from actors.publisher import Publisher as Publisher
     from actors.qos import DurabilityPolicy as DurabilityPolicy
     from actors.qos import HistoryPolicy as HistoryPolicy
     from actors.qos import InvalidQoSProfileError as InvalidQoSProfileError
@@ -65,10 +69,6 @@ if TYPE_CHECKING:
     from actors.qos import qos_profile_sensor_data as qos_profile_sensor_data
     from actors.qos import qos_profile_services_default as qos_profile_services_default
     from actors.running import run as run
-    from actors.subscription import MessageInfo as MessageInfo
-    from actors.subscription import Subscription as Subscription
-    from actors.timer import Timer as Timer
-    from actors.timer import TimerInfo as TimerInfo
     from proto.errors import CallboardError as CallboardError
     from proto.errors import InvalidNameError as InvalidNameError
     from proto.errors import InvalidNamespaceError as InvalidNamespaceError
@@ -79,7 +79,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "actors.arguments": ("InvalidRosArgumentError", "RosArguments", "parse_ros_arguments"),
-    "actors.client": ("Client",),
+    "actors.entities.client": ("Client",),
     "actors.clock": ("Clock", "ClockType", "Duration", "Time"),
     "actors.decorators": ("service", "subscription", "timer"),
     "actors.errors": (
@@ -111,7 +111,7 @@ _HOMES = {
     ),
     "actors.parameter_types": ("Parameter", "ParameterDescriptor", "ParameterType"),
     "actors.parameters": ("SetParametersResult",),
-    "actors.publisher": ("Publisher",),
+    "actors.entities.publisher": ("Publisher",),
     "actors.qos": (
         "DurabilityPolicy",
         "HistoryPolicy",
@@ -123,8 +123,8 @@ _HOMES = {
         "qos_profile_services_default",
     ),
     "actors.running": ("run",),
-    "actors.subscription": ("MessageInfo", "Subscription"),
-    "actors.timer": ("Timer", "TimerInfo"),
+    "actors.entities.subscription": ("MessageInfo", "Subscription"),
+    "actors.entities.timer": ("Timer", "TimerInfo"),
     "proto.errors": (
         "CallboardError",
         "InvalidNameError",

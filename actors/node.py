@@ -12,10 +12,14 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar, overload
 
 from actors import environment
 from actors.arguments import RosArguments, parse_ros_arguments
-from actors.client import Client
 from actors.clock import Clock
 from actors.core import DEFAULT_CALL_TIMEOUT_SEC, Core
 from actors.decorators import declared
+from actors.entities.client import Client
+from actors.entities.publisher import Publisher
+from actors.entities.service import Service
+from actors.entities.subscription import Subscription
+from actors.entities.timer import Timer
 from actors.errors import NodeAlreadyRunning
 from actors.graph import GraphView
 from actors.link import Link
@@ -23,12 +27,8 @@ from actors.logger import Logger, get_logger, node_logger_name
 from actors.node_graph import NodeGraph
 from actors.node_parameters import NodeParameters
 from actors.parameters import ParameterStore
-from actors.publisher import Publisher
 from actors.qos import QoSProfile, qos_from
 from actors.remapping import Remapper
-from actors.service import Service
-from actors.subscription import Subscription
-from actors.timer import Timer
 from proto.errors import CallboardError
 from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 from proto.url import DEFAULT_URL, parse_urls

@@ -1,0 +1,1 @@
+"""What a node has: publishers, subscriptions, services, clients and timers."""

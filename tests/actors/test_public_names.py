@@ -1,0 +1,44 @@
+"""Tests of the package roots: what they promise is there, and loads lazily."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import actors
+import broker
+
+
+@pytest.mark.parametrize("package", [actors, broker])
+def test_every_promised_name_exists(package: object) -> None:
+    """Each name that type checkers see can be had at run time, from the module that checkers see it in."""
+    source = Path(str(package.__file__)).read_text(encoding="utf-8")  # type: ignore[attr-defined]
+    promised = [
+        (node.module, alias.name)
+        for block in ast.parse(source).body
+        if isinstance(block, ast.If)
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    ]
+    assert promised
+    for module, name in promised:
+        assert name in dir(package)
+        assert getattr(package, name) is getattr(sys.modules[str(module)], name)
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    """A typo gets Python's usual answer."""
+    with pytest.raises(AttributeError, match="has no attribute 'Nod'"):
+        actors.Nod  # type: ignore[attr-defined] # noqa: B018
+
+
+def test_importing_actors_loads_no_part_of_it() -> None:
+    """`import actors` alone is cheap: no module of the package beside the root is loaded."""
+    code = "import sys, actors; print([m for m in sys.modules if m.startswith(('actors.', 'msgspec', 'yaml'))])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
