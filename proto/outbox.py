@@ -53,8 +53,8 @@ class Lane:
     def __init__(self, publisher: int, depth: int | None) -> None:
         self.publisher = publisher
         self.depth = depth
-        self.pending = 0
-        self.pending_bytes = 0
+        self.pending: int = 0
+        self.pending_bytes: int = 0
         self.control_bytes = 0
         self.dropped = 0
         self.sent_bytes = 0
