@@ -9,10 +9,13 @@ from __future__ import annotations
 import copy
 from collections import OrderedDict
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+
+import msgspec
 
 from actors.interfaces.arrays import NumericArray
 from actors.interfaces.codec import codec_for
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.fields import BINARY, fields_of
 from actors.interfaces.literals import INTEGER_RANGE
 from actors.interfaces.message import Message, type_name
@@ -30,6 +33,9 @@ _IDL_NAMES: Final = {
     "float64": "double",
 }
 _MAX_WIDTH: Final = 2**31 - 1
+_MAX_DEPTH: Final = 64
+"""Nesting that a received message may have, to be printed; real types have about ten levels."""
+T = TypeVar("T", bound=Message)
 
 
 def set_message_fields(message: Message, values: Mapping[str, Any]) -> None:
@@ -42,22 +48,43 @@ def set_message_fields(message: Message, values: Mapping[str, Any]) -> None:
         TypeError: `values`, or what stands for a nested message, is not a dict.
         ValueError: A value does not fit its field.
     """
-    filled = _filled(message, values, type_name(type(message)))
+    filled = _filled(type(message), message, values, type_name(type(message)))
     codec_for(type(message)).encode(filled)
     for name in message.__struct_fields__:
         setattr(message, name, getattr(filled, name))
 
 
-def _filled(message: Message, values: Any, path: str) -> Message:
-    """Return a copy of `message` with `values` in place."""
+def message_from_fields(msg_type: type[T], values: Mapping[str, Any]) -> T:
+    """Return a new message with the fields that `values` names, as `set_message_fields` takes them.
+
+    Raises:
+        AttributeError: A key is not a field.
+        TypeError: `values`, or what stands for a nested message, is not a dict.
+        ValueError: A value does not fit its field, or a field without default is missing.
+    """
+    filled = cast("T", _filled(msg_type, None, values, type_name(msg_type)))
+    codec_for(msg_type).encode(filled)
+    return filled
+
+
+def _filled(cls: type[Message], current: Message | None, values: Any, path: str) -> Message:
+    """Return a copy of `current`, or a new message, with `values` in place."""
     if not isinstance(values, dict):
         raise TypeError(f"{path}: Expected a dict of field values, got {type(values).__name__}")
-    filled = copy.copy(message)
-    types = {field.name: field.type for field in fields_of(type(message))}
+    types = {field.name: field.type for field in fields_of(cls)}
+    converted: dict[str, Any] = {}
     for name, value in cast("Any", values).items():
         if name not in types:
             raise AttributeError(f"{path} has no field '{name}'; it has {', '.join(types) or 'no fields'}")
-        setattr(filled, name, _converted(types[name], value, getattr(message, name), f"{path}.{name}"))
+        converted[name] = _converted(types[name], value, getattr(current, name, None), f"{path}.{name}")
+    if current is None:
+        try:
+            return cls(**converted)
+        except TypeError as error:
+            raise ValueError(f"{path}: {error}") from None
+    filled = copy.copy(current)
+    for name, value in converted.items():
+        setattr(filled, name, value)
     return filled
 
 
@@ -65,11 +92,13 @@ def _converted(field_type: FieldType, value: Any, current: Any, path: str) -> An
     if field_type.message is not None:
         nested = cast("type[Message]", field_type.message)
         if not field_type.is_array:
-            return value if isinstance(value, nested) else _filled(current, value, path)
+            return value if isinstance(value, nested) else _filled(nested, current, value, path)
         if not isinstance(value, list | tuple):
             raise ValueError(f"{path}: Expected a list, got {type(value).__name__}")
-        items = enumerate(cast("list[Any]", value))
-        return [v if isinstance(v, nested) else _filled(nested(), v, f"{path}[{i}]") for i, v in items]
+        return [
+            item if isinstance(item, nested) else _filled(nested, None, item, f"{path}[{index}]")
+            for index, item in enumerate(cast("list[Any]", value))
+        ]
     if not field_type.is_array:
         return _scalar(field_type, value, path)
     if isinstance(value, str) or not hasattr(value, "__iter__"):
@@ -112,6 +141,7 @@ class _Renderer:
         self._limit = truncate_length
         self._no_arr = no_arr
         self._no_str = no_str
+        self._depth = 0
 
     def message(self, message: Message) -> OrderedDict[str, Any]:
         fields = fields_of(type(message))
@@ -121,17 +151,31 @@ class _Renderer:
         return OrderedDict((name, self.value(value, None)) for name, value in values.items())
 
     def value(self, value: Any, field_type: FieldType | None) -> Any:
+        if self._depth > _MAX_DEPTH:
+            raise InvalidMessageError(f"Not a message: it is nested more than {_MAX_DEPTH} levels deep")
+        self._depth += 1
+        try:
+            return self._plain(value, field_type)
+        finally:
+            self._depth -= 1
+
+    def _plain(self, value: Any, field_type: FieldType | None) -> Any:
+        plain: Any = value
         if isinstance(value, Message):
-            return self.message(value)
-        if isinstance(value, dict):
-            return self.mapping(cast("dict[str, Any]", value))
-        if isinstance(value, str):
-            return self._text(value)
-        if field_type is not None and field_type.base == "byte" and not field_type.is_array:
-            return self._text(value.decode("latin-1"))
-        if hasattr(value, "__len__"):
-            return self._sequence(value, field_type)
-        return value
+            plain = self.message(value)
+        elif isinstance(value, dict):
+            plain = self.mapping(cast("dict[str, Any]", value))
+        elif isinstance(value, str):
+            plain = self._text(value)
+        elif isinstance(value, msgspec.msgpack.Ext):
+            plain = f"<extension {value.code}, length: {len(bytes(value.data))}>"
+        elif hasattr(value, "dtype"):
+            plain = self._plain(value.tolist(), field_type)
+        elif field_type is not None and field_type.base == "byte" and not field_type.is_array:
+            plain = self._text(value.decode("latin-1"))
+        elif hasattr(value, "__len__"):
+            plain = self._sequence(value, field_type)
+        return plain
 
     def _text(self, value: str) -> str:
         if self._no_str:
@@ -172,6 +216,9 @@ def message_to_ordereddict(
         truncate_length: Longer strings and sequences are cut to this many items and `...`; None: never.
         no_arr: Describe sequences (`<sequence type: double, length: 3>`) rather than list them.
         no_str: Describe strings (`<string length: <15>>`) rather than show them.
+
+    Raises:
+        InvalidMessageError: A message without type is nested too deeply.
     """
     renderer = _Renderer(truncate_length, no_arr=no_arr, no_str=no_str)
     return renderer.message(message) if isinstance(message, Message) else renderer.mapping(message)

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from actors.interfaces.codec import codec_for, decode_untyped
 from actors.interfaces.convert import (
+    message_from_fields,
     message_to_csv,
     message_to_ordereddict,
     message_to_yaml,
     set_message_fields,
 )
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.geometry_msgs.msg import PoseStamped, PoseWithCovariance
+from actors.interfaces.message import Message
 from actors.interfaces.sensor_msgs.msg import Image, JointState
 from actors.interfaces.std_msgs.msg import Bool, Byte, ByteMultiArray, Int32, String
 
@@ -138,6 +142,37 @@ def test_untyped_arrays_are_described_by_what_arrived() -> None:
     """The packed element type is known, a plain array's is not."""
     plain = message_to_ordereddict({"a": [1], "b": b"xx", **decode_untyped(b"\x80")}, no_arr=True)
     assert plain == {"a": "<sequence type: unknown, length: 1>", "b": "<sequence type: uint8, length: 2>"}
+
+
+class Required(Message):
+    must: int
+    inner: KeyValue
+
+
+def test_a_new_message_from_fields() -> None:
+    """Also of a class whose fields have no defaults."""
+    made = message_from_fields(Required, {"must": 1, "inner": {"key": "k"}})
+    assert made == Required(must=1, inner=KeyValue(key="k"))
+    with pytest.raises(ValueError, match="must"):
+        message_from_fields(Required, {"inner": {}})
+
+
+def test_hostile_untyped_messages_can_be_printed() -> None:
+    """Deep nesting is refused; extensions, time stamps and odd keys are shown."""
+    with pytest.raises(InvalidMessageError, match="nested"):
+        message_to_yaml(decode_untyped(b"\x81\xa1a" + b"\x91" * 500 + b"\x01"))
+    odd = decode_untyped(b"\x83\xa1a\xd4\x63\x00\xa1b\xd6\xff\x00\x00\x00\x00\xa1c\x81\x92\x01\x02\x03")
+    text = message_to_yaml(odd)
+    assert "a: '<extension 99, length: 1>'" in text
+    assert "1970" in text
+
+
+def test_numpy_values_can_be_printed() -> None:
+    """A message that was built with NumPy and not sent yet."""
+    state = JointState(position=np.array([1.0]))  # type: ignore[arg-type]
+    state.header.stamp.sec = np.int32(3)  # type: ignore[assignment]
+    assert "sec: 3" in message_to_yaml(state)
+    assert "- 1.0" in message_to_yaml(state)
 
 
 def test_csv() -> None:

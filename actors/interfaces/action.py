@@ -1,0 +1,100 @@
+"""The services and the message that carry an action, under ROS's names.
+
+An action `Fibonacci` is spoken as two services, `Fibonacci_SendGoal` and `Fibonacci_GetResult`, and a topic
+of `Fibonacci_FeedbackMessage`, beside the common `action_msgs/srv/CancelGoal` and
+`action_msgs/msg/GoalStatusArray`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, cast
+
+import msgspec
+
+from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.message import Action, Message, Service, type_name
+from actors.interfaces.naming import MessageType
+from actors.interfaces.types import int8
+from actors.interfaces.unique_identifier_msgs.msg import UUID
+
+
+@dataclass(frozen=True)
+class ActionTypes:
+    """The types that an action implies.
+
+    Attributes:
+        send_goal: Service: Request(goal_id, goal), Response(accepted, stamp).
+        get_result: Service: Request(goal_id), Response(status, result).
+        feedback_message: Message: goal_id, feedback.
+    """
+
+    send_goal: type[Service]
+    get_result: type[Service]
+    feedback_message: type[Message]
+
+
+def _message(owner: type[Action], name: str, fields: dict[str, tuple[Any, Any]]) -> type[Message]:
+    """Make a message class from field name to (type, default value or message class)."""
+    namespace: dict[str, Any] = {
+        "__module__": owner.__module__,
+        "__annotations__": {field: kind for field, (kind, _) in fields.items()},
+    }
+    for field, (_, default) in fields.items():
+        namespace[field] = msgspec.field(default_factory=default) if isinstance(default, type) else default
+    made = MessageType(name.rpartition("/")[2], (Message,), namespace, type_name=name)
+    return cast("type[Message]", made)
+
+
+def _service(
+    owner: type[Action], name: str, request: dict[str, Any], response: dict[str, Any]
+) -> type[Service]:
+    namespace = {
+        "__module__": owner.__module__,
+        "Request": _message(owner, f"{name}_Request", request),
+        "Response": _message(owner, f"{name}_Response", response),
+    }
+    make: Any = type(Service)
+    made: type[Service] = make(name.rpartition("/")[2], (Service,), namespace, type_name=name)
+    return made
+
+
+def is_action_type(cls: object) -> bool:
+    """Whether `cls` is an action class."""
+    return isinstance(cls, type) and issubclass(cls, Action) and cls is not Action
+
+
+@cache
+def action_types(action: type[Action]) -> ActionTypes:
+    """Return the types that carry `action`; they are made once.
+
+    Raises:
+        TypeError: `action` is not an action class.
+    """
+    parts: Any = action
+    if not is_action_type(parts):
+        raise TypeError(
+            f"Expected an action class, such as example_interfaces.action.Fibonacci; got {parts!r}"
+        )
+    name = type_name(action)
+    goal_id = {"goal_id": (UUID, UUID)}
+    return ActionTypes(
+        send_goal=_service(
+            action,
+            f"{name}_SendGoal",
+            {**goal_id, "goal": (parts.Goal, parts.Goal)},
+            {"accepted": (bool, False), "stamp": (Time, Time)},
+        ),
+        get_result=_service(
+            action,
+            f"{name}_GetResult",
+            goal_id,
+            {"status": (int8, 0), "result": (parts.Result, parts.Result)},
+        ),
+        feedback_message=_message(
+            action,
+            f"{name}_FeedbackMessage",
+            {**goal_id, "feedback": (parts.Feedback, parts.Feedback)},
+        ),
+    )
