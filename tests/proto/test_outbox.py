@@ -1,0 +1,539 @@
+"""The outbox against a model: order, depth, credit, fragments, restarts, and counts that come out even."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgpack
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    invariant,
+    precondition,
+    rule,
+)
+
+from proto import limits
+from proto.codec import decode, encode
+from proto.fragments import Reassembler, is_large
+from proto.frames import Abort, Detached, Fragment, Op, Ping, Replay, Request, RequestEntry, Run
+from proto.outbox import Lane, Outbox, Transfers
+from proto.runs import RunBuilder, messages
+
+
+def make_run(first: int, parts: list[bytes], publisher: int = 1) -> Run:
+    """Build a run of these messages."""
+    builder = RunBuilder(first)
+    for part in parts:
+        builder.buffer += part
+        builder.close_message()
+    return builder.take(publisher, 0)
+
+
+def request(call: int, size: int) -> bytes:
+    """Encode a request whose body has this size."""
+    return encode(Request(1, (RequestEntry(call, None, None, bytes(size)),)))
+
+
+def drain(outbox: Outbox) -> list[bytes]:
+    """Take everything that may go."""
+    found: list[bytes] = []
+    while (raw := outbox.next()) is not None:
+        found.append(raw)
+    return found
+
+
+@dataclass(frozen=True)
+class Message:
+    """A message of the model."""
+
+    sequence: int
+    body: bytes
+
+
+@dataclass
+class ModelLane:
+    """What a lane must hold: messages, and encoded frames in order with them."""
+
+    lane: Lane
+    waiting: list[Message | bytes] = field(default_factory=list)
+    leaving: list[Message | bytes] = field(default_factory=list)
+    next_put: int = 0
+    next_sent: int = 0
+    dropped: int = 0
+    sent_bytes: int = 0
+
+    @property
+    def messages(self) -> list[Message]:
+        """The messages that wait."""
+        return [item for item in self.waiting if isinstance(item, Message)]
+
+    @property
+    def ordered_bytes(self) -> int:
+        """Bytes of the frames that wait in order with the messages."""
+        return sum(len(item) for item in (*self.waiting, *self.leaving) if isinstance(item, bytes))
+
+    def trim(self) -> None:
+        """Drop the oldest messages beyond the depth."""
+        if self.lane.depth is not None:
+            excess = max(0, len(self.messages) - self.lane.depth)
+            gone = self.messages[:excess]
+            self.waiting = [item for item in self.waiting if item not in gone]
+            self.dropped += excess
+
+    def leave(self, count: int) -> None:
+        """Messages have begun to leave: credit must allow each of them."""
+        self.leaving, self.waiting = self.waiting[:count], self.waiting[count:]
+        before, sent = self.next_sent, self.sent_bytes
+        for message in self.leaving:
+            assert isinstance(message, Message)
+            limit = self.lane.sequence_limit
+            assert limit is None or before < limit
+            assert self.lane.byte_limit is None or sent < self.lane.byte_limit
+            before = message.sequence + 1
+            sent += len(message.body)
+
+    def arrive(self, run: Run) -> None:
+        """A run has come whole: it holds what began to leave, in order and once."""
+        assert run.publisher == self.lane.publisher
+        got = [Message(run.first_sequence + index, bytes(body)) for index, body in enumerate(messages(run))]
+        assert got == self.leaving
+        self.sent_bytes += sum(len(message.body) for message in got)
+        self.next_sent = got[-1].sequence + 1
+        self.leaving = []
+
+
+class OutboxMachine(RuleBasedStateMachine):
+    """Puts, pulls, trims, grants and restarts in any order; every frame pulled is checked as a peer would."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.patch = pytest.MonkeyPatch()
+        self.patch.setattr(limits, "MAX_FRAME_BYTES", 150)
+        self.patch.setattr(limits, "FRAGMENT_BYTES", 100)
+        self.patch.setattr(limits, "MAX_TRANSFERS", 2)
+        self.links = 0
+        self.models = [ModelLane(Lane(index, depth)) for index, depth in enumerate((1, 3, None))]
+        self.next_token = 0
+        self.connect()
+
+    def connect(self) -> None:
+        """Begin a link with nothing under way."""
+        self.outbox = Outbox()
+        self.reassembler = Reassembler()
+        self.control: list[bytes] = []
+        self.calls: list[bytes] = []
+        self.large: dict[int, bytes] = {}
+        self.transfers: dict[int, tuple[int, Any]] = {}
+
+    def teardown(self) -> None:
+        """Lift all credit and take everything: nothing is left and the counts are even."""
+        try:
+            self.finish()
+        finally:
+            self.patch.undo()
+
+    def finish(self) -> None:
+        """Take everything that is left."""
+        for model in self.models:
+            model.lane.sequence_limit = model.lane.byte_limit = None
+            self.outbox.wake(model.lane)
+        while self.pull():
+            pass
+        assert all(model.lane.empty and not model.waiting and not model.leaving for model in self.models)
+        assert all(model.lane.pending_bytes == 0 for model in self.models)
+        assert (self.outbox.urgent_bytes, self.outbox.ordered_bytes) == (0, 0)
+
+    @rule(
+        which=st.integers(0, 2),
+        sizes=st.lists(st.one_of(st.integers(1, 20), st.integers(100, 250)), min_size=1, max_size=5),
+    )
+    def put_run(self, which: int, sizes: list[int]) -> None:
+        """Publish some messages."""
+        model = self.models[which]
+        parts = [bytes([(model.next_put + index) % 251]) * size for index, size in enumerate(sizes)]
+        self.outbox.put_lane(model.lane, make_run(model.next_put, parts, publisher=which))
+        model.waiting += [Message(model.next_put + index, part) for index, part in enumerate(parts)]
+        model.next_put += len(parts)
+
+    @rule(which=st.integers(0, 2), size=st.sampled_from([0, 0, 300]), first=st.booleans())
+    def put_ordered(self, which: int, size: int, first: bool) -> None:
+        """Queue a frame in order with the runs, or ahead of those that have not begun to leave."""
+        self.next_token += 1
+        raw = encode(Detached(which, (self.next_token,)))
+        if size:
+            run = make_run(0, [bytes(size)])
+            raw = encode(Replay(self.next_token, which, *run[1:7]))
+        model = self.models[which]
+        self.outbox.put_lane(model.lane, raw, first=first)
+        model.waiting.insert(0 if first else len(model.waiting), raw)
+
+    @rule()
+    def put_control(self) -> None:
+        """Queue a control frame."""
+        self.next_token += 1
+        raw = encode(Ping(self.next_token))
+        self.outbox.put_control(raw)
+        self.control.append(raw)
+
+    @rule(size=st.sampled_from([1, 300]))
+    def put_call(self, size: int) -> None:
+        """Queue a small or a large request."""
+        self.next_token += 1
+        raw = request(self.next_token, size)
+        self.outbox.put_calls(raw, (1, self.next_token))
+        if is_large(raw):
+            self.large[self.next_token] = raw
+        else:
+            self.calls.append(raw)
+
+    @rule(data=st.data())
+    def drop_call(self, data: st.DataObject) -> None:
+        """Take a large call back, or one that has left."""
+        call = data.draw(st.sampled_from([*self.large, -1]))
+        assert self.outbox.drop_call((1, call)) == (call in self.large)
+        self.large.pop(call, None)
+        for transfer, (op, key) in list(self.transfers.items()):
+            if op == Op.REQUEST and key == call:
+                self.control.append(encode(Abort(transfer)))
+
+    @rule(which=st.integers(0, 2), ahead=st.integers(0, 6), room=st.integers(0, 300))
+    def grant(self, which: int, ahead: int, room: int) -> None:
+        """Set a lane's credit, which may also end."""
+        model = self.models[which]
+        model.lane.sequence_limit = model.next_sent + ahead if ahead else None
+        model.lane.byte_limit = model.lane.sent_bytes + room if room else None
+        self.outbox.wake(model.lane)
+
+    @rule()
+    def trim(self) -> None:
+        """The transport is full, or nothing more may go."""
+        self.outbox.trim()
+        for model in self.models:
+            model.trim()
+
+    @precondition(lambda self: self.links < 3)
+    @rule()
+    def restart(self) -> None:
+        """The link breaks; the lanes go on with another."""
+        self.links += 1
+        self.connect()
+        for index, model in enumerate(self.models):
+            model.waiting = [item for item in (*model.leaving, *model.waiting) if isinstance(item, Message)]
+            model.leaving = []
+            model.lane.restart(10 * self.links + index)
+            assert model.lane.first_sequence == (model.messages[0].sequence if model.waiting else None)
+            model.sent_bytes = 0
+            model.next_sent = model.messages[0].sequence if model.waiting else model.next_put
+            model.lane.trim()
+            model.trim()
+            self.outbox.wake(model.lane)
+
+    @rule(count=st.integers(1, 6))
+    def pull_some(self, count: int) -> None:
+        """The transport has room for some frames."""
+        for _ in range(count):
+            if not self.pull():
+                break
+
+    def pull(self) -> bool:
+        """Take one frame and check it as its receiver would."""
+        raw = self.outbox.next()
+        for urgent in (self.control, self.calls):
+            if urgent:
+                assert raw == urgent.pop(0)
+                frame = decode(raw)
+                if isinstance(frame, Abort):
+                    self.reassembler.abort(frame)
+                    del self.transfers[frame.transfer]
+                return True
+        if raw is None:
+            self.check_idle()
+            return False
+        assert not is_large(raw)
+        frame = decode(raw)
+        if isinstance(frame, Fragment):
+            self.take_fragment(frame)
+            return True
+        if isinstance(frame, Run):
+            model = self.begin_run(frame.publisher, frame.length)
+            model.arrive(frame)
+        else:
+            assert isinstance(frame, Detached)
+            assert self.models[frame.publisher].waiting.pop(0) == raw
+        return True
+
+    def begin_run(self, publisher: int, count: int) -> ModelLane:
+        """A run begins to leave."""
+        model = next(model for model in self.models if model.lane.publisher == publisher)
+        assert not model.leaving
+        model.leave(count)
+        return model
+
+    def take_fragment(self, frame: Fragment) -> None:
+        """Put a piece of a large frame together with its others."""
+        if frame.total is not None:
+            unpacker: Any = msgpack.Unpacker()
+            unpacker.feed(frame.payload[5:])
+            unpacker.read_array_header()
+            op, key = unpacker.unpack(), unpacker.unpack()
+            if op == Op.RUN:
+                _, _, length = (unpacker.unpack() for _ in range(3))
+                self.begin_run(key, length)
+            elif op == Op.REPLAY:
+                model = self.models[unpacker.unpack()]
+                model.leaving = [model.waiting.pop(0)]
+            else:
+                unpacker.read_array_header()
+                unpacker.read_array_header()
+                key = unpacker.unpack()
+            self.transfers[frame.transfer] = op, key
+        whole = self.reassembler.add(frame)
+        if whole is None:
+            return
+        op, key = self.transfers.pop(frame.transfer)
+        arrived = decode(whole)
+        if isinstance(arrived, Run):
+            next(model for model in self.models if model.lane.publisher == key).arrive(arrived)
+        elif isinstance(arrived, Replay):
+            model = self.models[arrived.publisher]
+            assert model.leaving == [bytes(whole)]
+            model.leaving = []
+        else:
+            assert self.large.pop(key) == whole
+
+    def check_idle(self) -> None:
+        """Nothing may go now: what waits, waits for credit."""
+        assert not self.large
+        for model in self.models:
+            assert not model.leaving
+            if model.waiting:
+                assert isinstance(model.waiting[0], Message)
+                lane = model.lane
+                assert (lane.sequence_limit is not None and model.next_sent >= lane.sequence_limit) or (
+                    lane.byte_limit is not None and model.sent_bytes >= lane.byte_limit
+                )
+
+    @invariant()
+    def counts_are_right(self) -> None:
+        """Every number an owner looks at is the model's."""
+        for model in self.models:
+            assert model.lane.pending == len(model.messages)
+            assert model.lane.dropped == model.dropped
+            assert model.lane.sent_bytes == model.sent_bytes
+            assert model.lane.empty == (not model.waiting and not model.leaving)
+            assert model.lane.pending_bytes >= sum(len(message.body) for message in model.messages)
+        urgent = [*self.control, *self.calls, *self.large.values()]
+        assert self.outbox.urgent_bytes == sum(map(len, urgent))
+        assert self.outbox.ordered_bytes == sum(model.ordered_bytes for model in self.models)
+
+
+TestOutboxMachine = OutboxMachine.TestCase
+TestOutboxMachine.settings = settings(deadline=None, max_examples=120, stateful_step_count=40)
+
+
+def test_control_goes_before_calls_and_calls_before_runs() -> None:
+    """§6: on one link control frames go first, then requests and replies, then publishers."""
+    outbox, lane = Outbox(), Lane(1, None)
+    run = make_run(0, [b"a"])
+    outbox.put_lane(lane, run)
+    outbox.put_calls(request(1, 1))
+    outbox.put_control(encode(Ping(1)))
+    assert drain(outbox) == [encode(Ping(1)), request(1, 1), run.raw]
+
+
+def test_lanes_take_turns_and_large_frames_hold_up_nobody() -> None:
+    """§6: while a large message leaves in pieces, other publishers' runs go between them."""
+    outbox, big, small = Outbox(), Lane(1, None), Lane(2, None)
+    outbox.put_lane(big, make_run(0, [bytes(4 * limits.FRAGMENT_BYTES)], 1))
+    for sequence in range(3):
+        outbox.put_lane(small, make_run(sequence, [b"x"], 2))
+    kinds = [type(decode(raw)) for raw in drain(outbox)]
+    assert kinds == [Fragment, Run, Fragment, Run, Fragment, Run, Fragment, Fragment]
+
+
+def test_the_newest_message_stays_while_an_old_one_leaves() -> None:
+    """§6: a message that has begun to leave does not count against the depth: the newest is kept."""
+    outbox, lane = Outbox(), Lane(1, 1)
+    outbox.put_lane(lane, make_run(0, [bytes(limits.MAX_FRAME_BYTES)]))
+    assert outbox.next() is not None
+    for sequence in (1, 2, 3):
+        outbox.put_lane(lane, make_run(sequence, [b"x"]))
+        outbox.trim()
+    assert (lane.pending, lane.dropped, lane.first_sequence) == (1, 2, 0)
+    last = decode(drain(outbox)[-1])
+    assert isinstance(last, Run)
+    assert last.first_sequence == 3
+
+
+def test_a_run_is_forwarded_without_a_copy() -> None:
+    """§6: an uncut run under its own id leaves as the very bytes that came."""
+    outbox, lane = Outbox(), Lane(1, 10)
+    run = make_run(0, [b"a", b"b"])
+    outbox.put_lane(lane, run)
+    assert outbox.next() is run.raw
+
+
+def test_a_long_run_is_trimmed_to_its_last_messages() -> None:
+    """§6: a run longer than the depth keeps its last `depth` messages; with room, all go."""
+    outbox, lane = Outbox(), Lane(1, 2)
+    outbox.put_lane(lane, make_run(0, [b"a", b"b", b"c"]))
+    outbox.trim()
+    frame = decode(drain(outbox)[0])
+    assert isinstance(frame, Run)
+    assert (frame.first_sequence, frame.length, lane.dropped) == (1, 2, 1)
+
+
+def test_the_byte_ceiling_keeps_the_last_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    """§11: beyond LANE_BYTES the oldest runs go, whatever the depth, but never the last message."""
+    monkeypatch.setattr(limits, "LANE_BYTES", 100)
+    lane = Lane(1, 1000)
+    for sequence in range(5):
+        lane.put(make_run(sequence, [bytes(40)]))
+    lane.trim()
+    assert (lane.pending, lane.pending_bytes, lane.dropped) == (2, 80, 3)
+    lane.put(make_run(5, [bytes(500)]))
+    lane.trim()
+    assert (lane.pending, lane.pending_bytes, lane.first_sequence) == (1, 500, 5)
+    lane.put(make_run(6, [bytes(60)] * 3))
+    lane.trim()
+    assert (lane.pending, lane.first_sequence) == (1, 8)
+
+
+def test_keep_all_is_never_trimmed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """§6: a lane without depth drops nothing."""
+    monkeypatch.setattr(limits, "LANE_BYTES", 100)
+    lane = Lane(1, None)
+    lane.put(make_run(0, [bytes(60)] * 3))
+    lane.trim()
+    assert (lane.pending, lane.dropped) == (3, 0)
+
+
+def test_a_keep_last_lane_out_of_credit_is_trimmed() -> None:
+    """§6: what credit holds back is bounded by the depth, too."""
+    outbox, lane = Outbox(), Lane(1, 2)
+    lane.sequence_limit = 0
+    for sequence in range(5):
+        outbox.put_lane(lane, make_run(sequence, [b"x"]))
+    assert outbox.next() is None
+    outbox.trim()
+    assert (lane.pending, lane.dropped) == (2, 3)
+
+
+def test_credit_beyond_a_gap_lets_one_message_through() -> None:
+    """§6: messages dropped for want of credit cannot leave the next one out of every limit's reach."""
+    outbox, lane = Outbox(), Lane(1, 1)
+    outbox.put_lane(lane, make_run(0, [b"a"]))
+    assert outbox.next() is not None
+    lane.sequence_limit = 1
+    for sequence in range(1, 100):
+        outbox.put_lane(lane, make_run(sequence, [b"x"]))
+        outbox.trim()
+    assert outbox.next() is None
+    lane.sequence_limit = 2
+    outbox.wake(lane)
+    frame = decode(drain(outbox)[0])
+    assert isinstance(frame, Run)
+    assert (frame.first_sequence, frame.length) == (99, 1)
+
+
+def test_byte_credit_is_overrun_by_less_than_one_message() -> None:
+    """§6: of a waiting run only the messages leave that begin below the byte limit."""
+    outbox, lane = Outbox(), Lane(1, None)
+    lane.byte_limit = 25
+    outbox.put_lane(lane, make_run(0, [bytes(10)] * 9))
+    frames = [decode(raw) for raw in drain(outbox)]
+    assert [frame.length for frame in frames if isinstance(frame, Run)] == [3]
+    assert (lane.sent_bytes, lane.pending, lane.pending_bytes) == (30, 6, 60)
+
+
+def test_transfers_at_a_time_are_limited() -> None:
+    """§6: at most MAX_TRANSFERS fragmented frames are under way; the others wait whole."""
+    outbox = Outbox()
+    for call in range(limits.MAX_TRANSFERS + 3):
+        outbox.put_calls(request(call, 2 * limits.MAX_FRAME_BYTES), (1, call))
+    reassembler = Reassembler()
+    whole = [reassembler.add(frame) for frame in map(decode, drain(outbox)) if isinstance(frame, Fragment)]
+    assert sum(raw is not None for raw in whole) == limits.MAX_TRANSFERS + 3
+    assert outbox.urgent_bytes == 0
+
+
+def test_large_calls_under_one_key_are_counted_each() -> None:
+    """Two large frames without a key of their own do not leave bytes behind in the count."""
+    outbox = Outbox()
+    for _ in range(2):
+        outbox.put_calls(request(1, limits.MAX_FRAME_BYTES))
+        outbox.put_calls(request(1, limits.MAX_FRAME_BYTES), (1, 1))
+    drain(outbox)
+    assert outbox.urgent_bytes == 0
+    assert not outbox.drop_call((1, 1))
+
+
+def test_a_large_call_is_forgotten_as_soon_as_it_has_left() -> None:
+    """Its bytes stop counting with its last piece, not when the link falls idle."""
+    outbox, lane = Outbox(), Lane(1, None)
+    outbox.put_calls(request(1, limits.MAX_FRAME_BYTES), (1, 1))
+    for sequence in range(20):
+        outbox.put_lane(lane, make_run(sequence, [b"x"]))
+    for _ in range(10):
+        outbox.next()
+    assert lane.pending
+    assert outbox.urgent_bytes == 0
+
+
+def test_transfer_ids_wrap_around_those_in_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A transfer's id is never that of another under way, also after 2**32 of them."""
+    transfers = Transfers()
+    first = transfers.start(b"x")
+    assert first is not None
+    monkeypatch.setattr(transfers, "_next_id", limits.MAX_U32 - 1)
+    ids: list[int] = []
+    for _ in range(3):
+        transfer = transfers.start(b"x")
+        assert transfer is not None
+        ids.append(transfer.id)
+    assert ids == [limits.MAX_U32, 0, 2]
+
+
+def test_latched_messages_go_before_what_waits() -> None:
+    """A run put to the front of a trimmed lane leaves first, and the trim keeps its effect."""
+    outbox, lane = Outbox(), Lane(1, 2)
+    lane.put(make_run(5, [b"f", b"g", b"h"]))
+    lane.trim()
+    lane.put_front(make_run(1, [b"b"]))
+    outbox.wake(lane)
+    runs = [frame for frame in map(decode, drain(outbox)) if isinstance(frame, Run)]
+    assert [(run.first_sequence, run.length) for run in runs] == [(1, 1), (6, 2)]
+
+
+def test_a_restart_resends_the_half_sent_and_not_the_dropped() -> None:
+    """§6: a run half of which had left goes whole on the next link, and what was dropped behind it stays so."""
+    outbox, lane = Outbox(), Lane(1, 2)
+    outbox.put_lane(lane, make_run(0, [bytes(limits.MAX_FRAME_BYTES), b"b"]))
+    outbox.next()
+    outbox.put_lane(lane, make_run(2, [b"c", b"d", b"e"]))
+    outbox.trim()
+    lane.restart(9)
+    assert (lane.first_sequence, lane.pending, lane.dropped) == (0, 4, 1)
+    after = Outbox()
+    after.wake(lane)
+    reassembler = Reassembler()
+    frames = [decode(raw) for raw in drain(after)]
+    whole = [reassembler.add(frame) for frame in frames if isinstance(frame, Fragment)][-1]
+    assert whole is not None
+    runs = [frame for frame in (decode(whole), *frames) if isinstance(frame, Run)]
+    assert [(run.publisher, run.first_sequence, run.length) for run in runs] == [(9, 0, 2), (9, 3, 2)]
+
+
+def test_frames_between_dropped_runs_stay_in_order() -> None:
+    """§6: trimming drops messages only; what stood between them leaves in its order."""
+    outbox, lane = Outbox(), Lane(1, 1)
+    raws = [encode(Detached(1, (index,))) for index in range(3)]
+    for index, raw in enumerate(raws):
+        outbox.put_lane(lane, raw)
+        outbox.put_lane(lane, make_run(index, [b"x"]))
+    outbox.trim()
+    assert drain(outbox) == [*raws, make_run(2, [b"x"]).raw]
