@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 else:
     _Base = array.array
 
-_SWAP = sys.byteorder == "big"
+BIG_ENDIAN = sys.byteorder == "big"
 _KIND_BY_CODE = {"n": "int", "N": "uint", "f": "float", "d": "float"}
 _KIND_BY_CODE.update(dict.fromkeys("bhilq", "int"), **dict.fromkeys("BHILQ", "uint"))
 
@@ -95,7 +95,7 @@ class NumericArray(_Base):
         """
         made = super().__new__(cls, cls.format)
         made.frombytes(data)
-        if _SWAP:
+        if BIG_ENDIAN:
             made.byteswap()
         return made
 
@@ -211,9 +211,9 @@ def pack(value: object) -> tuple[int, memoryview] | memoryview | None:
     found = ARRAY_BY_ELEMENT.get(element)
     if found is None:
         return None
-    if _SWAP or not view.c_contiguous:
+    if BIG_ENDIAN or not view.c_contiguous:
         packed = array.array(found.format, view.tobytes())
-        if _SWAP:
+        if BIG_ENDIAN:
             packed.byteswap()
         view = memoryview(packed)
     return found.code, view.cast("B")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 import msgspec
 
-from actors.interfaces.arrays import ARRAY_BY_CODE, pack
+from actors.interfaces.arrays import ARRAY_BY_CODE, BIG_ENDIAN, NumericArray, pack
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.explain import explain_decoding, explain_encoding
 from actors.interfaces.fields import SequenceWire, wired
@@ -29,6 +29,8 @@ T = TypeVar("T", bound=Message)
 
 def _encode_hook(value: object) -> object:
     """Encode what msgspec does not know: arrays, NumPy arrays and NumPy scalars."""
+    if isinstance(value, NumericArray) and not BIG_ENDIAN:
+        return msgspec.msgpack.Ext(value.code, memoryview(value))  # as `pack` would, without its questions
     # A NumPy scalar is a buffer, too, of no dimension.
     if hasattr(value, "dtype") and getattr(value, "ndim", None) == 0:
         return cast("Any", value).item()
@@ -62,7 +64,8 @@ def _decode_hook(wire: type, value: Any) -> object:
         except (TypeError, OverflowError) as error:
             raise ValueError(f"Expected {wire.field_type}: {error}") from None
     assert isinstance(value, array)
-    wire.check_length(len(value))
+    if wire.is_bounded:
+        wire.check_length(len(value))
     return value.tolist() if wire.as_list else value
 
 
@@ -83,7 +86,8 @@ def _verify_hook(wire: type, value: Any) -> object:
         raise TypeError(
             f"Expected {wire.field_type}, got {sent.element}[]; convert with {array.__name__}(value)"
         )
-    wire.check_length(size // array.item_size)
+    if wire.is_bounded:
+        wire.check_length(size // array.item_size)
     return None
 
 

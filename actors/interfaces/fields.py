@@ -97,11 +97,13 @@ class SequenceWire(type):
         field_type: The sequence's ROS type.
         array: The class that holds its elements.
         as_list: Whether the field's value is a plain list.
+        is_bounded: Whether `check_length` has anything to check.
     """
 
     field_type: FieldType
     array: type[NumericArray]
     as_list: bool
+    is_bounded: bool
 
     def __instancecheck__(cls, instance: object) -> bool:
         # The hook has checked the value; msgspec asks nevertheless.
@@ -118,6 +120,7 @@ def sequence_wire(field_type: FieldType, array: type[NumericArray], *, as_list: 
     """Return the decoder's type for a numeric sequence, read as `array` or as a plain list."""
     wire = SequenceWire(str(field_type), (), {})
     wire.field_type, wire.array, wire.as_list = field_type, array, as_list
+    wire.is_bounded = field_type.high is not None or field_type.low > 0
     return wire
 
 
