@@ -1,7 +1,4 @@
-"""The course's five programs as one script, with decorators: what a method is for stands above it.
-
-Beside it run `callboard broker`.
-"""
+"""The course's five programs with decorators, all at once; run `callboard broker` beside it."""
 
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -50,8 +47,7 @@ class AddTwoIntsClient(actors.Node):
     @actors.timer(1.0)
     async def on_timer(self) -> None:
         await self.client.wait_for_service()
-        response = await self.client.call(AddTwoInts.Request(a=5, b=3))
-        self.get_logger().info(f"Sum: {response.sum}")
+        self.get_logger().info(f"Sum: {(await self.client.call(AddTwoInts.Request(a=5, b=3))).sum}")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,63 @@
+"""The examples beyond the course, run as they are."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from tests.integration.conftest import System
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
+
+
+async def test_embedded_needs_nothing_else(system: System) -> None:
+    """Broker, topic and service in one process, without a daemon."""
+    program = await system.example("embedded")
+    assert await program.ends() == 0
+    assert program.lines == ["heard: hello from the same program", "5 + 3 = 8"]
+
+
+async def test_load_balanced_service_shows_an_even_split(system: System) -> None:
+    """Three servers answer thirty requests: ten each."""
+    await system.broker()
+    program = await system.example("load_balanced_service")
+    assert await program.ends() == 0
+    assert program.lines == [f"worker_{i} answered 10 of 30 requests" for i in range(3)]
+
+
+async def test_latched_value_reaches_the_late_joiner(system: System) -> None:
+    """Only the last value comes."""
+    await system.broker()
+    program = await system.example("latched_value")
+    assert await program.ends() == 0
+    assert program.lines[-1] == "the late joiner got: attic"
+    assert program.output.count("late joiner") == 1
+
+
+async def test_decorated_course_runs_all_five(system: System) -> None:
+    """Messages are heard, passed on and requests answered, in one process."""
+    await system.broker()
+    program = await system.example("course_decorated")
+    relayed = await system.example(
+        "minimal_subscriber", "--ros-args", "-r", "addison:=addison2", "-r", "__node:=end"
+    )
+    await program.says('[minimal_subscriber]: I heard: "Hi Automatic Addison: ')
+    await program.says("[add_two_ints_client]: Sum: 8")
+    await relayed.says('I heard: "I heard Hi Automatic Addison: ')
+    assert await program.stop() == 0
+    assert "Traceback" not in program.output
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_are_short_and_say_what_they_are(path: Path) -> None:
+    """At most 60 lines, a docstring, and nothing but the public API."""
+    text = path.read_text()
+    assert len(text.splitlines()) <= 60
+    assert text.startswith('"""')
+    public = r"actors|actors\.interfaces\.\w+\.(msg|srv)|broker"
+    imports = re.findall(r"^(?:from|import) ((?:actors|broker|proto)[\w.]*)", text, re.MULTILINE)
+    assert [name for name in imports if not re.fullmatch(public, name)] == []

@@ -1,0 +1,99 @@
+"""SIGINT and SIGTERM end every program cleanly, with a broker and without."""
+
+from __future__ import annotations
+
+import signal
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from tests.integration.conftest import System
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+PROGRAMS = {
+    "minimal_publisher": "Publishing",
+    "minimal_subscriber": "I heard",
+    "publishing_subscriber": "I heard",
+    "add_two_ints_server": "sending back response",
+    "add_two_ints_client": "service not available",
+    "course_decorated": "Sum",
+}
+"""And what shows that each is at work."""
+BOUND_SEC = 8.0
+"""Longer than a stop may take: 5 s for a broker that does not answer, and a slow interpreter's exit."""
+
+
+@pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
+@pytest.mark.parametrize("name", PROGRAMS)
+async def test_programs_end_cleanly_without_a_broker(
+    system: System, name: str, number: signal.Signals
+) -> None:
+    """A program that waits for its broker ends at once, with 0 and without a traceback."""
+    program = await system.example(name, *(("5", "3") if name.endswith("client") else ()))
+    await program.says("No broker at")
+    program.send(number)
+    start = time.monotonic()
+    assert await program.ends() == 0
+    assert time.monotonic() - start < BOUND_SEC
+    assert "Traceback" not in program.output
+
+
+@pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
+async def test_programs_end_cleanly_at_work(system: System, number: signal.Signals) -> None:
+    """All of the course's programs at work, and the broker at last: 0 and no traceback."""
+    daemon = await system.broker()
+    names = [name for name in PROGRAMS if name not in {"add_two_ints_client", "course_decorated"}]
+    programs = {name: await system.example(name) for name in names}
+    client = await system.example("add_two_ints_client", "5", "3")
+    assert await client.ends() == 0
+    for name, program in programs.items():
+        await program.says(PROGRAMS[name])
+    start = time.monotonic()
+    for program in (*programs.values(), daemon):
+        program.send(number)
+        assert await program.ends() == 0
+        assert "Traceback" not in program.output
+    assert time.monotonic() - start < BOUND_SEC
+
+
+@pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
+async def test_client_that_waits_says_that_it_was_interrupted(system: System, number: signal.Signals) -> None:
+    """Ctrl-C while no server is there: one line, exit code 0."""
+    await system.broker()
+    client = await system.example("add_two_ints_client", "5", "3")
+    await client.says("service not available, waiting again...")
+    client.send(number)
+    assert await client.ends() == 0
+    assert client.lines[-1].endswith("Interrupted while waiting for the service. Exiting.")
+    assert "Traceback" not in client.output
+
+
+async def test_programs_outlive_a_broker_that_stops_and_then_end_cleanly(system: System) -> None:
+    """A stopped broker is waited for; the signal still ends the program."""
+    daemon = await system.broker()
+    publisher = await system.example("minimal_publisher")
+    subscriber = await system.example("minimal_subscriber")
+    await subscriber.says("I heard")
+    assert await daemon.stop() == 0
+    for program in (publisher, subscriber):
+        await program.says("No broker at")
+        assert await program.stop() == 0
+        assert "Traceback" not in program.output
+
+
+async def test_a_frozen_broker_does_not_hold_up_the_end(system: System) -> None:
+    """With a broker that answers nothing a program ends within its bound all the same."""
+    daemon = await system.broker()
+    publisher = await system.example("minimal_publisher")
+    subscriber = await system.example("minimal_subscriber")
+    await subscriber.says("I heard")
+    daemon.send(signal.SIGSTOP)
+    start = time.monotonic()
+    for program in (publisher, subscriber):
+        program.send(signal.SIGINT)
+    for program in (publisher, subscriber):
+        assert await program.ends() == 0
+        assert "Traceback" not in program.output
+    assert time.monotonic() - start < 2 * BOUND_SEC
