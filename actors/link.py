@@ -249,8 +249,8 @@ class Link:
                     await self._serve()
                 if self._closing:
                     return
-            if self._fatal is not None:
-                raise self._fatal
+                if self._fatal is not None:
+                    raise self._fatal
             if deadline is not None and not self.connections and self.loop.time() >= deadline:
                 raise BrokerUnreachable(f"No broker at {self.place}; start one with: callboard broker")
             if not complained:

@@ -111,7 +111,8 @@ class Turn:
         task = self._task = asyncio.current_task()
         assert task is not None
         token = current_turn.set(self)
-        result, failure = None, None
+        result: Any = None
+        failure: BaseException | None = None
         try:
             if self._cancelled:
                 self._coroutine.close()

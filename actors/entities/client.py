@@ -164,7 +164,7 @@ class Client(Caller, Generic[Q, A]):
         outgoing, self._outgoing = self._outgoing, []
         self._outgoing_bytes = 0
         cancelled, self._cancelled = self._cancelled, []
-        if channel is None:
+        if channel is None or self.destroyed:
             return
         if outgoing:
             raw = encode(frames.Request(self.id, tuple(outgoing)))

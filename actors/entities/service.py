@@ -133,7 +133,10 @@ class Service(Server, Generic[Q, A]):
 
     def _turn(self, call: int, coroutine: Any) -> Turn:
         def ended(result: object, error: BaseException | None) -> None:
-            self._running.pop(call, None)
+            if self._running.get(call) is not turn:
+                self._ended_in_vain(error)
+                return
+            del self._running[call]
             if error is None:
                 self._reply(call, result)
             elif isinstance(error, asyncio.CancelledError):
@@ -149,9 +152,16 @@ class Service(Server, Generic[Q, A]):
 
     def _raised(self, call: int, error: BaseException) -> None:
         self._reply_error(call, Status.REMOTE_ERROR, error)
-        self.core.callback_failed(
-            f"Callback {name_of(self._callback)} of the service '{self.srv_name}'", error
-        )
+        self.core.callback_failed(self._what, error)
+
+    def _ended_in_vain(self, error: BaseException | None) -> None:
+        """A handler whose call was abandoned has ended: its call number may be another call's by now."""
+        if error is not None and not isinstance(error, asyncio.CancelledError):
+            self.core.callback_failed(self._what, error)
+
+    @property
+    def _what(self) -> str:
+        return f"Callback {name_of(self._callback)} of the service '{self.srv_name}'"
 
     def _reply(self, call: int, response: object) -> None:
         try:
@@ -159,9 +169,7 @@ class Service(Server, Generic[Q, A]):
         except (TypeError, InvalidMessageError) as error:
             self._reply_error(call, Status.INVALID_REPLY, error)
             self.core.callback_failed(
-                f"Callback {name_of(self._callback)} of the service '{self.srv_name}' did not return"
-                f" a valid {type_name(self._response_type)}; it",
-                error,
+                f"{self._what} did not return a valid {type_name(self._response_type)}; it", error
             )
             return
         self._send(_entry(call, Status.OK, body))
@@ -189,7 +197,7 @@ class Service(Server, Generic[Q, A]):
         outgoing, self._outgoing = self._outgoing, []
         self._outgoing_bytes = 0
         channel = self.core.link.channel
-        if outgoing and channel is not None:
+        if outgoing and channel is not None and not self.destroyed:
             raw = encode(frames.Reply(self.id, tuple(outgoing)))
             channel.outbox.put_calls(raw, (self.id, outgoing[0].call))
 
@@ -197,7 +205,8 @@ class Service(Server, Generic[Q, A]):
         """Nobody waits for these replies any more."""
         self._waiting.clear()
         self._outgoing.clear()
-        for turn in tuple(self._running.values()):
+        running, self._running = self._running, {}
+        for turn in running.values():
             turn.cancel()
 
     def destroy(self) -> None:
