@@ -62,8 +62,11 @@ class NoticeKind(IntEnum):
     """What a NOTICE warns about."""
 
     INCOMPATIBLE_QOS = 1
+    """A counterpart's QoS does not fit; messages are delivered nevertheless."""
     INCOMPATIBLE_TYPE = 2
+    """A counterpart on the same topic or service has another type; the two are not matched."""
     SUSPENDED = 3
+    """The link was silent for the keepalive limit, so its endpoints left the graph for a time."""
 
 
 class Status(IntEnum):
@@ -89,10 +92,15 @@ class EntryKind(IntEnum):
     """What a graph entry describes."""
 
     NODE = 0
+    """A node; its name, type and QoS fields are empty."""
     PUBLISHER = 1
+    """A publisher of a topic."""
     SUBSCRIPTION = 2
+    """A subscription to a topic."""
     SERVICE = 3
+    """A server of a service."""
     CLIENT = 4
+    """A client of a service."""
 
 
 class RequestEntry(NamedTuple):
@@ -334,8 +342,9 @@ class Grant(NamedTuple):
 class Credit(NamedTuple):
     """A publisher's credit: the least over its KEEP_ALL subscriptions; None is unlimited.
 
-    `sequence_limit`: messages below it may be sent. `byte_limit`: bytes since the declaration. The client
-    echoes a CREDIT that ends an unlimited time: from then on the broker holds it to the limit.
+    `sequence_limit`: messages below it may be sent (§6.5.4 on gaps). `byte_limit`: bytes since the
+    declaration. The client echoes a CREDIT that ends an unlimited time: from then on the broker holds it to
+    the limit.
     """
 
     publisher: int

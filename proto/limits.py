@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 PROTOCOL_VERSION: Final = 1
+"""What HELLO and WELCOME carry; it changes when an old peer could not follow."""
 
 PREFIX_BYTES: Final = 5
 """A frame starts with msgpack's `bin 32` head: 0xc6 and a big-endian u32."""
@@ -46,7 +47,7 @@ CALLS_FLUSH_BYTES: Final = 32 * 1024
 MAX_CALLS_PER_FRAME: Final = 4096
 """Entries in one REQUEST, REPLY or CANCEL frame."""
 
-MAX_HEADER_STRING_BYTES: Final = 1024
+MAX_HEADER_STRING_BYTES: Final = 2048
 MAX_HEADER_ARRAY: Final = 8192
 MAX_HEADER_MAP: Final = 64
 """Caps on what a header may make a decoder allocate before its fields are checked. (In a header without a
@@ -56,10 +57,13 @@ MAX_HEADER_BYTES: Final = 64 * 1024
 """The header of a frame with a payload: a receiver need not look further for its end."""
 
 MAX_ERROR_TEXT: Final = 500
-"""Characters of an ERROR, REFUSED, NOTICE or GOODBYE text; the sender cuts."""
+"""Characters of an ERROR, REFUSED, NOTICE or GOODBYE text; the sender cuts. Four bytes each still fit."""
 
 MAX_TYPE_NAME: Final = 255
+"""Characters of a type name."""
+
 MAX_DEFINITION_BYTES: Final = 64 * 1024
+"""A type's definition; a type with a longer one is declared without it."""
 
 MAX_DOMAIN: Final = 232
 """ROS 2's highest domain id that is safe on every platform."""
@@ -72,6 +76,7 @@ INSTANCE_BYTES: Final = 16
 
 MAX_U32: Final = 2**32 - 1
 MAX_U64: Final = 2**64 - 1
+"""What msgpack and the 32-bit fields hold."""
 
 HIGH_WATER_BYTES: Final = 128 * 1024
 LOW_WATER_BYTES: Final = 32 * 1024

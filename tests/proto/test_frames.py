@@ -53,5 +53,6 @@ def test_limits_fit_together() -> None:
     assert limits.FRAGMENT_BYTES < limits.MAX_FRAME_BYTES
     assert limits.MAX_CALLS_PER_FRAME <= limits.MAX_HEADER_ARRAY
     assert 4 * limits.MAX_RUN_COUNT < limits.MAX_HEADER_BYTES <= limits.MAX_FRAME_BYTES
+    assert 4 * limits.MAX_ERROR_TEXT <= limits.MAX_HEADER_STRING_BYTES
     assert limits.LOW_WATER_BYTES < limits.HIGH_WATER_BYTES
     assert limits.MAX_FRAME_BYTES < limits.MAX_MESSAGE_BYTES

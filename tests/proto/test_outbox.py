@@ -510,7 +510,7 @@ def test_latched_messages_go_before_what_waits() -> None:
 
 
 def test_a_restart_resends_the_half_sent_and_not_the_dropped() -> None:
-    """§6: a run half of which had left goes whole on the next link, and what was dropped behind it stays so."""
+    """§6: a run half of which had left goes whole on the next link, and what was dropped stays dropped."""
     outbox, lane = Outbox(), Lane(1, 2)
     outbox.put_lane(lane, make_run(0, [bytes(limits.MAX_FRAME_BYTES), b"b"]))
     outbox.next()
