@@ -39,6 +39,7 @@ class Inflow:
         node: The publisher's node.
         first_sequence: Live runs are for this subscription from here on.
         expected: The next sequence number; anything below has been seen.
+        missed: Messages counted as lost at the attachment; latched ones may still come.
         granted_sequence, granted_bytes: Credit given so far (KEEP_ALL).
         taken_bytes: Bytes of messages that callbacks have taken since the attachment.
     """
@@ -49,6 +50,7 @@ class Inflow:
         "gid",
         "granted_bytes",
         "granted_sequence",
+        "missed",
         "node",
         "publisher",
         "reader",
@@ -62,6 +64,7 @@ class Inflow:
         self.node = attached.node
         self.first_sequence = attached.first_sequence
         self.expected = attached.first_sequence
+        self.missed = 0
         self.granted_sequence = 0
         self.granted_bytes = 0
         self.taken_bytes = 0

@@ -148,7 +148,8 @@ class Subscription(Entity, Generic[M]):
         """Reader: a publisher's runs will come. Known publishers go on where they stopped."""
         seen = self._seen.get(inflow.gid)
         if seen is not None:
-            self.lost_on_break += max(0, inflow.first_sequence - seen)
+            inflow.missed = max(0, inflow.first_sequence - seen)
+            self.lost_on_break += inflow.missed
             inflow.expected = max(seen, inflow.first_sequence)
         if self._credit:
             inflow.granted_sequence = inflow.first_sequence + WINDOW_MESSAGES
@@ -175,6 +176,9 @@ class Subscription(Entity, Generic[M]):
             inflow.expected = max(inflow.expected, run.first_sequence + run.length)
         else:
             start = max(0, self._seen.get(inflow.gid, 0) - run.first_sequence)
+            found = min(inflow.missed, max(0, run.length - start))
+            inflow.missed -= found
+            self.lost_on_break -= found
             self._seen[inflow.gid] = max(self._seen.get(inflow.gid, 0), run.first_sequence + run.length)
         stop = run.length
         end, size = run.first_sequence + stop, message_bytes(run) if isinstance(run, Run) else 0
