@@ -406,6 +406,7 @@ class Link:
         if frame.code == ErrorCode.NAME_TAKEN:
             self._fatal = NodeNameTaken(frame.text)
             self._drop()
+            return
         self._tell(frame.id, "refused", frame.code, frame.text)
 
     def _on_credit(self, frame: frames.Credit) -> None:
