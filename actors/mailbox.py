@@ -119,7 +119,8 @@ class Turn:
                 raise asyncio.CancelledError
             result = await self
         except asyncio.CancelledError as error:
-            if not self._cancelled:
+            # Without either, something that the callback awaited was cancelled: an error like others.
+            if task.cancelling() and not self._cancelled:
                 raise
             failure = error
         except Exception as error:  # noqa: BLE001 - the owner of the callback decides what an error means

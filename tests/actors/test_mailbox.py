@@ -202,6 +202,25 @@ async def test_a_raising_callback_frees_the_mailbox() -> None:
         assert [str(error) for error in source.errors] == ["boom"]
 
 
+async def test_a_callback_whose_future_is_cancelled_frees_the_mailbox() -> None:
+    """A CancelledError that nobody sent to the task is the callback's error, and others run on."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        source = Recorder(mailbox)
+        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+
+        async def waits() -> None:
+            await future
+
+        source.add(waits)
+        source.add(lambda: "next")
+        await asyncio.sleep(0)
+        future.cancel()
+        await until(lambda: bool(source.results))
+        assert source.results == ["next"]
+        assert [type(error) for error in source.errors] == [asyncio.CancelledError]
+
+
 async def test_cancelling_a_turn_spares_the_worker() -> None:
     """A cancelled callback sees CancelledError; the worker goes on with the next one."""
     mailbox = Mailbox()
