@@ -1,0 +1,141 @@
+"""`callboard demo`: a broker and five nodes in one process, talking for a few seconds."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import statistics
+import sys
+from contextlib import AsyncExitStack, contextmanager, suppress
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from actors import environment
+from actors.cli.errors import Interrupted
+from actors.cli.output import harmless, say
+from actors.cli.parsing import positive
+from actors.logger import ROOT_NAME
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Generator
+
+    from actors.cli.demo_nodes import (
+        AddTwoIntsClient,
+        AddTwoIntsServer,
+        MinimalPublisher,
+        MinimalSubscriber,
+        PublishingSubscriber,
+    )
+
+TALK_SEC: Final = 6.0
+_COLORS: Final = {
+    "add_two_ints_server": 35,
+    "add_two_ints_client": 33,
+    "minimal_publisher": 32,
+    "minimal_subscriber": 36,
+    "publishing_subscriber": 34,
+}
+_WIDTH: Final = max(map(len, _COLORS))
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the verb."""
+    parser.add_argument(
+        "--seconds",
+        type=positive,
+        metavar="SEC",
+        default=TALK_SEC,
+        help=f"how long to talk; default: {TALK_SEC:g}",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Let the nodes talk, and sum up what there was, also after a signal."""
+    cast: list[Cast] = []
+    with _labelled_log(), suppress(Interrupted):
+        from actors.cli.loop import run_async  # noqa: PLC0415 - so that a signal meanwhile is caught here
+
+        run_async(lambda: _talk(options.seconds, cast))
+    say(_summary(cast[0] if cast else None))
+    return 0
+
+
+class Cast(NamedTuple):
+    """The demo's nodes."""
+
+    server: AddTwoIntsServer
+    client: AddTwoIntsClient
+    publisher: MinimalPublisher
+    subscriber: MinimalSubscriber
+    repeater: PublishingSubscriber
+
+
+async def _talk(seconds: float, cast: list[Cast]) -> None:
+    """Run everything for a while; puts the nodes into `cast` for the summary."""
+    from actors.cli import demo_nodes  # noqa: PLC0415 - takes time, and a signal may come meanwhile
+    from broker import Broker, BrokerOptions  # noqa: PLC0415
+
+    async with Broker(BrokerOptions(port=0)) as broker, AsyncExitStack() as stack:
+        say(f"A broker at {broker.url}, and five nodes that talk for {seconds:g} s. Ctrl-C ends it.\n")
+        nodes = Cast(
+            demo_nodes.AddTwoIntsServer(broker.url),
+            demo_nodes.AddTwoIntsClient(broker.url),
+            demo_nodes.MinimalPublisher(broker.url),
+            demo_nodes.MinimalSubscriber(broker.url),
+            demo_nodes.PublishingSubscriber(broker.url),
+        )
+        cast.append(nodes)
+        for node in nodes:
+            await stack.enter_async_context(node)
+        with suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                await nodes.client.ask_again_and_again()
+
+
+def _summary(cast: Cast | None) -> str:
+    if cast is None:
+        return "\nStopped before anything was said."
+    sent = cast.publisher.publisher.published + cast.repeater.publisher.published
+    heard = cast.subscriber.subscription.received + cast.repeater.subscription.received
+    calls = cast.client.call_seconds
+    p50 = f", p50 {1000 * statistics.median(calls):.2f} ms" if calls else ""
+    return f"\n{sent} messages sent, {heard} heard; {len(calls)} service calls{p50}."
+
+
+class _Labels(logging.Formatter):
+    """A node's name, in the node's colour, before each of its lines."""
+
+    def __init__(self, *, color: bool) -> None:
+        super().__init__()
+        self._color = color
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line or lines."""
+        name = record.name.removeprefix(ROOT_NAME + ".")
+        text = record.getMessage()
+        if record.levelno >= logging.WARNING:
+            text = f"{record.levelname}: {text}"
+        if record.exc_info:
+            text = f"{text}\n{self.formatException(record.exc_info)}"
+        start = f"\x1b[{_COLORS.get(name, 31)}m" if self._color else ""
+        end = "\x1b[0m" if self._color else ""
+        return "\n".join(f"{start}{name:<{_WIDTH}} | {line}{end}" for line in harmless(text).splitlines())
+
+
+@contextmanager
+def _labelled_log() -> Generator[None]:
+    """Send the nodes' log lines to stdout under their labels."""
+    log = logging.getLogger(ROOT_NAME)
+    handler = logging.StreamHandler(sys.stdout)
+    wish = environment.color_wish()
+    handler.setFormatter(_Labels(color=sys.stdout.isatty() if wish is None else wish))
+    level, propagate = log.level, log.propagate
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    log.propagate = False
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(level)
+        log.propagate = propagate

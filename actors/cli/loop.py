@@ -1,0 +1,54 @@
+"""Runs a command's coroutine; a signal cancels it and is then reported as `Interrupted`."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import threading
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from actors.cli.errors import Interrupted
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+
+T = TypeVar("T")
+
+STOP_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+
+
+def run_async(main: Callable[[], Coroutine[Any, Any, T]]) -> T:
+    """Run `main` on a loop of its own.
+
+    Raises:
+        Interrupted: SIGINT or SIGTERM came; `main` has been cancelled and has cleaned up.
+    """
+    received: list[int] = []
+
+    async def guarded() -> T:
+        task = asyncio.current_task()
+        assert task is not None
+
+        def stop(number: int) -> None:
+            received.append(number)
+            task.cancel()
+
+        if threading.current_thread() is threading.main_thread():
+            _listen(asyncio.get_running_loop(), stop)
+        return await main()
+
+    try:
+        with asyncio.Runner() as runner:
+            return runner.run(guarded())
+    except asyncio.CancelledError:
+        if not received:
+            raise
+        raise Interrupted(received[0]) from None
+
+
+def _listen(loop: asyncio.AbstractEventLoop, stop: Callable[[int], None]) -> None:
+    for number in STOP_SIGNALS:
+        try:
+            loop.add_signal_handler(number, stop, int(number))
+        except NotImplementedError:  # Windows: the handler that `main` has installed stays
+            return

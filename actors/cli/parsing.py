@@ -1,0 +1,124 @@
+"""Arguments: one-line errors with a remedy, and the options that many verbs share."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import math
+import re
+import sys
+from typing import TYPE_CHECKING, Any, Final, NoReturn
+
+from actors.cli.errors import USAGE
+from actors.environment import MAX_DOMAIN
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+_CHOICE: Final = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
+
+
+class Parser(argparse.ArgumentParser):
+    """An argparse parser that says what is wrong in one line. Options are never abbreviated."""
+
+    def __init__(self, **options: Any) -> None:
+        options.setdefault("allow_abbrev", False)
+        super().__init__(**options)
+
+    def error(self, message: str) -> NoReturn:
+        """Print the text and what helps, and exit with 2."""
+        wrong = _CHOICE.fullmatch(message)
+        if wrong is not None:
+            where, word, listed = wrong.groups()
+            choices = re.findall(r"[\w-]+", listed)
+            what = "verb" if where == "VERB" else where
+            message = f"no {what} '{word}'{did_you_mean(word, choices) or '; there is ' + ', '.join(choices)}"
+        else:
+            message = f"{message}; see {self.prog} --help"
+        self.exit(USAGE, f"{self.prog}: {message}\n")
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        # argparse would swallow a broken pipe.
+        (file or sys.stderr).write(message)
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return "; did you mean '…'?" for the most similar known word, or nothing."""
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f"; did you mean '{close[0]}'?" if close else ""
+
+
+def add_verbs(parser: argparse.ArgumentParser) -> Callable[..., Parser]:
+    """Give a parser verbs; call the result as `add_parser`. `namespace.verb` is the chosen one."""
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    verbs_of: Callable[..., Any] = verbs.add_parser
+
+    def add(name: str, summary: str) -> Parser:
+        added: Parser = verbs_of(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
+        return added
+
+    return add
+
+
+def add_broker_options(parser: argparse.ArgumentParser) -> None:
+    """Add --url and --domain."""
+    parser.add_argument(
+        "--url", metavar="URL", help="the broker; default: CALLBOARD_URL, then callboard://127.0.0.1:7411"
+    )
+    parser.add_argument(
+        "--domain",
+        type=domain,
+        metavar="N",
+        help=f"the graph, 0 to {MAX_DOMAIN}; default: CALLBOARD_DOMAIN, then 0",
+    )
+
+
+def add_json_option(parser: argparse.ArgumentParser, shape: str = "one document") -> None:
+    """Add --json."""
+    parser.add_argument("--json", action="store_true", help=f"print JSON, {shape}")
+
+
+def add_qos_options(parser: argparse.ArgumentParser) -> None:
+    """Add ROS 2's options for single QoS policies."""
+    parser.add_argument("--qos-depth", type=count, metavar="N", help="messages to keep")
+    parser.add_argument("--qos-history", choices=("keep_last", "keep_all"), help="what to keep")
+    parser.add_argument(
+        "--qos-reliability", choices=("reliable", "best_effort"), help="whether to keep count"
+    )
+    parser.add_argument(
+        "--qos-durability",
+        choices=("volatile", "transient_local"),
+        help="transient_local: for late joiners, too",
+    )
+
+
+def domain(text: str) -> int:
+    """Read a domain id."""
+    if not re.fullmatch(r"[0-9]{1,3}", text) or int(text) > MAX_DOMAIN:
+        raise argparse.ArgumentTypeError(f"expected an integer from 0 to {MAX_DOMAIN}, got '{text}'")
+    return int(text)
+
+
+def count(text: str) -> int:
+    """Read an integer of 1 or more."""
+    if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"expected an integer of 1 or more, got '{text}'")
+    return int(text)
+
+
+def count_or_zero(text: str) -> int:
+    """Read an integer of 0 or more."""
+    if not re.fullmatch(r"[0-9]{1,9}", text):
+        raise argparse.ArgumentTypeError(f"expected an integer of 0 or more, got '{text}'")
+    return int(text)
+
+
+def positive(text: str) -> float:
+    """Read a number above zero."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a number above 0, got '{text}'")
+    return number

@@ -1,0 +1,94 @@
+"""From what stands on a command line to message classes and messages."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from actors.cli.errors import CommandError
+from actors.interfaces.convert import message_from_fields
+from actors.interfaces.message import Message, Service, type_name
+from actors.interfaces.registry import find_interface
+from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+if TYPE_CHECKING:
+    import argparse
+
+M = TypeVar("M", bound=Message)
+
+
+def look_here() -> None:
+    """Let packages in the current directory count, as for a script there."""
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
+
+
+def named_interface(name: str) -> type[Any]:
+    """Return the class with this type name.
+
+    Raises:
+        UnknownInterfaceError: There is none; with a suggestion.
+    """
+    look_here()
+    return find_interface(name)
+
+
+def named_message(name: str) -> type[Message]:
+    """Return the message class with this type name."""
+    found = named_interface(name)
+    if not issubclass(found, Message):
+        raise CommandError(
+            f"'{type_name(found)}' is not a message type; write one such as std_msgs/msg/String"
+        )
+    return found
+
+
+def named_service(name: str) -> type[Service]:
+    """Return the service class with this type name."""
+    found = named_interface(name)
+    if not issubclass(found, Service):
+        example = "example_interfaces/srv/AddTwoInts"
+        raise CommandError(f"'{type_name(found)}' is not a service type; write one such as {example}")
+    return found
+
+
+def message_from_text(msg_type: type[M], text: str) -> M:
+    """Return a message with the values that a YAML map gives; nothing means defaults.
+
+    Raises:
+        CommandError: The text is no YAML map, or does not fit the type.
+    """
+    try:
+        return message_from_fields(msg_type, _fields(text))
+    except (AttributeError, TypeError, ValueError, RecursionError) as error:
+        reason = "nested too deeply" if isinstance(error, RecursionError) else str(error)
+        raise CommandError(f"Failed to populate a message: {reason}") from None
+
+
+def _fields(text: str) -> dict[str, Any]:
+    import yaml  # noqa: PLC0415 - slow to import, and only values need it
+
+    try:
+        values: Any = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506
+    except (yaml.YAMLError, ValueError) as error:
+        raise CommandError(f"The values are not YAML: {' '.join(str(error).split())}") from None
+    if values is None:
+        return {}
+    if not isinstance(values, dict):
+        raise CommandError(f"The values must be a YAML map such as '{{data: hello}}', got: {text.strip()}")
+    return {str(key): value for key, value in cast("Any", values).items()}
+
+
+def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:
+    """Return `default` with what the --qos options say."""
+    history, reliability, durability = default.history, default.reliability, default.durability
+    if options.qos_history is not None:
+        history = HistoryPolicy[options.qos_history.upper()]
+    if options.qos_reliability is not None:
+        reliability = ReliabilityPolicy[options.qos_reliability.upper()]
+    if options.qos_durability is not None:
+        durability = DurabilityPolicy[options.qos_durability.upper()]
+    depth = default.depth if options.qos_depth is None else options.qos_depth
+    return QoSProfile(history=history, depth=depth, reliability=reliability, durability=durability)
