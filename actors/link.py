@@ -130,6 +130,7 @@ class Link:
         self._flush_due = False
         self._closing = False
         self._connecting: Channel | None = None
+        self._hearing: _Hearing | None = None
         self._changed: set[asyncio.Future[None]] = set()
         self._keepalive_sec = limits.DEFAULT_KEEPALIVE_SEC
         self._ended: asyncio.Event = asyncio.Event()
@@ -242,7 +243,7 @@ class Link:
         complained = False
         while not self._closing:
             for url in self._urls:
-                if await self._connect(url):
+                if await self._connect(url, None if self.connections else deadline):
                     if complained:
                         self._log.info(f"Connected to the broker at {url}")
                     retry, complained = FIRST_RETRY_SEC, False
@@ -279,13 +280,15 @@ class Link:
         default = url.port == 7411 and url.host in {"127.0.0.1", "localhost"}
         return "Start one with: callboard broker" + ("" if default else f" --port {url.port}")
 
-    async def _connect(self, url: BrokerUrl) -> bool:
+    async def _connect(self, url: BrokerUrl, deadline: float | None) -> bool:
         """Open a connection and wait for the WELCOME; False if that does not work."""
         assert self.loop is not None
         self._ended = asyncio.Event()
-        channel = self._connecting = Channel(Role.CLIENT, self, loop=self.loop)
+        self._hearing = _Hearing(self)
+        channel = self._connecting = Channel(Role.CLIENT, self._hearing, loop=self.loop)
+        end = self.loop.time() + CONNECT_TIMEOUT_SEC
         try:
-            async with asyncio.timeout(CONNECT_TIMEOUT_SEC):
+            async with asyncio.timeout_at(end if deadline is None else min(end, deadline)):
                 if url.path:
                     await self.loop.create_unix_connection(lambda: channel, url.path)
                 else:
@@ -294,6 +297,7 @@ class Link:
                     await self.changed()
         except (OSError, TimeoutError):
             channel.abort()
+            self._lost()
         finally:
             self._connecting = None
         return self.channel is not None
@@ -435,6 +439,8 @@ class Link:
         if self._ended.is_set():
             return
         self._ended.set()
+        if self._hearing is not None:
+            self._hearing.end()
         had_session = self.channel is not None
         self.channel = None
         self.feeds.clear()
@@ -452,6 +458,44 @@ class Link:
         descriptor = None if channel is None else channel.fileno()
         if descriptor is not None:
             os.close(descriptor)
+
+
+class _Hearing:
+    """One connection's ChannelHandler: tells the link, until the link is done with this connection.
+
+    A connection may take its time to close; its end must not be taken for the end of the next one.
+    """
+
+    def __init__(self, link: Link) -> None:
+        self._link: Link | None = link
+
+    def end(self) -> None:
+        """Tell the link nothing more."""
+        self._link = None
+
+    def opened(self) -> None:
+        if self._link is not None:
+            self._link.opened()
+
+    def frame_received(self, frame: Frame) -> None:
+        if self._link is not None:
+            self._link.frame_received(frame)
+
+    def batch_received(self) -> None:
+        if self._link is not None:
+            self._link.batch_received()
+
+    def room(self) -> None:
+        if self._link is not None:
+            self._link.room()
+
+    def failed(self, error: ProtocolError) -> None:
+        if self._link is not None:
+            self._link.failed(error)
+
+    def closed(self, error: Exception | None) -> None:
+        if self._link is not None:
+            self._link.closed(error)
 
 
 _links: weakref.WeakSet[Link] = weakref.WeakSet()
