@@ -93,19 +93,26 @@ class Feeds:
         for subscription in frame.subscriptions:
             reader = self._readers.get(subscription)
             if reader is not None:
+                # A broker that took us for frozen attaches anew without a DETACHED.
+                self._detach(inflows, reader)
                 inflow = Inflow(reader, frame)
                 inflows.append(inflow)
                 reader.attached(inflow)
 
     def detached(self, frame: frames.Detached) -> None:
         """DETACHED came."""
-        gone = {id(self._readers.get(subscription)) for subscription in frame.subscriptions}
         inflows = self._inflows.get(frame.publisher, [])
-        for inflow in [inflow for inflow in inflows if id(inflow.reader) in gone]:
-            inflows.remove(inflow)
-            inflow.reader.detached(inflow)
+        for subscription in frame.subscriptions:
+            reader = self._readers.get(subscription)
+            if reader is not None:
+                self._detach(inflows, reader)
         if not inflows:
             self._inflows.pop(frame.publisher, None)
+
+    def _detach(self, inflows: list[Inflow], reader: Reader) -> None:
+        for inflow in [inflow for inflow in inflows if inflow.reader is reader]:
+            inflows.remove(inflow)
+            reader.detached(inflow)
 
     def run_received(self, run: Run) -> None:
         """RUN came. One for a publisher without inflows has crossed an UNDECLARE."""

@@ -184,7 +184,7 @@ def run_workload(name: str, seconds: float) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("workloads", nargs="*", choices=WORKLOADS, default=list(WORKLOADS))
+    parser.add_argument("workloads", nargs="*", metavar="stream|latency|requests")
     parser.add_argument("--seconds", type=float, default=5.0, help="of load for each workload")
     parser.add_argument("--role", choices=ROLES, help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -192,7 +192,7 @@ def main() -> None:
         role = ROLES[options.role]
         actors.run(lambda: role(options.seconds), args=[])
         return
-    for workload in options.workloads:
+    for workload in options.workloads or WORKLOADS:
         run_workload(workload, options.seconds)
 
 

@@ -362,6 +362,15 @@ class Outbox:
             self.ordered_bytes += len(item)
         self._schedule(lane)
 
+    def drop_lane(self, lane: Lane) -> int:
+        """Take back everything that waits in a lane; return how many messages that were."""
+        pending = lane.pending
+        self.ordered_bytes -= lane.control_bytes
+        abort = lane.discard(self._transfers)
+        if abort is not None:
+            self.put_control(abort)
+        return pending
+
     def wake(self, lane: Lane) -> None:
         """Look at a lane again after its credit or its link has changed."""
         self._schedule(lane)

@@ -262,7 +262,8 @@ class Publisher(Entity, Generic[T]):
         if channel is None:
             return
         if self._unlimited and frame.sequence_limit is not None:
-            channel.send(frame)
+            # Behind a run that has begun to leave, before all that the credit holds back.
+            channel.outbox.put_lane(self._lane, encode(frame), first=True)
         self._unlimited = frame.sequence_limit is None
         self._lane.sequence_limit = frame.sequence_limit
         self._lane.byte_limit = frame.byte_limit

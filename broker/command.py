@@ -1,0 +1,130 @@
+"""The daemon's command line: `python -m broker` and `callboard broker` are the same."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import signal
+import sys
+import tempfile
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from broker.options import BrokerOptions
+from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Callable
+
+LEVELS = ("debug", "info", "warning", "error")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the daemon's flags: one for each option, and where to say what."""
+    for option in fields(BrokerOptions):
+        kind: Callable[[str], object] = type(option.default)
+        if option.name == "unix":
+            kind = Path
+        default = "" if option.default is None else f" (default {option.default})"
+        parser.add_argument(
+            "--" + option.name.replace("_", "-"),
+            type=kind,
+            default=option.default,
+            metavar="PATH" if kind is Path else type(option.default).__name__.upper(),
+            help=option.metadata["help"] + default,
+        )
+    parser.add_argument(
+        "--url-file", type=Path, metavar="PATH", help="write the URL it listens on to this file"
+    )
+    parser.add_argument("--log-level", choices=LEVELS, default="info", help="(default info)")
+    parser.add_argument("--json-logs", action="store_true", help="log one JSON object per line")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the daemon until SIGINT or SIGTERM; return the exit code."""
+    _set_up_logging(arguments.log_level, json_lines=arguments.json_logs)
+    try:
+        options = BrokerOptions(**{f.name: getattr(arguments, f.name) for f in fields(BrokerOptions)})
+        with asyncio.Runner(loop_factory=_loop_factory()) as runner:
+            runner.run(_serve(options, arguments.url_file))
+    except CallboardError as error:
+        print(error, file=sys.stderr)  # noqa: T201 - what people read when it does not start
+        return 1
+    except (asyncio.CancelledError, KeyboardInterrupt):
+        pass
+    return 0
+
+
+async def _serve(options: BrokerOptions, url_file: Path | None) -> None:
+    from broker.server import Broker  # noqa: PLC0415 - --help needs no server
+
+    task = asyncio.current_task()
+    assert task is not None
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        _on_signal(loop, number, task.cancel)
+    async with Broker(options) as broker:
+        print(f"callboard broker listening on {broker.url}", flush=True)  # noqa: T201 - scripts read it
+        if url_file is not None:
+            _write_atomically(url_file, broker.url + "\n")
+        try:
+            await broker.serve_forever()
+        finally:
+            if url_file is not None:
+                _remove(url_file)
+
+
+def _remove(path: Path) -> None:
+    path.unlink(missing_ok=True)
+
+
+def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], object]) -> None:
+    try:
+        loop.add_signal_handler(number, stop)
+    except NotImplementedError:  # Windows
+        signal.signal(number, lambda _number, _frame: loop.call_soon_threadsafe(stop))
+
+
+def _write_atomically(path: Path, text: str) -> None:
+    """Write a file that nobody ever sees half."""
+    try:
+        with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=path.name, delete=False) as file:
+            file.write(text)
+        Path(file.name).replace(path)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise CallboardError(f"Cannot write the URL to {path}: {reason}") from error
+
+
+def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
+    try:
+        import uvloop  # noqa: PLC0415 - not on every platform
+    except ImportError:
+        return None
+    return uvloop.new_event_loop
+
+
+class _JsonLines(logging.Formatter):
+    """One JSON object per line."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the record as JSON: time (s since the epoch), level, logger, message."""
+        fields_: dict[str, Any] = {
+            "time": record.created,
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "message": record.getMessage(),
+        }
+        if record.exc_info:
+            fields_["exception"] = self.formatException(record.exc_info)
+        return json.dumps(fields_)
+
+
+def _set_up_logging(level: str, *, json_lines: bool) -> None:
+    handler = logging.StreamHandler()
+    plain = logging.Formatter("[%(levelname)s] [%(created).6f] [broker]: %(message)s")
+    handler.setFormatter(_JsonLines() if json_lines else plain)
+    logging.basicConfig(level=level.upper(), handlers=[handler])

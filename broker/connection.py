@@ -1,0 +1,171 @@
+"""One client's connection: the handshake, the keepalive's judgement, and what is said when it ends."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING, Final
+
+from proto import frames, limits
+from proto.aio import Channel
+from proto.errors import ErrorCode, ProtocolError, shown
+from proto.session import Role, State
+
+if TYPE_CHECKING:
+    from broker.router import Router
+    from broker.server import Broker
+
+logger: Final = logging.getLogger("callboard.broker")
+
+AGENT: Final = "callboard-broker"
+
+
+class Connection:
+    """A ChannelHandler: between one channel and its graph's router.
+
+    Attributes:
+        channel: The connection's bytes.
+        router: The graph it has joined; None before the handshake.
+        peer: Its number in that graph.
+        opened_at: Loop time of the first moment.
+        suspended_at: Loop time since which it has been silent too long, or None.
+    """
+
+    def __init__(self, broker: Broker) -> None:
+        self._broker = broker
+        self.router: Router | None = None
+        self.peer = 0
+        self.channel = Channel(
+            Role.BROKER, self, loop=broker.loop, max_message_bytes=broker.options.max_message_bytes
+        )
+        self.opened_at = broker.loop.time()
+        self.suspended_at: float | None = None
+        self._agent = "?"
+
+    def opened(self) -> None:
+        """ChannelHandler: somebody has connected."""
+        self._broker.connection_opened(self)
+
+    def frame_received(self, frame: frames.Frame) -> None:
+        """ChannelHandler: a frame that the session allows."""
+        if self.router is not None:
+            if self.suspended_at is not None:
+                self.restore()
+            if type(frame) is frames.Goodbye:
+                self._leave()
+            elif type(frame) is frames.Error:
+                logger.warning("%s closed its link: %s", self, shown(frame.text))
+                self.channel.close()
+            elif type(frame) is not frames.Pong:
+                self._broker.deliver(self.router, self.router.handle(self.peer, frame))
+        elif isinstance(frame, frames.Hello):
+            self._greet(frame)
+        else:
+            self.channel.close()
+
+    def _greet(self, hello: frames.Hello) -> None:
+        if hello.version != limits.PROTOCOL_VERSION:
+            text = f"this broker speaks protocol version {limits.PROTOCOL_VERSION}, not {hello.version}"
+            raise ProtocolError(ErrorCode.VERSION, text)
+        if self._broker.draining:
+            raise ProtocolError(ErrorCode.SHUTDOWN, "the broker is stopping")
+        options = hello.options
+        domain = options.get("domain", 0)
+        if type(domain) is not int or not 0 <= domain <= limits.MAX_DOMAIN:
+            text = f"HELLO: domain must be from 0 to {limits.MAX_DOMAIN}"
+            raise ProtocolError(ErrorCode.MALFORMED, text)
+        self._agent = shown(str(options.get("agent", "?")))[:80]
+        welcome: dict[str, frames.Scalar] = {
+            "agent": AGENT,
+            "broker": self._broker.instance,
+            "session": self._broker.next_session(),
+            "keepalive_ms": round(self._broker.options.keepalive_sec * 1000),
+            "max_message_bytes": self._broker.options.max_message_bytes,
+        }
+        self.channel.send(frames.Welcome(limits.PROTOCOL_VERSION, welcome))
+        router = self._broker.router(domain)
+        self.peer, deliveries = router.connect(_identity(options, "instance"), _identity(options, "token"))
+        self.router = router
+        self._broker.joined(self)
+        self._broker.deliver(router, deliveries)
+
+    def batch_received(self) -> None:
+        """ChannelHandler: one read has been handled; send what it caused."""
+        self._broker.flush()
+
+    def room(self) -> None:
+        """ChannelHandler: the peer reads again."""
+
+    def failed(self, error: ProtocolError) -> None:
+        """ChannelHandler: the peer broke the protocol."""
+        logger.warning("Closing %s: %s: %s", self, error.code.name, shown(str(error)))
+
+    def closed(self, error: Exception | None) -> None:
+        """ChannelHandler: the connection is gone."""
+        if error is not None:
+            logger.debug("%s: %s", self, error)
+        self._leave()
+        self._broker.connection_closed(self)
+
+    def _leave(self) -> None:
+        """Take the peer out of its graph, and close."""
+        router, self.router = self.router, None
+        if router is not None:
+            self._broker.left(router, self.peer)
+            self._broker.deliver(router, router.disconnect(self.peer))
+            self._broker.flush()
+        self.channel.close()
+
+    def end(self, code: ErrorCode, text: str) -> None:
+        """Tell the peer why, and close."""
+        self.channel.fail(ProtocolError(code, text))
+
+    def say_goodbye(self) -> None:
+        """The broker stops: flush what waits; the peer closes when it has heard."""
+        if self.channel.session.state is State.OPEN:
+            self.channel.send(frames.Goodbye("the broker is stopping"))
+            self.channel.flush()
+        else:
+            self.channel.close()
+
+    def overdue(self) -> bool:
+        """Tell whether more waits for this peer than may."""
+        outbox = self.channel.outbox
+        return outbox.urgent_bytes + outbox.ordered_bytes > self._broker.options.max_queue_bytes
+
+    def judge(self, now: float) -> None:
+        """Look at the clock: handshake, keepalive, suspension. Called by the broker's ticker."""
+        options, channel = self._broker.options, self.channel
+        if self.router is None:
+            if now - self.opened_at > options.handshake_timeout_sec:
+                seconds = f"{options.handshake_timeout_sec:g} s"
+                self.end(ErrorCode.TIMEOUT, f"no finished handshake within {seconds}")
+            return
+        if now - channel.last_sent >= options.keepalive_sec / 3:
+            channel.send(frames.Ping(0))
+        silent = now - channel.last_received
+        if self.suspended_at is not None:
+            if now - self.suspended_at > options.suspend_close_sec:
+                self.end(ErrorCode.TIMEOUT, f"silent for {silent:.0f} s")
+                channel.abort()
+        elif silent > options.keepalive_sec:
+            logger.warning("%s has been silent for %.1f s: suspended", self, silent)
+            self.suspended_at = now
+            self._broker.deliver(self.router, self.router.suspend(self.peer))
+
+    def restore(self) -> None:
+        """The peer has been heard of again."""
+        self.suspended_at = None
+        if self.router is not None:
+            logger.warning("%s is back", self)
+            self._broker.deliver(self.router, self.router.restore(self.peer))
+
+    def __str__(self) -> str:
+        return f"link {self.peer or '(no handshake)'} [{self._agent}]"
+
+
+def _identity(options: frames.Options, key: str) -> bytes:
+    value = options.get(key)
+    if type(value) is not bytes or len(value) != limits.INSTANCE_BYTES:
+        text = f"HELLO: {key} must be {limits.INSTANCE_BYTES} bytes"
+        raise ProtocolError(ErrorCode.MALFORMED, text)
+    return value

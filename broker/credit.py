@@ -1,0 +1,87 @@
+"""Credit: how far the slowest KEEP_ALL subscription lets each publisher go (docs/protocol.md §6.5)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from broker.records import Allowance, Send
+from proto.codec import ends_from_bytes
+from proto.errors import ErrorCode, ProtocolError
+from proto.frames import Credit, Run
+from proto.runs import message_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from broker.records import Delivery, PublisherRecord, SubscriptionRecord
+
+
+def allow(publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+    """A KEEP_ALL subscription has been attached: it starts with its windows."""
+    publisher.credits[subscription.key] = Allowance(
+        publisher.next_sequence + subscription.window_messages,
+        publisher.bytes + subscription.window_bytes,
+        publisher.bytes,
+    )
+
+
+def grant(publisher: PublisherRecord, subscription: SubscriptionRecord, sequence: int, size: int) -> None:
+    """A subscription has room up to a sequence number, and `size` bytes since its attachment."""
+    allowance = publisher.credits.get(subscription.key)
+    if allowance is not None:
+        allowance.sequence_limit = max(allowance.sequence_limit, sequence)
+        allowance.byte_limit = max(allowance.byte_limit, allowance.byte_base + size)
+
+
+def update(publisher: PublisherRecord) -> Iterator[Delivery]:
+    """Tell the publisher when the least of its subscriptions' credit has changed."""
+    allowances = publisher.credits.values()
+    limit = None
+    if allowances:
+        limit = (
+            min(allowance.sequence_limit for allowance in allowances),
+            min(allowance.byte_limit for allowance in allowances),
+        )
+    if limit == publisher.limit:
+        return
+    publisher.limit = limit
+    if limit is None:
+        publisher.promised = None
+        publisher.enforced = False
+        yield Send(publisher.peer.id, Credit(publisher.key, None, None))
+        return
+    sequence, size = publisher.promised or limit
+    publisher.promised = max(sequence, limit[0]), max(size, limit[1])
+    yield Send(publisher.peer.id, Credit(publisher.key, *limit))
+
+
+def confirmed(publisher: PublisherRecord, echo: Credit) -> None:
+    """The publisher knows that it has a limit: from now on it is held to it."""
+    if publisher.promised is not None and echo.sequence_limit is not None:
+        publisher.enforced = True
+
+
+def check(publisher: PublisherRecord, run: Run) -> None:
+    """Hold a publisher to what it was promised.
+
+    A message may be sent while the number after the last one sent is below the sequence limit, so numbers
+    that the publisher dropped do not use credit up, and while the bytes sent before it are below the byte
+    limit.
+
+    Raises:
+        ProtocolError: The run goes beyond.
+    """
+    if not publisher.enforced or publisher.promised is None:
+        return
+    sequence_limit, byte_limit = publisher.promised
+    number = publisher.next_sequence
+    before = publisher.bytes
+    if run.ends is not None:
+        number = run.first_sequence + run.length - 1
+        before += ends_from_bytes(run.ends[-8:-4])[0] if len(run.ends) >= 8 else 0
+    if number >= sequence_limit or before >= byte_limit:
+        text = (
+            f"publisher on '{publisher.name}' went beyond its credit: message {number} of {sequence_limit},"
+            f" byte {publisher.bytes + message_bytes(run)} of {byte_limit}"
+        )
+        raise ProtocolError(ErrorCode.CREDIT, text)

@@ -1,0 +1,131 @@
+"""The graph: everybody who is there, and those who watch it."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Final
+
+from broker.records import Send
+from proto import frames, limits
+from proto.errors import ErrorCode, ProtocolError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from broker.records import Delivery, Endpoint, Peer
+    from proto.frames import GraphEntry
+
+ENTRIES_PER_FRAME: Final = 100
+"""Keeps a GRAPH frame below limits.MAX_FRAME_BYTES, however long the names are."""
+
+REMOVED_PER_FRAME: Final = 4000
+
+MAX_WATCHES: Final = 100
+"""Kept watches of one link."""
+
+MAX_DEFINITIONS: Final = 10_000
+MAX_DEFINITION_BYTES: Final = 16 * 1024 * 1024
+"""Definitions are kept by hash; the oldest are forgotten beyond either."""
+
+
+class Graph:
+    """What is declared and alive, by key."""
+
+    def __init__(self, emit: Callable[[Delivery], None]) -> None:
+        self._emit = emit
+        self._entries: dict[int, GraphEntry] = {}
+        self._watches: dict[tuple[int, int], None] = {}
+        self._added: dict[int, GraphEntry] = {}
+        self._removed: dict[int, None] = {}
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def add(self, endpoint: Endpoint) -> None:
+        """Somebody is there."""
+        entry = endpoint.entry()
+        self._entries[endpoint.key] = entry
+        if self._watches:
+            self._added[endpoint.key] = entry
+            self._removed.pop(endpoint.key, None)
+
+    def remove(self, endpoint: Endpoint) -> None:
+        """Somebody has gone."""
+        gone = self._entries.pop(endpoint.key, None)
+        if gone is not None and self._watches:
+            self._added.pop(endpoint.key, None)
+            self._removed[endpoint.key] = None
+
+    def watch(self, peer: Peer, frame: frames.Watch) -> None:
+        """Answer WATCH with the whole picture; remember it if it is to be kept.
+
+        Raises:
+            ProtocolError: The id is in use, or the link has too many watches.
+        """
+        self.flush()
+        key = (peer.id, frame.id)
+        if key in self._watches:
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"WATCH: the id {frame.id} is in use")
+        if frame.keep:
+            if sum(owner == peer.id for owner, _ in self._watches) >= MAX_WATCHES:
+                raise ProtocolError(ErrorCode.LIMIT, f"more than {MAX_WATCHES} watches on one link")
+            self._watches[key] = None
+        self._tell(key, list(self._entries.values()), [])
+
+    def unwatch(self, peer: Peer, watch: int) -> None:
+        """End a kept watch; an unknown one is ignored."""
+        self._watches.pop((peer.id, watch), None)
+
+    def forget(self, peer: Peer) -> None:
+        """End all watches of a link."""
+        for key in [key for key in self._watches if key[0] == peer.id]:
+            del self._watches[key]
+
+    def flush(self) -> None:
+        """Tell the watchers what has changed since the last call."""
+        if not self._added and not self._removed:
+            return
+        added, removed = list(self._added.values()), list(self._removed)
+        self._added.clear()
+        self._removed.clear()
+        for key in self._watches:
+            self._tell(key, added, removed)
+
+    def _tell(self, key: tuple[int, int], added: list[GraphEntry], removed: list[int]) -> None:
+        pieces = [
+            (tuple(added[start : start + ENTRIES_PER_FRAME]), ())
+            for start in range(0, len(added), ENTRIES_PER_FRAME)
+        ] + [
+            ((), tuple(removed[start : start + REMOVED_PER_FRAME]))
+            for start in range(0, len(removed), REMOVED_PER_FRAME)
+        ]
+        for number, (new, gone) in enumerate(pieces or [((), ())], 1):
+            more = number < len(pieces)
+            self._emit(Send(key[0], frames.Graph(key[1], more, new, gone)))
+
+
+class Definitions:
+    """Definitions of types, by hash, as they came with declarations."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[str, bytes] = OrderedDict()
+        self._bytes = 0
+
+    def learn(self, type_hash: str, definition: bytes | None) -> None:
+        """Keep the first definition seen for a hash."""
+        if definition is None or not type_hash or type_hash in self._known:
+            return
+        self._known[type_hash] = definition
+        self._bytes += len(definition)
+        while len(self._known) > MAX_DEFINITIONS or self._bytes > MAX_DEFINITION_BYTES:
+            _, oldest = self._known.popitem(last=False)
+            self._bytes -= len(oldest)
+
+    def get(self, type_hash: str) -> bytes | None:
+        """Return the definition, if it is known."""
+        return self._known.get(type_hash)
+
+
+def too_long(text: str) -> bool:
+    """Tell whether a type's name or hash is beyond what a declaration may carry."""
+    return len(text.encode()) > limits.MAX_TYPE_NAME

@@ -1,0 +1,209 @@
+"""What the router remembers: one record per peer, node and endpoint, and how they hang together."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from proto.frames import EntryKind, Frame, GraphEntry, Options, Run, Scalar
+
+if TYPE_CHECKING:
+    from broker.qos import Qos
+    from proto.outbox import Lane
+
+
+class Send(NamedTuple):
+    """Deliver a control frame."""
+
+    peer: int
+    frame: Frame
+
+
+class SendCalls(NamedTuple):
+    """Deliver encoded requests, replies or cancellations; `key` names a large one (outbox.put_calls)."""
+
+    peer: int
+    raw: bytes
+    key: tuple[int, int]
+
+
+class DropCall(NamedTuple):
+    """Take a request back if it has not left; otherwise deliver `cancel`."""
+
+    peer: int
+    key: tuple[int, int]
+    cancel: bytes
+
+
+class Queue(NamedTuple):
+    """Deliver a run, or a control frame that belongs between runs, in a lane."""
+
+    peer: int
+    lane: Lane
+    item: Run | bytes
+
+
+class Discard(NamedTuple):
+    """Nobody wants what waits in this lane any more."""
+
+    peer: int
+    lane: Lane
+
+
+class Close(NamedTuple):
+    """Close a peer's connection."""
+
+    peer: int
+    code: int
+    text: str
+
+
+Delivery: TypeAlias = Send | SendCalls | DropCall | Queue | Discard | Close
+
+
+@dataclass(slots=True, eq=False)
+class Peer:
+    """One connection, as the router sees it."""
+
+    id: int
+    instance: bytes = b""
+    token: bytes = b""
+    endpoints: dict[int, Endpoint] = field(default_factory=dict["int", "Endpoint"])
+    suspended: bool = False
+    pending_calls: int = 0
+
+
+@dataclass(slots=True, eq=False, kw_only=True)
+class Endpoint:
+    """What all declared things have.
+
+    `key` is its number in the graph; `peers` how many counterparts it has.
+    """
+
+    key: int
+    id: int
+    peer: Peer
+    kind: EntryKind
+    node: NodeRecord | None
+    name: str
+    type_name: str = ""
+    type_hash: str = ""
+    qos: Options = field(default_factory=dict[str, Scalar])
+    peers: int = 0
+
+    @property
+    def node_name(self) -> str:
+        """The full name of its node."""
+        return self.node.name if self.node is not None else self.name
+
+    def entry(self) -> GraphEntry:
+        """Return it as everybody may see it."""
+        return GraphEntry(
+            self.key, self.kind, self.node_name, self.name, self.type_name, self.type_hash, self.qos
+        )
+
+
+@dataclass(slots=True, eq=False, kw_only=True)
+class NodeRecord(Endpoint):
+    """A node."""
+
+    endpoints: dict[int, Endpoint] = field(default_factory=dict["int", "Endpoint"])
+
+
+@dataclass(slots=True, eq=False, kw_only=True)
+class PublisherRecord(Endpoint):
+    """A publisher; `key` is its broker-wide id."""
+
+    wants: Qos
+    gid: bytes
+    next_sequence: int
+    bytes: int = 0
+    """Bytes of messages since the declaration: what credit counts."""
+    routes: dict[int, Route] = field(default_factory=dict["int", "Route"])
+    matched: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
+    keep: int = 0
+    """Messages kept for late joiners; 0 for a VOLATILE publisher."""
+    latched: deque[Run] = field(default_factory=deque["Run"])
+    latched_messages: int = 0
+    latched_bytes: int = 0
+    credits: dict[int, Allowance] = field(default_factory=dict["int", "Allowance"])
+    limit: tuple[int, int] | None = None
+    """The credit that has been sent: (sequence limit, byte limit)."""
+    promised: tuple[int, int] | None = None
+    """The greatest credit that has been sent since it was unlimited; None while unlimited."""
+    enforced: bool = False
+    """Whether the publisher has confirmed that it knows of a limit."""
+
+
+@dataclass(slots=True, eq=False, kw_only=True)
+class SubscriptionRecord(Endpoint):
+    """A subscription."""
+
+    wants: Qos
+    depth: int | None
+    """None: KEEP_ALL with RELIABLE, which needs credit."""
+    window_messages: int
+    window_bytes: int
+    matched: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
+
+
+@dataclass(slots=True, eq=False)
+class Route:
+    """The way of one publisher's runs to one peer."""
+
+    peer: Peer
+    lane: Lane
+    subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
+
+
+@dataclass(slots=True, eq=False)
+class Allowance:
+    """One KEEP_ALL subscription's credit for one publisher, in the publisher's numbers."""
+
+    sequence_limit: int
+    byte_limit: int
+    byte_base: int
+
+
+@dataclass(slots=True, eq=False)
+class TopicRecord:
+    """A topic: everybody who has declared something on it and is not suspended."""
+
+    name: str
+    publishers: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
+    subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
+
+
+@dataclass(slots=True, eq=False, kw_only=True)
+class ServiceRecord(Endpoint):
+    """A server of a service; `pending` are the calls it owes an answer."""
+
+    pending: dict[int, PendingCall] = field(default_factory=dict["int", "PendingCall"])
+
+
+@dataclass(slots=True, eq=False, kw_only=True)
+class ClientRecord(Endpoint):
+    """A client of a service; `pending` by its own call ids."""
+
+    pending: dict[int, PendingCall] = field(default_factory=dict["int", "PendingCall"])
+
+
+class PendingCall(NamedTuple):
+    """A call that has no answer yet: whose it is, and who was chosen to answer."""
+
+    call: int
+    client: ClientRecord
+    client_call: int
+    server: ServiceRecord
+
+
+@dataclass(slots=True, eq=False)
+class ServiceGroup:
+    """Everybody at one service name."""
+
+    name: str
+    servers: dict[int, ServiceRecord] = field(default_factory=dict["int", "ServiceRecord"])
+    clients: dict[int, ClientRecord] = field(default_factory=dict["int", "ClientRecord"])
+    turn: int = 0
+    """Where the search for the least busy server starts: moves on, so that ties rotate."""

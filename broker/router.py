@@ -1,0 +1,323 @@
+"""The router: takes frames, returns deliveries. Pure: no I/O, no clock, no randomness.
+
+One router is one graph. It composes the parts that know: `topics`, `services` and `graph`; what is its own is
+who has connected, what they have declared, and which part a frame is for.
+"""
+
+from __future__ import annotations
+
+from itertools import count
+from typing import TYPE_CHECKING, Any, Final
+
+from broker.graph import Definitions, Graph, too_long
+from broker.qos import Refusal, read
+from broker.records import (
+    ClientRecord,
+    Close,
+    Endpoint,
+    NodeRecord,
+    Peer,
+    PublisherRecord,
+    Send,
+    ServiceRecord,
+    SubscriptionRecord,
+)
+from broker.services import NONE, Services
+from broker.topics import Topics, latched_depth, subscription_depth
+from proto import frames
+from proto.errors import ErrorCode, InvalidNameError, ProtocolError
+from proto.frames import EntryKind, Frame, ReplyEntry, Status
+from proto.names import (
+    split_node_name,
+    validate_full_service_name,
+    validate_full_topic_name,
+    validate_namespace,
+    validate_node_name,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from broker.records import Delivery
+
+MAX_ENDPOINTS: Final = 20_000
+MAX_PENDING_CALLS: Final = 200_000
+
+
+class Router:
+    """One graph: its peers, and everything they have declared.
+
+    Args:
+        max_endpoints: What one peer may declare.
+        max_pending_calls: Unanswered calls of one peer.
+    """
+
+    def __init__(
+        self, *, max_endpoints: int = MAX_ENDPOINTS, max_pending_calls: int = MAX_PENDING_CALLS
+    ) -> None:
+        self._out: list[Delivery] = []
+        self._max_endpoints = max_endpoints
+        self._keys = count(1)
+        self._peer_ids = count(1)
+        self._peers: dict[int, Peer] = {}
+        self._instances: dict[bytes, Peer] = {}
+        self._names: dict[str, NodeRecord] = {}
+        self.topics = Topics(self._out_append)
+        self.services = Services(self._out_append, max_pending=max_pending_calls)
+        self.graph = Graph(self._out_append)
+        self.definitions = Definitions()
+        self._handlers: dict[type[Any], Callable[[Peer, Any], None]] = {
+            frames.Run: self.topics.run,
+            frames.Request: self._request,
+            frames.Reply: self._reply,
+            frames.Cancel: self._cancel,
+            frames.Grant: self._grant,
+            frames.Credit: self.topics.credit_confirmed,
+            frames.Node: self._declare,
+            frames.Publisher: self._declare,
+            frames.Subscription: self._declare,
+            frames.Service: self._declare,
+            frames.Client: self._declare,
+            frames.Undeclare: self._undeclare,
+            frames.Watch: self.graph.watch,
+            frames.Unwatch: lambda peer, frame: self.graph.unwatch(peer, frame.id),
+            frames.Describe: self._describe,
+        }
+
+    def _out_append(self, delivery: Delivery) -> None:
+        self._out.append(delivery)
+
+    def _finish(self) -> list[Delivery]:
+        """Return what is to be delivered, changes that have added up included."""
+        self.topics.flush()
+        self.services.flush()
+        self.graph.flush()
+        out = self._out[:]
+        self._out.clear()
+        return out
+
+    # Peers
+
+    def connect(self, instance: bytes, token: bytes) -> tuple[int, list[Delivery]]:
+        """A client has said hello.
+
+        The same instance with the same token takes over from its earlier connection, which is closed.
+
+        Returns:
+            The new peer's id, and deliveries.
+        """
+        peer = Peer(next(self._peer_ids), instance, token)
+        self._peers[peer.id] = peer
+        old = self._instances.get(instance)
+        if old is not None and old.token == token:
+            self._remove_peer(old)
+            text = "the same node has connected again"
+            self._out.append(Close(old.id, ErrorCode.TAKEN_OVER, text))
+        if old is None or old.token == token:
+            self._instances[instance] = peer
+        return peer.id, self._finish()
+
+    def disconnect(self, peer_id: int) -> list[Delivery]:
+        """A connection is gone; an unknown one has been taken over."""
+        peer = self._peers.get(peer_id)
+        if peer is not None:
+            self._remove_peer(peer)
+        return self._finish()
+
+    def _remove_peer(self, peer: Peer) -> None:
+        del self._peers[peer.id]
+        if self._instances.get(peer.instance) is peer:
+            del self._instances[peer.instance]
+        self.graph.forget(peer)
+        for endpoint in tuple(peer.endpoints.values()):
+            self._remove(endpoint)
+
+    def suspend(self, peer_id: int) -> list[Delivery]:
+        """A peer is silent: out of the graph, its calls fail, its credit does not count."""
+        peer = self._peers.get(peer_id)
+        if peer is not None and not peer.suspended:
+            peer.suspended = True
+            for endpoint in peer.endpoints.values():
+                self._leave(endpoint)
+        return self._finish()
+
+    def restore(self, peer_id: int) -> list[Delivery]:
+        """A suspended peer has been heard of again."""
+        peer = self._peers.get(peer_id)
+        if peer is not None and peer.suspended:
+            peer.suspended = False
+            for endpoint in peer.endpoints.values():
+                self._join(endpoint)
+        return self._finish()
+
+    # Frames
+
+    def handle(self, peer_id: int, frame: Frame) -> list[Delivery]:
+        """Take one frame of an open session.
+
+        Raises:
+            ProtocolError: The peer must be closed; call `disconnect` for it. What was done before stands.
+        """
+        peer = self._peers.get(peer_id)
+        if peer is None:
+            return []
+        handler = self._handlers.get(type(frame))
+        if handler is not None:
+            handler(peer, frame)
+        return self._finish()
+
+    def _declare(self, peer: Peer, frame: Any) -> None:
+        if frame.id in peer.endpoints:
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"the id {frame.id} is in use")
+        try:
+            if len(peer.endpoints) >= self._max_endpoints:
+                text = f"one connection may declare {self._max_endpoints} endpoints"
+                raise Refusal(ErrorCode.LIMIT, text)
+            endpoint = self._make(peer, frame)
+        except Refusal as refusal:
+            self._out.append(Send(peer.id, frames.Refused(frame.id, refusal.code, str(refusal))))
+            return
+        except InvalidNameError as error:
+            self._out.append(Send(peer.id, frames.Refused(frame.id, ErrorCode.INVALID_NAME, str(error))))
+            return
+        peer.endpoints[endpoint.id] = endpoint
+        if endpoint.node is not None:
+            endpoint.node.endpoints[endpoint.id] = endpoint
+        number = endpoint.key if isinstance(endpoint, PublisherRecord) else 0
+        self._out.append(Send(peer.id, frames.Accepted(endpoint.id, number)))
+        if not peer.suspended:
+            self._join(endpoint)
+
+    def _make(self, peer: Peer, frame: Any) -> Endpoint:
+        if isinstance(frame, frames.Node):
+            return self._make_node(peer, frame)
+        node = peer.endpoints.get(frame.node)
+        if not isinstance(node, NodeRecord):
+            raise Refusal(ErrorCode.UNKNOWN_ID, f"this link has no node with the id {frame.node}")
+        common: dict[str, Any] = {
+            "key": next(self._keys),
+            "id": frame.id,
+            "peer": peer,
+            "node": node,
+            "type_name": frame.type_name or "",
+            "type_hash": frame.type_hash or "",
+        }
+        if too_long(common["type_name"]) or too_long(common["type_hash"]):
+            raise Refusal(ErrorCode.TOO_LARGE, "the type's name or hash is too long")
+        if isinstance(frame, frames.Publisher | frames.Subscription):
+            validate_full_topic_name(frame.topic)
+            return self._make_on_topic(frame, common)
+        validate_full_service_name(frame.name)
+        if isinstance(frame, frames.Service):
+            self.definitions.learn(frame.type_hash, frame.definition)
+            return ServiceRecord(kind=EntryKind.SERVICE, name=frame.name, **common)
+        return ClientRecord(kind=EntryKind.CLIENT, name=frame.name, **common)
+
+    def _make_node(self, peer: Peer, frame: frames.Node) -> NodeRecord:
+        namespace, name = split_node_name(frame.name)
+        validate_namespace(namespace)
+        validate_node_name(name)
+        if frame.name in self._names:
+            text = f"A node named '{frame.name}' is there already; give this one another name"
+            raise Refusal(ErrorCode.NAME_TAKEN, text)
+        record = NodeRecord(
+            key=next(self._keys), id=frame.id, peer=peer, kind=EntryKind.NODE, node=None, name=frame.name
+        )
+        self._names[frame.name] = record
+        return record
+
+    def _make_on_topic(
+        self, frame: frames.Publisher | frames.Subscription, common: dict[str, Any]
+    ) -> Endpoint:
+        qos = read(frame.qos)
+        shown: frames.Options = qos._asdict()
+        if isinstance(frame, frames.Publisher):
+            self.definitions.learn(frame.type_hash, frame.definition)
+            return PublisherRecord(
+                kind=EntryKind.PUBLISHER,
+                name=frame.topic,
+                qos=shown,
+                wants=qos,
+                gid=frame.gid,
+                next_sequence=frame.next_sequence,
+                keep=latched_depth(qos),
+                **common,
+            )
+        return SubscriptionRecord(
+            kind=EntryKind.SUBSCRIPTION,
+            name=frame.topic,
+            qos=shown,
+            wants=qos,
+            depth=subscription_depth(qos),
+            window_messages=frame.window_messages,
+            window_bytes=frame.window_bytes,
+            **common,
+        )
+
+    def _join(self, endpoint: Endpoint) -> None:
+        self.graph.add(endpoint)
+        if isinstance(endpoint, PublisherRecord):
+            self.topics.add_publisher(endpoint)
+        elif isinstance(endpoint, SubscriptionRecord):
+            self.topics.join_subscription(endpoint)
+        elif isinstance(endpoint, ServiceRecord | ClientRecord):
+            self.services.join(endpoint)
+
+    def _leave(self, endpoint: Endpoint) -> None:
+        self.graph.remove(endpoint)
+        if isinstance(endpoint, PublisherRecord):
+            self.topics.leave_publisher(endpoint)
+        elif isinstance(endpoint, SubscriptionRecord):
+            self.topics.leave_subscription(endpoint)
+        elif isinstance(endpoint, ServiceRecord | ClientRecord):
+            self.services.leave(endpoint)
+
+    def _undeclare(self, peer: Peer, frame: frames.Undeclare) -> None:
+        endpoint = peer.endpoints.get(frame.id)
+        if endpoint is not None:
+            self._remove(endpoint)
+
+    def _remove(self, endpoint: Endpoint) -> None:
+        if endpoint.peer.endpoints.pop(endpoint.id, None) is None:
+            return
+        if isinstance(endpoint, NodeRecord):
+            for child in tuple(endpoint.endpoints.values()):
+                self._remove(child)
+            if self._names.get(endpoint.name) is endpoint:
+                del self._names[endpoint.name]
+        elif endpoint.node is not None:
+            endpoint.node.endpoints.pop(endpoint.id, None)
+        if isinstance(endpoint, PublisherRecord):
+            self.topics.remove_publisher(endpoint)
+        self._leave(endpoint)
+
+    def _request(self, peer: Peer, frame: frames.Request) -> None:
+        client = peer.endpoints.get(frame.endpoint)
+        if isinstance(client, ClientRecord):
+            self.services.request(client, frame.entries)
+            return
+        # The client was refused, or has just been taken back.
+        for entry in frame.entries:
+            answer = ReplyEntry(entry.call, Status.UNAVAILABLE, False, None, NONE.encode())  # noqa: FBT003
+            self._out.append(Send(peer.id, frames.Reply(frame.endpoint, (answer,))))
+
+    def _reply(self, peer: Peer, frame: frames.Reply) -> None:
+        server = peer.endpoints.get(frame.endpoint)
+        if isinstance(server, ServiceRecord):
+            self.services.reply(server, frame.entries)
+        else:
+            self.services.late += len(frame.entries)
+
+    def _cancel(self, peer: Peer, frame: frames.Cancel) -> None:
+        client = peer.endpoints.get(frame.endpoint)
+        if isinstance(client, ClientRecord):
+            self.services.cancel(client, frame.calls)
+
+    def _grant(self, peer: Peer, frame: frames.Grant) -> None:
+        subscription = peer.endpoints.get(frame.subscription)
+        if isinstance(subscription, SubscriptionRecord):
+            self.topics.grant(subscription, frame)
+
+    def _describe(self, peer: Peer, frame: frames.Describe) -> None:
+        answer = frames.Definition(frame.type_hash, self.definitions.get(frame.type_hash))
+        self._out.append(Send(peer.id, answer))

@@ -1,0 +1,274 @@
+"""The broker: listens, holds the connections, and carries the routers' deliveries to them.
+
+    async with Broker(BrokerOptions(port=0)) as broker:
+        print(broker.url)
+
+Nothing here is global: many brokers live in one loop, on any loop. One ticker looks at all clocks.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import secrets
+import socket
+import stat
+from itertools import count
+from typing import TYPE_CHECKING, Final, Self
+
+from broker.connection import Connection, logger
+from broker.errors import AddressInUseError, ListenError, listen_error
+from broker.options import BrokerOptions
+from broker.records import Close, Discard, DropCall, Queue, Send, SendCalls
+from broker.router import Router
+from broker.stats import BrokerStats, collect
+from proto import limits
+from proto.errors import ErrorCode
+from proto.url import BrokerUrl
+
+if TYPE_CHECKING:
+    from pathlib import Path
+    from types import TracebackType
+
+    from broker.records import Delivery
+
+TICKS_PER_KEEPALIVE: Final = 6
+
+BACKLOG: Final = 1024
+
+
+class Broker:
+    """A broker that can be embedded. Enter it to listen, leave it to stop.
+
+    Args:
+        options: Where to listen and what to allow.
+
+    Raises (on entry):
+        AddressInUseError: Something else listens there.
+        ListenError: It cannot listen there for another reason.
+    """
+
+    def __init__(self, options: BrokerOptions | None = None) -> None:
+        self.options = options or BrokerOptions()
+        self.instance = secrets.token_bytes(limits.INSTANCE_BYTES)
+        self.draining = False
+        self._sessions = count(1)
+        self._routers: dict[int, Router] = {}
+        self._connections: dict[Connection, None] = {}
+        self._joined: dict[tuple[Router, int], Connection] = {}
+        self._dirty: dict[Connection, None] = {}
+        self._server: asyncio.Server | None = None
+        self._ticker: asyncio.Task[None] | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._url: BrokerUrl | None = None
+        self._empty: asyncio.Event = asyncio.Event()
+
+    @property
+    def loop(self) -> asyncio.AbstractEventLoop:
+        """The loop it runs on."""
+        assert self._loop is not None, "the broker does not run"
+        return self._loop
+
+    @property
+    def url(self) -> str:
+        """Where nodes find it. RuntimeError if it does not listen."""
+        if self._url is None:
+            raise RuntimeError("The broker is not listening: use `async with Broker() as broker:`")
+        return str(self._url)
+
+    def stats(self) -> BrokerStats:
+        """Return what it has done and holds."""
+        return collect(len(self._connections), self._routers.values())
+
+    # Its life
+
+    async def __aenter__(self) -> Self:
+        """Listen."""
+        self._loop = asyncio.get_running_loop()
+        self.draining = False
+        self._server = await self._listen()
+        self._ticker = self._loop.create_task(self._tick())
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Stop."""
+        await self.stop()
+
+    async def _listen(self) -> asyncio.Server:
+        options, loop = self.options, self.loop
+        if options.unix is not None:
+            return await self._listen_unix(options.unix)
+        place = str(BrokerUrl(options.host, options.port))
+        try:
+            server = await loop.create_server(self._new_channel, options.host, options.port, backlog=BACKLOG)
+        except OSError as error:
+            remedy = "Stop what listens there, or choose another port with --port."
+            raise listen_error(place, error, remedy) from error
+        self._url = BrokerUrl(options.host, server.sockets[0].getsockname()[1])
+        return server
+
+    async def _listen_unix(self, path: Path) -> asyncio.Server:
+        place = str(BrokerUrl("", 0, str(path)))
+        _remove_stale(path, place)
+        try:
+            server = await self.loop.create_unix_server(self._new_channel, str(path), backlog=BACKLOG)
+        except OSError as error:
+            raise listen_error(place, error, "Choose another path with --unix.") from error
+        self._url = BrokerUrl("", 0, _absolute(path))
+        return server
+
+    def _new_channel(self) -> asyncio.BufferedProtocol:
+        return Connection(self).channel
+
+    async def serve_forever(self) -> None:
+        """Wait until cancelled."""
+        await asyncio.get_running_loop().create_future()
+
+    async def stop(self) -> None:
+        """Stop accepting, tell every link, let them take what waits, and close. Bounded by the options."""
+        server, self._server = self._server, None
+        if server is None:
+            return
+        self.draining = True
+        server.close()
+        self._empty.clear()
+        for connection in tuple(self._connections):
+            connection.say_goodbye()
+        try:
+            if self._connections:
+                async with asyncio.timeout(self.options.drain_timeout_sec):
+                    await self._empty.wait()
+        except TimeoutError:
+            logger.warning("%d links did not close in time", len(self._connections))
+        finally:
+            for connection in tuple(self._connections):
+                connection.channel.abort()
+            await self._stop_ticker()
+            if self.options.unix is not None:
+                self.options.unix.unlink(missing_ok=True)
+            self._url = None
+
+    async def _stop_ticker(self) -> None:
+        ticker, self._ticker = self._ticker, None
+        if ticker is not None:
+            ticker.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await ticker
+
+    async def _tick(self) -> None:
+        """Look at every connection's clocks, a few times per keepalive."""
+        tick = min(self.options.keepalive_sec, self.options.handshake_timeout_sec) / TICKS_PER_KEEPALIVE
+        expected = self.loop.time() + tick
+        while True:
+            await asyncio.sleep(tick)
+            now = self.loop.time()
+            # After a stall of our own the sockets have not been read yet: judge at the next tick.
+            stalled, expected = now - expected > tick, now + tick
+            if stalled:
+                continue
+            for connection in tuple(self._connections):
+                connection.judge(now)
+            self.flush()
+
+    # What connections need
+
+    def connection_opened(self, connection: Connection) -> None:
+        """A connection has been made."""
+        self._connections[connection] = None
+        if len(self._connections) > self.options.max_connections:
+            text = f"this broker takes {self.options.max_connections} connections"
+            connection.end(ErrorCode.LIMIT, text)
+
+    def connection_closed(self, connection: Connection) -> None:
+        """A connection is gone."""
+        self._connections.pop(connection, None)
+        self._dirty.pop(connection, None)
+        if not self._connections:
+            self._empty.set()
+
+    def next_session(self) -> int:
+        """Return a number for a new session."""
+        return next(self._sessions)
+
+    def router(self, domain: int) -> Router:
+        """Return the router of a domain's graph."""
+        router = self._routers.get(domain)
+        if router is None:
+            router = self._routers[domain] = Router(
+                max_endpoints=self.options.max_endpoints,
+                max_pending_calls=self.options.max_pending_calls,
+            )
+        return router
+
+    def joined(self, connection: Connection) -> None:
+        """A connection has finished its handshake."""
+        assert connection.router is not None
+        self._joined[connection.router, connection.peer] = connection
+
+    def left(self, router: Router, peer: int) -> None:
+        """A connection has left its graph."""
+        self._joined.pop((router, peer), None)
+
+    def deliver(self, router: Router, deliveries: list[Delivery]) -> None:
+        """Put deliveries into their links' outboxes; `flush` sends them."""
+        for delivery in deliveries:
+            connection = self._joined.get((router, delivery.peer))
+            if connection is None:
+                continue
+            self._dirty[connection] = None
+            outbox = connection.channel.outbox
+            match delivery:
+                case Queue(_, lane, item):
+                    outbox.put_lane(lane, item)
+                case SendCalls(_, raw, key):
+                    outbox.put_calls(raw, key)
+                case Send(_, frame):
+                    connection.channel.send(frame)
+                case DropCall(_, key, cancel):
+                    if not outbox.drop_call(key):
+                        outbox.put_calls(cancel)
+                case Discard(_, lane):
+                    outbox.drop_lane(lane)
+                case Close(_, code, text):
+                    connection.end(ErrorCode(code), text)
+
+    def flush(self) -> None:
+        """Write to every link that was delivered to; end those that are too slow for their queues."""
+        while self._dirty:
+            dirty, self._dirty = self._dirty, {}
+            for connection in dirty:
+                connection.channel.flush()
+                if connection.overdue():
+                    limit = self.options.max_queue_bytes
+                    text = f"more than {limit} bytes wait for this link: it reads too slowly"
+                    connection.end(ErrorCode.LIMIT, text)
+                    connection.channel.abort()
+
+
+def _absolute(path: Path) -> str:
+    return str(path.absolute())
+
+
+def _remove_stale(path: Path, place: str) -> None:
+    """Remove a socket file that a dead broker has left; raise if somebody listens, or it is no socket."""
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        return
+    if not stat.S_ISSOCK(mode):
+        raise ListenError(f"Cannot listen on {place}: the file exists and is no socket. Choose another path.")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        try:
+            probe.connect(os.fspath(path))
+        except ConnectionRefusedError:
+            path.unlink(missing_ok=True)
+            return
+        except OSError as error:
+            raise listen_error(place, error, "Choose another path with --unix.") from error
+    raise AddressInUseError(f"Cannot listen on {place}: another broker does. Choose another path.")

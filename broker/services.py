@@ -1,0 +1,224 @@
+"""Services: who answers whom, and every call that has no answer yet.
+
+The broker gives each call an id of its own, so that no client can guess another's, and takes a reply only
+from the server it chose: the one with the fewest calls pending; ties rotate. It keeps no timer: clients own
+deadlines.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from broker.records import ClientRecord, DropCall, PendingCall, Send, SendCalls, ServiceGroup, ServiceRecord
+from proto import frames, limits
+from proto.codec import encode
+from proto.errors import ErrorCode, ProtocolError
+from proto.frames import NoticeKind, ReplyEntry, RequestEntry, Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from broker.records import Delivery
+
+GONE = "the server has gone"
+SILENT = "this link was silent for too long"
+NONE = "no server; wait for one with wait_for_service()"
+
+
+class Services:
+    """All services of one graph.
+
+    Args:
+        emit: Takes each delivery.
+        max_pending: Unanswered calls of one link.
+
+    Attributes:
+        calls: Requests routed to a server.
+        refused: Requests answered here, because there was no server or too many were pending.
+        late: Replies to calls that were no longer pending.
+    """
+
+    def __init__(self, emit: Callable[[Delivery], None], *, max_pending: int) -> None:
+        self._emit = emit
+        self._max_pending = max_pending
+        self._groups: dict[str, ServiceGroup] = {}
+        self._pending: dict[int, PendingCall] = {}
+        self._next_call = 0
+        self._peers_changed: dict[ClientRecord | ServiceRecord, None] = {}
+        self.calls = self.refused = self.late = 0
+
+    @property
+    def pending(self) -> int:
+        """Calls without an answer."""
+        return len(self._pending)
+
+    # Declarations
+
+    def join(self, endpoint: ClientRecord | ServiceRecord) -> None:
+        """Match a client or server that is new or back."""
+        group = self._groups.setdefault(endpoint.name, ServiceGroup(endpoint.name))
+        if isinstance(endpoint, ClientRecord):
+            group.clients[endpoint.key] = endpoint
+            pairs = [(endpoint, server) for server in group.servers.values()]
+        else:
+            group.servers[endpoint.key] = endpoint
+            pairs = [(client, endpoint) for client in group.clients.values()]
+        for client, server in pairs:
+            if _same_type(client, server):
+                self._count(client, 1)
+                self._count(server, 1)
+            else:
+                self._incompatible(client, server)
+
+    def leave(self, endpoint: ClientRecord | ServiceRecord) -> None:
+        """Take a client or server out: its calls end."""
+        group = self._groups.get(endpoint.name)
+        if group is None or (endpoint.key not in group.clients and endpoint.key not in group.servers):
+            return
+        counterparts: Iterable[ClientRecord | ServiceRecord]
+        if isinstance(endpoint, ClientRecord):
+            del group.clients[endpoint.key]
+            counterparts = group.servers.values()
+            self._abandon(endpoint)
+        else:
+            del group.servers[endpoint.key]
+            counterparts = group.clients.values()
+            self._fail_pending(endpoint)
+        for other in counterparts:
+            if _same_type(endpoint, other):
+                self._count(other, -1)
+        self._count(endpoint, -endpoint.peers)
+        if not group.clients and not group.servers:
+            del self._groups[endpoint.name]
+
+    def _abandon(self, client: ClientRecord) -> None:
+        """End a client's calls at their servers, and tell it, in case it still listens."""
+        calls = tuple(client.pending)
+        self.cancel(client, calls)
+        if client.peer.suspended:
+            self._send_replies(client, [_answer(call, Status.UNAVAILABLE, SILENT) for call in calls])
+
+    def _fail_pending(self, server: ServiceRecord) -> None:
+        failed: dict[ClientRecord, list[ReplyEntry]] = {}
+        for pending in tuple(server.pending.values()):
+            self._settle(pending)
+            entry = _answer(pending.client_call, Status.UNAVAILABLE, GONE)
+            failed.setdefault(pending.client, []).append(entry)
+        for client, entries in failed.items():
+            self._send_replies(client, entries)
+
+    def _incompatible(self, client: ClientRecord, server: ServiceRecord) -> None:
+        same_name = client.type_name == server.type_name
+        what = "definitions of the type differ" if same_name else "types differ"
+        text = (
+            f"'{client.name}' is not connected between the client {client.node_name} ({client.type_name})"
+            f" and the server {server.node_name} ({server.type_name}): the {what}"
+        )
+        for endpoint in (client, server):
+            notice = frames.Notice(endpoint.id, NoticeKind.INCOMPATIBLE_TYPE, text)
+            self._emit(Send(endpoint.peer.id, notice))
+
+    def _count(self, endpoint: ClientRecord | ServiceRecord, change: int) -> None:
+        if change:
+            endpoint.peers += change
+            self._peers_changed[endpoint] = None
+
+    def flush(self) -> None:
+        """Tell every endpoint whose number of counterparts has changed."""
+        changed, self._peers_changed = self._peers_changed, {}
+        for endpoint in changed:
+            self._emit(Send(endpoint.peer.id, frames.Matched(endpoint.id, endpoint.peers)))
+
+    # Calls
+
+    def request(self, client: ClientRecord, entries: tuple[RequestEntry, ...]) -> None:
+        """Route a client's requests.
+
+        Raises:
+            ProtocolError: A call id is in use.
+        """
+        routed: dict[ServiceRecord, list[RequestEntry]] = {}
+        refused: list[ReplyEntry] = []
+        group = self._groups.get(client.name)
+        for entry in entries:
+            if entry.call in client.pending:
+                raise ProtocolError(ErrorCode.UNEXPECTED, f"REQUEST: the call id {entry.call} is in use")
+            if client.peer.pending_calls >= self._max_pending:
+                text = f"{self._max_pending} calls of this link wait already"
+                refused.append(_answer(entry.call, Status.OVERLOADED, text))
+                continue
+            server = None if group is None else _choose(group, client)
+            if server is None:
+                refused.append(_answer(entry.call, Status.UNAVAILABLE, NONE))
+                continue
+            call = self._open(client, entry.call, server)
+            routed.setdefault(server, []).append(entry._replace(call=call))
+        self.refused += len(refused)
+        if refused:
+            self._send_replies(client, refused)
+        for server, chosen in routed.items():
+            self.calls += len(chosen)
+            frame = frames.Request(server.id, tuple(chosen))
+            self._emit(SendCalls(server.peer.id, encode(frame), (server.id, chosen[0].call)))
+
+    def _open(self, client: ClientRecord, client_call: int, server: ServiceRecord) -> int:
+        call = self._next_call = self._next_call + 1
+        pending = PendingCall(call, client, client_call, server)
+        self._pending[call] = pending
+        server.pending[call] = pending
+        client.pending[client_call] = pending
+        client.peer.pending_calls += 1
+        return call
+
+    def _settle(self, pending: PendingCall) -> None:
+        del self._pending[pending.call]
+        del pending.server.pending[pending.call]
+        del pending.client.pending[pending.client_call]
+        pending.client.peer.pending_calls -= 1
+
+    def reply(self, server: ServiceRecord, entries: tuple[ReplyEntry, ...]) -> None:
+        """Route a server's replies. One that nobody waits for is counted and forgotten."""
+        answered: dict[ClientRecord, list[ReplyEntry]] = {}
+        for entry in entries:
+            pending = server.pending.get(entry.call)
+            if pending is None:
+                self.late += 1
+                continue
+            self._settle(pending)
+            answered.setdefault(pending.client, []).append(entry._replace(call=pending.client_call))
+        for client, chosen in answered.items():
+            self._send_replies(client, chosen)
+
+    def _send_replies(self, client: ClientRecord, entries: list[ReplyEntry]) -> None:
+        for start in range(0, len(entries), limits.MAX_CALLS_PER_FRAME):
+            part = tuple(entries[start : start + limits.MAX_CALLS_PER_FRAME])
+            raw = encode(frames.Reply(client.id, part))
+            self._emit(SendCalls(client.peer.id, raw, (client.id, part[0].call)))
+
+    def cancel(self, client: ClientRecord, calls: tuple[int, ...]) -> None:
+        """A client no longer wants these; unknown ones have just been answered."""
+        for client_call in calls:
+            pending = client.pending.get(client_call)
+            if pending is not None:
+                self._settle(pending)
+                server = pending.server
+                raw = encode(frames.Cancel(server.id, (pending.call,)))
+                self._emit(DropCall(server.peer.id, (server.id, pending.call), raw))
+
+
+def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:
+    return one.type_name == other.type_name and one.type_hash == other.type_hash
+
+
+def _answer(call: int, status: Status, text: str) -> ReplyEntry:
+    return ReplyEntry(call, status, more=False, attributes=None, body=text.encode())
+
+
+def _choose(group: ServiceGroup, client: ClientRecord) -> ServiceRecord | None:
+    """Return the matched server with the fewest calls pending; of several, the next in turn."""
+    fitting = [server for server in group.servers.values() if _same_type(client, server)]
+    if len(fitting) < 2:
+        return fitting[0] if fitting else None
+    group.turn += 1
+    start = group.turn % len(fitting)
+    return min(fitting[start:] + fitting[:start], key=lambda server: len(server.pending))

@@ -1,0 +1,342 @@
+"""Topics: who hears whom, decided when something is declared and never per message.
+
+A publisher has one *route* to each link that has matched subscriptions: a run goes there once, byte for byte.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from broker import credit
+from broker.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
+from broker.records import (
+    Discard,
+    PublisherRecord,
+    Queue,
+    Route,
+    Send,
+    SubscriptionRecord,
+    TopicRecord,
+)
+from proto import frames
+from proto.codec import encode
+from proto.errors import ErrorCode, ProtocolError
+from proto.frames import NoticeKind, Run
+from proto.outbox import Lane
+from proto.runs import cut, message_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from broker.records import Delivery, Peer
+
+LATCHED_MESSAGES: Final = 1000
+"""What is kept for late joiners of a KEEP_ALL + TRANSIENT_LOCAL publisher."""
+
+LATCHED_BYTES: Final = 64 * 1024 * 1024
+"""What is kept for late joiners of one publisher, whatever its depth: beyond it the oldest go."""
+
+
+SETTLE_LANES: Final = 1000
+"""Lanes of publishers that have gone, before those that are empty are forgotten."""
+
+
+class Topics:
+    """All topics of one graph.
+
+    Args:
+        emit: Takes each delivery.
+
+    Attributes:
+        routed: Messages that reached at least one link.
+        copies: Messages times links they were routed to: what must be delivered, dropped or queued.
+        unmatched: Messages that nobody was there to hear.
+        stale: Messages discarded because their numbers had been seen.
+        retired_dropped: Dropped messages of lanes that are gone.
+        abandoned: Messages that waited in a lane when its last reader left.
+    """
+
+    def __init__(self, emit: Callable[[Delivery], None]) -> None:
+        self._emit = emit
+        self._topics: dict[str, TopicRecord] = {}
+        self._publishers: dict[int, PublisherRecord] = {}
+        self._peers_changed: dict[PublisherRecord | SubscriptionRecord, None] = {}
+        self._leaving: list[Lane] = []
+        self.routed = self.copies = self.unmatched = self.stale = self.retired_dropped = self.abandoned = 0
+
+    # Declarations
+
+    def add_publisher(self, publisher: PublisherRecord) -> None:
+        """Make a publisher known; match it."""
+        self._publishers[publisher.key] = publisher
+        self.join_publisher(publisher)
+
+    def join_publisher(self, publisher: PublisherRecord) -> None:
+        """Match a publisher that is new or back."""
+        topic = self._topic(publisher.name)
+        topic.publishers[publisher.key] = publisher
+        for subscription in topic.subscriptions.values():
+            self._match(publisher, subscription)
+
+    def join_subscription(self, subscription: SubscriptionRecord) -> None:
+        """Match a subscription that is new or back."""
+        topic = self._topic(subscription.name)
+        topic.subscriptions[subscription.key] = subscription
+        for publisher in topic.publishers.values():
+            self._match(publisher, subscription)
+
+    def remove_publisher(self, publisher: PublisherRecord) -> None:
+        """Forget a publisher."""
+        self._publishers.pop(publisher.key, None)
+        self.leave_publisher(publisher)
+
+    def leave_publisher(self, publisher: PublisherRecord) -> None:
+        """Take a publisher out; its readers get what is queued, and then DETACHED."""
+        self._leave(publisher.name, publisher)
+        for route in publisher.routes.values():
+            detached = frames.Detached(publisher.key, tuple(route.subscriptions))
+            self._emit(Queue(route.peer.id, route.lane, encode(detached)))
+            self._leaving.append(route.lane)
+        if len(self._leaving) > SETTLE_LANES:
+            self._settle()
+        publisher.routes.clear()
+        for subscription in publisher.matched.values():
+            subscription.matched.pop(publisher.key, None)
+            self._count(subscription, subscription.peers - 1)
+        publisher.matched.clear()
+        publisher.credits.clear()
+        publisher.limit = publisher.promised = None
+        publisher.enforced = False
+        self._count(publisher, 0)
+
+    def leave_subscription(self, subscription: SubscriptionRecord) -> None:
+        """Take a subscription out; what waits for nobody else on its link is discarded."""
+        self._leave(subscription.name, subscription)
+        for publisher in subscription.matched.values():
+            publisher.matched.pop(subscription.key, None)
+            self._count(publisher, publisher.peers - 1)
+            self._unroute(publisher, subscription)
+            if publisher.credits.pop(subscription.key, None) is not None:
+                self._credit(publisher)
+        subscription.matched.clear()
+        self._count(subscription, 0)
+
+    def _unroute(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+        route = publisher.routes[subscription.peer.id]
+        del route.subscriptions[subscription.id]
+        if route.subscriptions:
+            route.lane.depth = _depth(route)
+            return
+        del publisher.routes[subscription.peer.id]
+        self.abandoned += route.lane.pending
+        self.retired_dropped += route.lane.dropped
+        self._emit(Discard(route.peer.id, route.lane))
+
+    def _topic(self, name: str) -> TopicRecord:
+        topic = self._topics.get(name)
+        if topic is None:
+            topic = self._topics[name] = TopicRecord(name)
+        return topic
+
+    def _leave(self, name: str, endpoint: PublisherRecord | SubscriptionRecord) -> None:
+        topic = self._topics.get(name)
+        if topic is None:
+            return
+        topic.publishers.pop(endpoint.key, None)
+        topic.subscriptions.pop(endpoint.key, None)
+        if not topic.publishers and not topic.subscriptions:
+            del self._topics[name]
+
+    def _match(
+        self,
+        publisher: PublisherRecord,
+        subscription: SubscriptionRecord,
+    ) -> None:
+        if subscription.type_name and (subscription.type_name, subscription.type_hash) != (
+            publisher.type_name,
+            publisher.type_hash,
+        ):
+            self._incompatible_type(publisher, subscription)
+            return
+        policy = disagreement(publisher.wants, subscription.wants)
+        if policy is not None:
+            self._incompatible_qos(publisher, subscription, policy)
+        publisher.matched[subscription.key] = subscription
+        subscription.matched[publisher.key] = publisher
+        self._count(publisher, publisher.peers + 1)
+        self._count(subscription, subscription.peers + 1)
+        self._attach(publisher, subscription)
+
+    def _attach(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+        peer = subscription.peer
+        route = publisher.routes.get(peer.id)
+        if route is None:
+            route = publisher.routes[peer.id] = Route(peer, Lane(publisher.key, subscription.depth))
+        route.subscriptions[subscription.id] = subscription
+        route.lane.depth = _depth(route)
+        attached = frames.Attached(
+            publisher.key,
+            (subscription.id,),
+            publisher.gid,
+            publisher.next_sequence,
+            publisher.node_name,
+        )
+        self._emit(Queue(peer.id, route.lane, encode(attached)))
+        if subscription.wants.latched:
+            self._replay(publisher, subscription, route)
+        if subscription.depth is None:
+            credit.allow(publisher, subscription)
+            self._credit(publisher)
+
+    def _replay(self, publisher: PublisherRecord, subscription: SubscriptionRecord, route: Route) -> None:
+        """Give a late joiner what it would have if it had been there, to its depth."""
+        skip = 0
+        if subscription.depth is not None:
+            skip = max(0, publisher.latched_messages - subscription.depth)
+        for run in publisher.latched:
+            if skip >= run.length:
+                skip -= run.length
+                continue
+            kept = cut(run, skip, run.length)
+            skip = 0
+            replay = frames.Replay(subscription.id, *kept[:-1])
+            self._emit(Queue(route.peer.id, route.lane, encode(replay)))
+
+    def _incompatible_type(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+        same_name = publisher.type_name == subscription.type_name
+        what = "definitions of the type differ" if same_name else "types differ"
+        text = (
+            f"'{publisher.name}' is not connected between the publisher {publisher.node_name}"
+            f" ({publisher.type_name}) and the subscription {subscription.node_name}"
+            f" ({subscription.type_name}): the {what}"
+        )
+        for endpoint in (publisher, subscription):
+            notice = frames.Notice(endpoint.id, NoticeKind.INCOMPATIBLE_TYPE, text)
+            self._emit(Send(endpoint.peer.id, notice))
+
+    def _incompatible_qos(
+        self, publisher: PublisherRecord, subscription: SubscriptionRecord, policy: str
+    ) -> None:
+        last = f"Messages are delivered all the same. Last incompatible policy: {policy}"
+        for endpoint, text in (
+            (
+                publisher,
+                f"New subscription discovered on topic '{publisher.name}', requesting incompatible QoS.",
+            ),
+            (
+                subscription,
+                f"New publisher discovered on topic '{publisher.name}', offering incompatible QoS.",
+            ),
+        ):
+            notice = frames.Notice(endpoint.id, NoticeKind.INCOMPATIBLE_QOS, f"{text} {last}")
+            self._emit(Send(endpoint.peer.id, notice))
+
+    def _count(self, endpoint: PublisherRecord | SubscriptionRecord, peers: int) -> None:
+        if endpoint.peers != peers:
+            endpoint.peers = peers
+            self._peers_changed[endpoint] = None
+
+    def flush(self) -> None:
+        """Tell every endpoint whose number of counterparts has changed."""
+        changed, self._peers_changed = self._peers_changed, {}
+        for endpoint in changed:
+            self._emit(Send(endpoint.peer.id, frames.Matched(endpoint.id, endpoint.peers)))
+
+    # Messages
+
+    def run(self, peer: Peer, run: Run) -> None:
+        """Route a run.
+
+        Raises:
+            ProtocolError: The publisher is not this link's, or goes beyond its credit.
+        """
+        publisher = self._owned(peer, run.publisher)
+        credit.check(publisher, run)
+        seen = publisher.next_sequence - run.first_sequence
+        publisher.bytes += message_bytes(run)
+        if seen > 0:
+            self.stale += min(seen, run.length)
+            if seen >= run.length:
+                return
+            run = cut(run, seen, run.length)
+        publisher.next_sequence = run.first_sequence + run.length
+        if publisher.keep:
+            self._latch(publisher, run)
+        routes = publisher.routes
+        if not routes:
+            self.unmatched += run.length
+            return
+        self.routed += run.length
+        self.copies += run.length * len(routes)
+        for route in routes.values():
+            self._emit(Queue(route.peer.id, route.lane, run))
+
+    def _owned(self, peer: Peer, number: int) -> PublisherRecord:
+        publisher = self._publishers.get(number)
+        if publisher is None or publisher.peer is not peer:
+            text = f"this link has no publisher with the id {number}"
+            raise ProtocolError(ErrorCode.UNKNOWN_ID, text)
+        return publisher
+
+    def _latch(self, publisher: PublisherRecord, run: Run) -> None:
+        keep = publisher.keep
+        publisher.latched.append(run)
+        publisher.latched_messages += run.length
+        publisher.latched_bytes += message_bytes(run)
+        while (
+            publisher.latched_messages > keep or publisher.latched_bytes > LATCHED_BYTES
+        ) and publisher.latched_messages > 1:
+            oldest = publisher.latched.popleft()
+            over = publisher.latched_messages - keep
+            publisher.latched_messages -= oldest.length
+            publisher.latched_bytes -= message_bytes(oldest)
+            if 0 < over < oldest.length:
+                rest = cut(oldest, over, oldest.length)
+                publisher.latched.appendleft(rest)
+                publisher.latched_messages += rest.length
+                publisher.latched_bytes += message_bytes(rest)
+
+    def grant(self, subscription: SubscriptionRecord, frame: frames.Grant) -> None:
+        """GRANT came. One for a publisher that has gone has crossed its DETACHED."""
+        publisher = subscription.matched.get(frame.publisher)
+        if publisher is not None:
+            credit.grant(publisher, subscription, frame.sequence_limit, frame.byte_limit)
+            self._credit(publisher)
+
+    def credit_confirmed(self, peer: Peer, frame: frames.Credit) -> None:
+        """CREDIT came back."""
+        credit.confirmed(self._owned(peer, frame.publisher), frame)
+
+    def _credit(self, publisher: PublisherRecord) -> None:
+        for delivery in credit.update(publisher):
+            self._emit(delivery)
+
+    def all_lanes(self) -> list[Lane]:
+        """Return every lane in use, those that are being emptied for a publisher that has gone included."""
+        self._settle()
+        used = [route.lane for record in self._publishers.values() for route in record.routes.values()]
+        return used + self._leaving
+
+    def _settle(self) -> None:
+        """Count what the lanes of publishers that have gone have dropped, once they are empty."""
+        self.retired_dropped += sum(lane.dropped for lane in self._leaving if lane.empty)
+        self._leaving = [lane for lane in self._leaving if not lane.empty]
+
+
+def subscription_depth(qos: Qos) -> int | None:
+    """Return the depth that counts in a lane; None for a subscription that needs credit."""
+    if qos.needs_credit:
+        return None
+    return BEST_EFFORT_DEPTH if qos.history == KEEP_ALL else qos.depth
+
+
+def latched_depth(qos: Qos) -> int:
+    """Return how many messages of a publisher are kept for late joiners."""
+    if not qos.latched:
+        return 0
+    return LATCHED_MESSAGES if qos.history == KEEP_ALL else qos.depth
+
+
+def _depth(route: Route) -> int | None:
+    depths = [subscription.depth for subscription in route.subscriptions.values()]
+    return None if None in depths else max(depth for depth in depths if depth is not None)
