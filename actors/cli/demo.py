@@ -27,7 +27,8 @@ if TYPE_CHECKING:
         PublishingSubscriber,
     )
 
-TALK_SEC: Final = 6.0
+TALK_SEC: Final = 6.3
+"""Not a multiple of the nodes' periods, so that nothing is under way when it ends."""
 _COLORS: Final = {
     "add_two_ints_server": 35,
     "add_two_ints_client": 33,
@@ -76,7 +77,7 @@ async def _talk(seconds: float, cast: list[Cast]) -> None:
     from broker import Broker, BrokerOptions  # noqa: PLC0415
 
     async with Broker(BrokerOptions(port=0)) as broker, AsyncExitStack() as stack:
-        say(f"A broker at {broker.url}, and five nodes that talk for {seconds:g} s. Ctrl-C ends it.\n")
+        say(f"A broker at {broker.url}, and five nodes that talk for {seconds:.0f} s. Ctrl-C ends it.\n")
         nodes = Cast(
             demo_nodes.AddTwoIntsServer(broker.url),
             demo_nodes.AddTwoIntsClient(broker.url),

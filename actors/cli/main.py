@@ -70,7 +70,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = _complain(str(error), errors.exit_code(error))
     except OSError as error:
         code = _complain(str(error), errors.FAILURE)
-    _restore_signals(None if own_process else before)
+    finally:
+        _restore_signals(None if own_process else before)
     if own_process:
         _let_go_of_pipes()
     return code

@@ -1,0 +1,137 @@
+"""Verbs are found, and every way to end has its exit code and one plain text."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from importlib.metadata import version
+from typing import NoReturn
+
+import pytest
+
+from actors.cli import interface, main
+from actors.cli.errors import CommandError, Interrupted
+from actors.errors import BrokerUnreachable, ServiceTimeout
+
+
+def test_help_names_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
+    """Asked for, the usage goes to stdout with 0."""
+    assert main.main(["--help"]) == 0
+    out = capsys.readouterr().out
+    assert all(f"  {verb} " in out for verb in main.VERBS)
+
+
+def test_without_a_verb_the_usage_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    """Then it goes to stderr, with 2."""
+    assert main.main([]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "usage: callboard" in captured.err
+
+
+def test_version_is_the_packages(capsys: pytest.CaptureFixture[str]) -> None:
+    """--version prints name and version."""
+    assert main.main(["--version"]) == 0
+    assert capsys.readouterr().out == f"callboard {version('callboard')}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["topc"], "callboard: no verb 'topc'; did you mean 'topic'?\n"),
+        (["\x1b[31mqqq"], "callboard: no verb '\\x1b[31mqqq'; see callboard --help\n"),
+        (["--verbose"], "callboard: no option '--verbose'; see callboard --help\n"),
+        (["topic", "lst"], "callboard topic: no verb 'lst'; did you mean 'list'?\n"),
+        (["node", "zzz"], "callboard node: no verb 'zzz'; there is list\n"),
+        (
+            ["topic"],
+            "callboard topic: the following arguments are required: VERB; see callboard topic --help\n",
+        ),
+        (
+            ["topic", "list", "--jsn"],
+            "callboard topic: unrecognized arguments: --jsn; see callboard topic --help\n",
+        ),
+    ],
+)
+def test_wrong_usage_is_one_line(capsys: pytest.CaptureFixture[str], arguments: list[str], text: str) -> None:
+    """It says what is wrong and what helps, with 2 and nothing on stdout."""
+    assert main.main(arguments) == 2
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == ("", text)
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (CommandError("text"), 1),
+        (CommandError("text", 42), 42),
+        (BrokerUnreachable("text"), 3),
+        (ServiceTimeout("text"), 124),
+        (OSError("text"), 1),
+    ],
+)
+def test_errors_have_exit_codes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], error: Exception, code: int
+) -> None:
+    """Their text, and no more, stands on stderr."""
+    _interface_raises(monkeypatch, error)
+    assert main.main(["interface", "list"]) == code
+    assert capsys.readouterr().err == "text\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (Interrupted(signal.SIGINT), 130),
+        (Interrupted(signal.SIGTERM), 143),
+        (KeyboardInterrupt(), 130),
+        (BrokenPipeError(), 141),
+    ],
+)
+def test_signals_and_broken_pipes_are_silent(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], error: BaseException, code: int
+) -> None:
+    """Nothing is printed; the code is a shell's."""
+    _interface_raises(monkeypatch, error)
+    assert main.main(["interface", "list"]) == code
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == ("", "")
+
+
+def test_a_verb_that_stays_may_be_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """SIGTERM to what runs until it is stopped is no failure."""
+    _interface_raises(monkeypatch, Interrupted(signal.SIGTERM))
+    monkeypatch.setitem(main.VERBS, "interface", main.VERBS["interface"]._replace(stays=True))
+    assert main.main(["interface", "list"]) == 0
+
+
+def test_signal_handlers_are_put_back() -> None:
+    """A program that calls main keeps its own."""
+    before = signal.getsignal(signal.SIGTERM)
+    main.main(["--version"])
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_help_loads_neither_asyncio_nor_the_nodes() -> None:
+    """So that it starts fast."""
+    code = (
+        "import sys; from actors.cli.main import main; main(['topic', 'pub', '--help']);"
+        "sys.exit(bool({'asyncio', 'msgspec', 'yaml', 'actors.node', 'broker'} & set(sys.modules)))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL, timeout=50)
+
+
+def test_python_m_actors_is_callboard() -> None:
+    """The same command, without an installed script."""
+    ended = subprocess.run(
+        [sys.executable, "-m", "actors", "--version"], check=True, capture_output=True, text=True, timeout=50
+    )
+    assert ended.stdout.startswith("callboard ")
+
+
+def _interface_raises(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    def run(options: object) -> NoReturn:
+        raise error
+
+    monkeypatch.setattr(interface, "run", run)

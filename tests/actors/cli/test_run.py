@@ -1,0 +1,99 @@
+"""`callboard run`: what this process becomes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.cli.main import main
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class BecameError(Exception):
+    """Stands for the end of this program."""
+
+    def __init__(self, arguments: list[str]) -> None:
+        super().__init__(arguments)
+        self.arguments = arguments
+
+
+@pytest.fixture(autouse=True)
+def _no_exec(monkeypatch: pytest.MonkeyPatch) -> None:
+    def execv(program: str, arguments: list[str]) -> None:
+        assert program == sys.executable
+        raise BecameError(arguments[1:])
+
+    monkeypatch.setattr(os, "execv", execv)
+    for name in ("CALLBOARD_URL", "CALLBOARD_DOMAIN"):
+        monkeypatch.setenv(name, "")  # so that what the command sets is taken back
+
+
+def became(*arguments: str) -> list[str]:
+    """Run `callboard run` and return the arguments that Python gets."""
+    with pytest.raises(BecameError) as end:
+        main(["run", *arguments])
+    return end.value.arguments
+
+
+def test_a_script_gets_all_that_follows(tmp_path: Path) -> None:
+    """Unbuffered, with options and every -- untouched."""
+    script = tmp_path / "node.py"
+    script.touch()
+    arguments = ["--url", "x", "--help", "--", "--ros-args", "-r", "a:=b", "--", "-1"]
+    assert became(str(script), *arguments) == ["-u", str(script), *arguments]
+
+
+def test_the_broker_is_told_by_the_environment(tmp_path: Path) -> None:
+    """--url and --domain before the script."""
+    script = tmp_path / "node.py"
+    script.touch()
+    became("--url", "callboard://h:1", "--domain", "7", str(script))
+    assert (os.environ["CALLBOARD_URL"], os.environ["CALLBOARD_DOMAIN"]) == ("callboard://h:1", "7")
+
+
+def test_an_installed_program_is_started_as_its_script_would() -> None:
+    """PACKAGE EXECUTABLE runs the console script's entry point, without the current directory on the path."""
+    unbuffered, safe, flag, code, *rest = became("callboard", "callboard", "--version")
+    assert (unbuffered, safe, flag, rest) == ("-u", "-P", "-c", ["--version"])
+    assert "from actors.cli.main import main; sys.argv[0] = 'callboard'; sys.exit(main())" in code
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["nod.py"], "No script 'nod.py'; did you mean 'node.py'?"),
+        (["elsewhere/node.py"], "No script 'elsewhere/node.py'"),
+        (["node"], "No script and no installed package 'node'; did you mean './node.py'?"),
+        (["callboard"], "Which program of 'callboard'? There is: callboard"),
+        (
+            ["callboard", "calboard"],
+            "No program 'calboard' in package 'callboard'; did you mean 'callboard'?",
+        ),
+        (["msgpack", "x"], "Package 'msgpack' has no console scripts to run"),
+    ],
+)
+def test_what_is_not_there_is_named(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    text: str,
+) -> None:
+    """One line with a remedy, and 1."""
+    (tmp_path / "node.py").touch()
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", *arguments]) == 1
+    assert capsys.readouterr().err == f"{text}\n"
+
+
+def test_a_bad_url_is_found_before_the_script_starts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It is a usage error here."""
+    assert main(["run", "--url", "nonsense", str(tmp_path)]) == 2
+    assert "'nonsense'" in capsys.readouterr().err

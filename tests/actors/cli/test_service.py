@@ -1,0 +1,115 @@
+"""`callboard service`: list, call."""
+
+from __future__ import annotations
+
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_srvs.srv import Trigger
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncGenerator
+
+    from tests.actors.cli.conftest import Desk
+
+ADD = ("service", "call", "/add_two_ints", "example_interfaces/srv/AddTwoInts")
+
+
+def add(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+    """The sum; raises for a negative number."""
+    if request.a < 0:
+        raise ValueError("negative")
+    response.sum = request.a + request.b
+    return response
+
+
+@asynccontextmanager
+async def adder(desk: Desk) -> AsyncGenerator[None]:
+    """A node that adds, and has a hidden service."""
+    async with desk.node() as node:
+        node.create_service(AddTwoInts, "add_two_ints", add)
+        node.create_service(Trigger, "_secret", lambda request, response: response)
+        await node.get_graph()
+        yield
+
+
+@pytest.mark.parametrize(
+    ("options", "out"),
+    [
+        ([], "/add_two_ints\n"),
+        (["-t"], "/add_two_ints [example_interfaces/srv/AddTwoInts]\n"),
+        (["-c"], "1\n"),
+        (["--include-hidden-services"], "/_secret\n/add_two_ints\n"),
+        (["--json"], '[{"name": "/add_two_ints", "types": ["example_interfaces/srv/AddTwoInts"]}]\n'),
+    ],
+)
+async def test_list(desk: Desk, options: list[str], out: str) -> None:
+    """Sorted, one a line, hidden ones left out."""
+    async with adder(desk):
+        assert await desk.callboard("service", "list", *options) == (0, out, "")
+
+
+async def test_call(desk: Desk) -> None:
+    """ROS 2's texts."""
+    async with adder(desk):
+        ended = await desk.callboard(*ADD, "{a: 5, b: 3}")
+    assert (ended.code, ended.err) == (0, "")
+    assert ended.out == (
+        "requester: making request: example_interfaces.srv.AddTwoInts_Request(a=5, b=3)\n\n"
+        "response:\nexample_interfaces.srv.AddTwoInts_Response(sum=8)\n\n"
+    )
+
+
+async def test_call_as_json(desk: Desk) -> None:
+    """The response alone."""
+    async with adder(desk):
+        assert (await desk.callboard(*ADD, "{a: 5, b: 3}", "--json")).json == {"sum": 8}
+
+
+async def test_call_waits_for_the_service(desk: Desk) -> None:
+    """It says so, and goes on when it comes."""
+    call = desk.start(*ADD, "{a: 5, b: 3}")
+    async with desk.node() as node:
+        assert not await node.count_services("/add_two_ints")
+        node.create_service(AddTwoInts, "add_two_ints", add)
+        ended = await call
+    assert ended.code == 0
+    assert "AddTwoInts_Response(sum=8)" in ended.out
+
+
+async def test_call_gives_up_waiting(desk: Desk) -> None:
+    """--timeout: 124; a similar name is suggested."""
+    async with adder(desk):
+        ended = await desk.callboard(
+            "service", "call", "/ad_two_ints", "example_interfaces/srv/AddTwoInts", "--timeout", "0.05"
+        )
+    assert ended.code == 124
+    assert ended.out == "waiting for service to become available... did you mean '/add_two_ints'?\n"
+    assert ended.err == "Service '/ad_two_ints' has no server after 0.05 s\n"
+
+
+async def test_call_of_a_handler_that_raises(desk: Desk) -> None:
+    """The remote error's type and text, and 1."""
+    async with adder(desk):
+        ended = await desk.callboard(*ADD, "{a: -1}", "--json")
+    assert (ended.code, ended.out) == (1, "")
+    assert "ValueError: negative" in ended.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        (("/add_two_ints", "std_msgs/msg/String"), 1, "is not a service type"),
+        (("/add_two_ints", "example_interfaces/srv/AddTwoInt"), 1, "example_interfaces/srv/AddTwoInts?"),
+        (("/add_two_ints", "example_interfaces/srv/AddTwoInts", "{c: 1}"), 1, "no field 'c'"),
+        (("add two", "example_interfaces/srv/AddTwoInts"), 2, "Invalid service name"),
+    ],
+)
+async def test_bad_input_is_named(desk: Desk, arguments: tuple[str, ...], code: int, text: str) -> None:
+    """No traceback, nothing on stdout."""
+    ended = await desk.callboard("service", "call", *arguments)
+    assert (ended.code, ended.out) == (code, "")
+    assert text in ended.err

@@ -1,0 +1,176 @@
+"""`callboard topic echo`."""
+
+from __future__ import annotations
+
+import base64
+from typing import TYPE_CHECKING
+
+import pytest
+
+import actors
+from actors.cli.main import main
+from actors.interfaces.geometry_msgs.msg import Twist, Vector3
+from actors.interfaces.std_msgs.msg import Float64MultiArray, String
+
+if TYPE_CHECKING:
+    from tests.actors.cli.conftest import Desk, Ended
+
+LATCHED = actors.QoSProfile(depth=1, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+async def echoed(desk: Desk, message: actors.Message, *options: str) -> Ended:
+    """Publish a message once, latched; return what an echo of it prints."""
+    async with desk.node() as node:
+        node.create_publisher(type(message), "said", LATCHED).publish(message)
+        await node.get_graph()
+        return await desk.callboard("topic", "echo", "/said", "--once", "--timeout", "20", *options)
+
+
+async def test_echo_is_yaml_and_a_rule(desk: Desk) -> None:
+    """ROS 2's form, quotes included."""
+    ended = await echoed(desk, String(data="Hello World: 5"))
+    assert ended == (0, "data: 'Hello World: 5'\n---\n", "")
+
+
+@pytest.mark.parametrize(
+    ("options", "out"),
+    [
+        (["--json"], '{"data": "Hello World: 5"}\n'),
+        (["--csv"], "Hello World: 5\n"),
+        (["--field", "data"], "Hello World: 5\n---\n"),
+        (["--flow-style"], "{data: 'Hello World: 5'}\n---\n"),
+        (["--truncate-length", "5"], "data: Hello...\n---\n"),
+        (["--no-str"], "data: '<string length: <14>>'\n---\n"),
+    ],
+)
+async def test_echo_in_other_forms(desk: Desk, options: list[str], out: str) -> None:
+    """As the options say."""
+    assert (await echoed(desk, String(data="Hello World: 5"), *options)).out == out
+
+
+async def test_echo_of_a_field_with_fields(desk: Desk) -> None:
+    """Only that part, as YAML."""
+    twist = Twist(angular=Vector3(x=1.0))
+    ended = await echoed(desk, twist, "--field", "angular")
+    assert ended.out == "x: 1.0\ny: 0.0\nz: 0.0\n---\n"
+    assert (await echoed(desk, twist, "--field", "angular.x", "--json")).json == 1.0
+
+
+async def test_echo_of_an_element(desk: Desk) -> None:
+    """Arrays have their elements by number."""
+    message = Float64MultiArray(data=[0.5, 1.5])
+    assert (await echoed(desk, message, "--field", "data[1]")).out == "1.5\n---\n"
+    assert (await echoed(desk, message, "--no-arr", "--field", "data")).out.startswith(
+        "<sequence type: double"
+    )
+
+
+@pytest.mark.parametrize(
+    ("field", "text"),
+    [
+        ("not_member", "Invalid field 'not_member': there is no 'not_member' in it\n"),
+        ("data.x", "Invalid field 'data.x': there is no 'x' in it\n"),
+        (".", "Invalid field value '.'\n"),
+        ("", "Invalid field value ''\n"),
+    ],
+)
+async def test_echo_of_no_field(desk: Desk, field: str, text: str) -> None:
+    """A field that is not there ends the command."""
+    ended = await echoed(desk, String(), "--field", field)
+    assert (ended.code, ended.err) == (1, text)
+
+
+async def test_echo_shows_long_values_short_but_not_as_json(desk: Desk) -> None:
+    """128 is ROS 2's limit; --full-length lifts it."""
+    message = String(data="x" * 200)
+    assert (await echoed(desk, message)).out == f"data: {'x' * 128}...\n---\n"
+    assert (await echoed(desk, message, "--full-length")).out == f"data: {'x' * 200}\n---\n"
+    assert (await echoed(desk, message, "--json")).json == {"data": "x" * 200}
+
+
+async def test_echo_of_what_steers_terminals(desk: Desk) -> None:
+    """Escaped in every form."""
+    for options in ([], ["--field", "data"], ["--csv"], ["--json"], ["--raw"]):
+        ended = await echoed(desk, String(data="\x1b[2J\u202e"), *options)
+        assert ended.code == 0
+        assert not {"\x1b", "\u202e"} & set(ended.out)
+
+
+async def test_raw_echo_is_msgpack(desk: Desk) -> None:
+    """The bytes as they travel."""
+    assert (await echoed(desk, String(data="hi"), "--raw")).out == "b'\\x81\\xa4data\\xa2hi'\n---\n"
+    document = (await echoed(desk, String(data="hi"), "--raw", "--json")).json
+    assert base64.b64decode(document["msgpack"]) == b"\x81\xa4data\xa2hi"
+
+
+async def test_a_type_need_not_be_known(desk: Desk) -> None:
+    """Messages are maps that say what they hold."""
+    stranger = type(
+        "Stranger", (actors.Message,), {"__annotations__": {"text": str}}, type_name="far_away/msg/X"
+    )
+    assert (await echoed(desk, stranger(text="hi"))).out == "text: hi\n---\n"
+
+
+async def test_two_types_on_one_topic_are_both_printed(desk: Desk) -> None:
+    """Without a TYPE, everything on the topic is heard."""
+    async with desk.node() as node:
+        node.create_publisher(String, "said", LATCHED).publish(String(data="x"))
+        node.create_publisher(Vector3, "said", LATCHED).publish(Vector3())
+        await node.get_graph()
+        first = await desk.callboard("topic", "echo", "/said", "--json", "--timeout", "0.5")
+    assert first.code == 124
+    assert sorted(map(str, first.documents)) == ["{'data': 'x'}", "{'x': 0.0, 'y': 0.0, 'z': 0.0}"]
+
+
+async def test_echo_with_a_type_waits_for_the_topic(desk: Desk) -> None:
+    """A warning says that nobody publishes yet."""
+    echo = desk.start("topic", "echo", "late", "std_msgs/msg/String", "--once", "--timeout", "30")
+    async with desk.node() as node:
+        publisher = node.create_publisher(String, "late", 10)
+        await desk.matched(publisher)
+        publisher.publish(String(data="here"))
+        ended = await echo
+    assert ended.out == "data: here\n---\n"
+    assert ended.err in {"WARNING: topic [/late] does not appear to be published yet\n", ""}
+
+
+async def test_echo_of_an_unknown_topic(desk: Desk) -> None:
+    """ROS 2's text, and what helps."""
+    ended = await desk.callboard("topic", "echo", "/nobody")
+    assert (ended.code, ended.out) == (1, "")
+    assert ended.err == (
+        "Could not determine the type for the passed topic: nobody publishes '/nobody'; to wait for it, name "
+        "its type: callboard topic echo /nobody TYPE\n"
+    )
+
+
+async def test_echo_of_a_mistyped_topic(desk: Desk) -> None:
+    """The one that was meant is suggested."""
+    async with desk.node() as node:
+        node.create_publisher(String, "addison", 10)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "echo", "adison")
+    assert ended.code == 1
+    assert ended.err.endswith("nobody publishes '/adison'; did you mean '/addison'?\n")
+
+
+async def test_echo_gives_up(desk: Desk) -> None:
+    """No message within --timeout: 124."""
+    async with desk.node() as node:
+        node.create_publisher(String, "silent", 10)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "echo", "/silent", "--timeout", "0.05")
+    assert ended == (124, "", "No message on /silent within 0.05 s\n")
+
+
+def test_an_unknown_type_is_found_first(capsys: pytest.CaptureFixture[str]) -> None:
+    """No broker is needed for that."""
+    assert main(["topic", "echo", "/x", "no_such/msg/Type"]) == 1
+    assert "no_such/msg/Type" in capsys.readouterr().err
+
+
+async def test_a_bad_topic_name_is_wrong_usage(desk: Desk) -> None:
+    """The text points at the fault."""
+    ended = await desk.callboard("topic", "echo", "with spaces")
+    assert ended.code == 2
+    assert ended.err.startswith("Invalid topic name")
