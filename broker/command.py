@@ -25,16 +25,15 @@ LEVELS = ("debug", "info", "warning", "error")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the daemon's flags: one for each option, and where to say what."""
     for option in fields(BrokerOptions):
-        kind: Callable[[str], object] = type(option.default)
-        if option.name == "unix":
-            kind = Path
-        default = "" if option.default is None else f" (default {option.default})"
+        default: object = option.default
+        kind: Callable[[str], object] = Path if default is None else type(default)
+        suffix = "" if default is None else f" (default {default})"
         parser.add_argument(
             "--" + option.name.replace("_", "-"),
             type=kind,
-            default=option.default,
-            metavar="PATH" if kind is Path else type(option.default).__name__.upper(),
-            help=option.metadata["help"] + default,
+            default=default,
+            metavar="PATH" if default is None else type(default).__name__.upper(),
+            help=option.metadata["help"] + suffix,
         )
     parser.add_argument(
         "--url-file", type=Path, metavar="PATH", help="write the URL it listens on to this file"

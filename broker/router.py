@@ -257,7 +257,7 @@ class Router:
     def _join(self, endpoint: Endpoint) -> None:
         self.graph.add(endpoint)
         if isinstance(endpoint, PublisherRecord):
-            self.topics.add_publisher(endpoint)
+            self.topics.join_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):
             self.topics.join_subscription(endpoint)
         elif isinstance(endpoint, ServiceRecord | ClientRecord):
@@ -287,9 +287,9 @@ class Router:
                 del self._names[endpoint.name]
         elif endpoint.node is not None:
             endpoint.node.endpoints.pop(endpoint.id, None)
-        if isinstance(endpoint, PublisherRecord):
-            self.topics.remove_publisher(endpoint)
         self._leave(endpoint)
+        if isinstance(endpoint, PublisherRecord):
+            self.topics.forget_publisher(endpoint)
 
     def _request(self, peer: Peer, frame: frames.Request) -> None:
         client = peer.endpoints.get(frame.endpoint)

@@ -66,13 +66,9 @@ class Topics:
 
     # Declarations
 
-    def add_publisher(self, publisher: PublisherRecord) -> None:
-        """Make a publisher known; match it."""
-        self._publishers[publisher.key] = publisher
-        self.join_publisher(publisher)
-
     def join_publisher(self, publisher: PublisherRecord) -> None:
         """Match a publisher that is new or back."""
+        self._publishers[publisher.key] = publisher
         topic = self._topic(publisher.name)
         topic.publishers[publisher.key] = publisher
         for subscription in topic.subscriptions.values():
@@ -85,10 +81,9 @@ class Topics:
         for publisher in topic.publishers.values():
             self._match(publisher, subscription)
 
-    def remove_publisher(self, publisher: PublisherRecord) -> None:
-        """Forget a publisher."""
+    def forget_publisher(self, publisher: PublisherRecord) -> None:
+        """Take no more runs of a publisher that has left for good."""
         self._publishers.pop(publisher.key, None)
-        self.leave_publisher(publisher)
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:
         """Take a publisher out; its readers get what is queued, and then DETACHED."""

@@ -10,7 +10,7 @@ from contextlib import AsyncExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors import environment
-from actors.cli.errors import Interrupted
+from actors.cli.interrupts import Interrupted
 from actors.cli.output import harmless, say
 from actors.cli.parsing import positive
 from actors.logger import ROOT_NAME

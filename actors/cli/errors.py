@@ -21,8 +21,6 @@ NO_BROKER: Final = 3
 TIMEOUT: Final = 124
 BROKEN_PIPE: Final = 141
 """As a shell says it of what SIGPIPE has ended."""
-SIGNALLED: Final = 128
-"""Plus the signal's number."""
 
 
 class CommandError(CallboardError):
@@ -35,18 +33,6 @@ class CommandError(CallboardError):
     def __init__(self, text: str, code: int = FAILURE) -> None:
         super().__init__(text)
         self.code = code
-
-
-class Interrupted(KeyboardInterrupt):
-    """A signal asks the command to stop.
-
-    Attributes:
-        number: The signal's number.
-    """
-
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
 
 
 def exit_code(error: CallboardError) -> int:

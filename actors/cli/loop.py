@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-import signal
 import threading
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from actors.cli.errors import Interrupted
+from actors.cli.interrupts import STOP_SIGNALS, Interrupted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
 T = TypeVar("T")
-
-STOP_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
 
 
 def run_async(main: Callable[[], Coroutine[Any, Any, T]]) -> T:

@@ -7,20 +7,16 @@ is asked for is imported. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no brok
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
-import threading
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors.cli import errors
-from actors.cli.errors import CommandError, Interrupted
-from proto.errors import CallboardError
+from actors.cli.interrupts import Interrupted, ignore_signals, put_back, raise_on_signals
+
+# Everything else is imported while a signal already ends the command without a traceback.
+# ruff: noqa: PLC0415
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from types import FrameType
 
 
 class Verb(NamedTuple):
@@ -53,32 +49,46 @@ def main(argv: Sequence[str] | None = None) -> int:
     own_process = argv is None
     arguments = sys.argv[1:] if argv is None else list(argv)
     verb = VERBS.get(arguments[0]) if arguments else None
-    before = _catch_signals()
+    before = raise_on_signals()
+    try:
+        code = _guarded(verb, arguments, own_process=own_process)
+        if own_process:
+            ignore_signals()
+            _let_go_of_pipes()
+        return code
+    except KeyboardInterrupt as stop:
+        number = stop.number if isinstance(stop, Interrupted) else 2
+        return 0 if verb is not None and verb.stays else 128 + number
+    finally:
+        if not own_process:
+            put_back(before)
+
+
+def _guarded(verb: Verb | None, arguments: list[str], *, own_process: bool) -> int:
+    """Run the verb; turn exceptions into exit codes."""
+    from actors.cli import errors
+    from proto.errors import CallboardError
+
     try:
         if own_process:
             _set_up_streams()
         code = _top(arguments) if verb is None else _run(verb, arguments, own_process=own_process)
         _flush()
+        return code
     except SystemExit as stop:  # argparse
-        code = stop.code if isinstance(stop.code, int) else errors.FAILURE
-    except (Interrupted, KeyboardInterrupt) as stop:
-        number = stop.number if isinstance(stop, Interrupted) else signal.SIGINT
-        code = errors.OK if verb is not None and verb.stays else errors.SIGNALLED + number
+        return stop.code if isinstance(stop.code, int) else errors.FAILURE
     except BrokenPipeError:
-        code = errors.BROKEN_PIPE
+        return errors.BROKEN_PIPE
     except CallboardError as error:
-        code = _complain(str(error), errors.exit_code(error))
+        return _complain(str(error), errors.exit_code(error))
     except OSError as error:
-        code = _complain(str(error), errors.FAILURE)
-    finally:
-        _restore_signals(None if own_process else before)
-    if own_process:
-        _let_go_of_pipes()
-    return code
+        return _complain(str(error), errors.FAILURE)
 
 
 def _run(verb: Verb, arguments: list[str], *, own_process: bool) -> int:
-    from actors.cli.parsing import Parser  # noqa: PLC0415 - argparse takes time
+    from importlib import import_module
+
+    from actors.cli.parsing import Parser
 
     module: Any = import_module(verb.module)
     parser = Parser(
@@ -94,8 +104,10 @@ def _run(verb: Verb, arguments: list[str], *, own_process: bool) -> int:
 
 def _top(arguments: list[str]) -> int:
     """What needs no verb."""
+    from actors.cli import errors
+
     if arguments and arguments[0] == "--version":
-        from importlib.metadata import version  # noqa: PLC0415 - takes time
+        from importlib.metadata import version
 
         print(f"callboard {version('callboard')}")
         return errors.OK
@@ -105,8 +117,9 @@ def _top(arguments: list[str]) -> int:
     if not arguments:
         print(usage(), file=sys.stderr)
         return errors.USAGE
-    from actors.cli.parsing import did_you_mean  # noqa: PLC0415 - argparse takes time
-    from proto.errors import shown  # noqa: PLC0415
+    from actors.cli.errors import CommandError
+    from actors.cli.parsing import did_you_mean
+    from proto.errors import shown
 
     hint = did_you_mean(arguments[0], VERBS) or "; see callboard --help"
     what = "option" if arguments[0].startswith("-") else "verb"
@@ -126,7 +139,7 @@ def usage() -> str:
 
 
 def _complain(text: str, code: int) -> int:
-    from actors.cli.output import note  # noqa: PLC0415 - needed in trouble only
+    from actors.cli.output import note
 
     note(text)
     return code
@@ -140,9 +153,11 @@ def _set_up_streams() -> None:
 
 
 def _set_up_logging() -> None:
-    from actors import environment  # noqa: PLC0415
-    from actors.log_output import configure_logging  # noqa: PLC0415 - `--help` needs no log
-    from actors.logger import LoggingSeverity  # noqa: PLC0415
+    from actors import environment
+    from actors.cli import errors
+    from actors.cli.errors import CommandError
+    from actors.log_output import configure_logging
+    from actors.logger import LoggingSeverity
 
     try:
         configure_logging(environment.log_level() or LoggingSeverity.WARN)
@@ -160,24 +175,6 @@ def _let_go_of_pipes() -> None:
     try:
         _flush()
     except (OSError, ValueError):
+        import os
+
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _catch_signals() -> dict[int, Any]:
-    """Until a loop takes over, a signal raises; only the main thread may say so."""
-    if threading.current_thread() is not threading.main_thread():
-        return {}
-    return {number: signal.signal(number, _interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    del frame
-    raise Interrupted(number)
-
-
-def _restore_signals(before: dict[int, Any] | None) -> None:
-    """Put handlers back; None: the process ends, and is not to be disturbed any more."""
-    if before is None:
-        before = dict.fromkeys((signal.SIGINT, signal.SIGTERM), signal.SIG_IGN)
-    for number, handler in before.items():
-        signal.signal(number, handler)

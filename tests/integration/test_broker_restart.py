@@ -104,7 +104,7 @@ async def test_latched_values_survive_the_broker(system: System) -> None:
         early = aiter(hearer.create_subscription(String, "t", qos=LATCHED))
         for i in range(3):
             publisher.publish(String(data=str(i)))
-        assert [(await anext(early)).data for _ in range(3)] == ["0", "1", "2"]
+            assert (await anext(early)).data == str(i)
         await daemon.kill()
         await system.broker()
         late = aiter(hearer.create_subscription(String, "t", qos=LATCHED))

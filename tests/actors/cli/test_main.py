@@ -11,7 +11,8 @@ from typing import NoReturn
 import pytest
 
 from actors.cli import interface, main
-from actors.cli.errors import CommandError, Interrupted
+from actors.cli.errors import CommandError
+from actors.cli.interrupts import Interrupted
 from actors.errors import BrokerUnreachable, ServiceTimeout
 
 
