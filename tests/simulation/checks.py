@@ -1,0 +1,216 @@
+"""What must hold at the end of every history, when the world is well again."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+import actors
+from tests.simulation.records import Ask, keep_all
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from actors.entities.service import Service
+    from tests.simulation.member import Member
+    from tests.simulation.records import Heard, Told
+    from tests.simulation.world import World
+
+SETTLE_SEC: Final = 200.0
+"""A healed world has come to rest by then: slow readers have read, links are back."""
+
+PATIENCE_SEC: Final = 30.0
+"""Anything asked of a world at rest has happened by then."""
+
+LATEST: Final = actors.QoSProfile(
+    history=actors.HistoryPolicy.KEEP_ALL, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL
+)
+
+
+async def check(world: World) -> None:
+    """Check everything, and end the world."""
+    await _settles(world)
+    await _is_heard(world)
+    await _is_served(world)
+    await _graph_is_right(world)
+    await _late_joiners_hear(world)
+    await _settles(world)
+    _calls_have_ended(world)
+    for heard in _heard(world):
+        _adds_up(world, heard)
+    await _ends(world)
+
+
+def _told(world: World) -> Iterator[Told]:
+    for member in world.members:
+        yield from member.told
+
+
+def _heard(world: World) -> Iterator[Heard]:
+    for member in world.members:
+        yield from member.heard
+
+
+async def _until(world: World, unmet: Callable[[], str], limit: float) -> None:
+    """Wait until nothing is unmet any more; complain about what is after `limit`."""
+    end = world.loop.time() + limit
+    while unmet():
+        if world.loop.time() > end:
+            world.complain(unmet())
+            return
+        await asyncio.sleep(0.01)
+
+
+async def _settles(world: World) -> None:
+    """Everybody is connected, and nothing waits anywhere."""
+    await _until(world, lambda: next(_unsettled(world), ""), SETTLE_SEC)
+    await asyncio.sleep(5)
+
+
+def _unsettled(world: World) -> Iterator[str]:
+    for member in world.members:
+        if not member.alive:
+            yield f"{member.host} is dead"
+        if not member.node.connected:
+            yield f"{member.host} does not connect"
+        for name, waiting in _waiting(member):
+            if waiting:
+                yield f"{name} still has {waiting} waiting"
+
+
+def _waiting(member: Member) -> Iterator[tuple[str, int]]:
+    for told in member.told:
+        yield told.name, told.publisher.queued
+    for heard in member.heard:
+        yield heard.name, heard.subscription.queued
+    for service in member.services:
+        yield f"{member.host}!{service.srv_name}", service.pending
+    for _, client in member.clients:
+        yield f"{member.host}?{client.srv_name}", client.pending
+
+
+async def _is_heard(world: World) -> None:
+    """After healing a fresh message of every publisher reaches every subscription of its topic."""
+    for told in _told(world):
+        readers = [heard for heard in _heard(world) if heard.subscription.topic == told.publisher.topic]
+
+        def unmatched(told: Told = told, readers: list[Heard] = readers) -> str:
+            count = told.publisher.get_subscription_count()
+            return "" if count == len(readers) else f"{told.name} matches {count} of {len(readers)}"
+
+        await _until(world, unmatched, PATIENCE_SEC)
+        await world.members[0].publish_one(told, 10)
+        number = told.published - 1
+
+        def unheard(told: Told = told, readers: list[Heard] = readers, number: int = number) -> str:
+            for heard in readers:
+                numbers = heard.numbers.get(told.name)
+                if not numbers or numbers[-1] != number:
+                    last = numbers[-1] if numbers else "nothing"
+                    return f"{heard.name} does not hear {told.name} #{number}, but {last}"
+            return ""
+
+        await _until(world, unheard, PATIENCE_SEC)
+
+
+async def _is_served(world: World) -> None:
+    """After healing every client reaches a server, or is told at once that there is none."""
+    for member in world.members:
+        for name, client in member.clients:
+            servers = sum(service.srv_name == client.srv_name for service in _services(world))
+            if client.service_is_ready() != bool(servers):
+                world.complain(f"{member.host}: {client.peers} servers of {name}, there are {servers}")
+            began = world.loop.time()
+            try:
+                await client.call(Ask.Request(caller="check", number=member.next_number()), 20.0)
+                ready = True
+            except actors.ServiceUnavailable:
+                ready = False
+            except actors.ServiceTimeout:
+                world.complain(f"{member.host}: a fresh call of {name} timed out")
+                continue
+            if ready != bool(servers) or (not ready and world.loop.time() - began > 2):
+                took = world.loop.time() - began
+                world.complain(f"{member.host}: a fresh call of {name} gave {ready} in {took:.3f} s")
+
+
+def _services(world: World) -> Iterator[Service[Ask.Request, Ask.Response]]:
+    for member in world.members:
+        yield from member.services
+
+
+async def _graph_is_right(world: World) -> None:
+    """The graph names each live node once, and nobody else."""
+    names = [f"{namespace.rstrip('/')}/{name}" for name, namespace in await _names(world.members[0])]
+    right = sorted(member.node.get_fully_qualified_name() for member in world.members)
+    if sorted(names) != right:
+        world.complain(f"the graph has {sorted(names)}, there are {right}")
+
+
+async def _names(member: Member) -> list[tuple[str, str]]:
+    return await member.node.get_node_names_and_namespaces()
+
+
+async def _late_joiners_hear(world: World) -> None:
+    """Whoever comes late gets what is latched, in order, once."""
+    latecomer = world.members[-1]
+    topics = sorted({told.publisher.topic for told in _told(world)})
+    late = {topic: latecomer.subscribe_to(topic, qos=LATEST, kind="plain") for topic in topics}
+
+    def unmet() -> str:
+        for told in _told(world):
+            numbers = late[told.publisher.topic].numbers.get(told.name, [])
+            right = list(range(told.published - told.latched, told.published))
+            if numbers != right:
+                hears, has = (f"{list_[:5]}… ({len(list_)})" for list_ in (numbers, right))
+                return f"a late joiner hears {hears} of {told.name}, not {has}"
+        return ""
+
+    await _until(world, unmet, PATIENCE_SEC)
+    await asyncio.sleep(1)
+    if unmet():
+        world.complain(unmet())
+
+
+def _calls_have_ended(world: World) -> None:
+    for call in world.journal.calls:
+        if call.ended is None:
+            world.complain(f"{call.name} #{call.number}, begun at {call.began:.6f} s, never ended")
+
+
+def _adds_up(world: World, heard: Heard) -> None:
+    """Everything published was received, or is counted where it was lost."""
+    subscription = heard.subscription
+    by_gid = {told.publisher.gid: told for told in world.journal.told}
+    due = 0
+    for gid, first in heard.first.items():
+        told = by_gid[gid]
+        # Nobody can count what a dead publisher had said beyond what was heard of it.
+        end = subscription._seen[gid] if told.gone else told.published
+        due += end - first + len(heard.early.get(gid, ()))
+        numbers = heard.numbers.get(told.name, [])
+        lossless = keep_all(subscription.qos_profile) and keep_all(told.publisher.qos_profile)
+        if world.calm and lossless and [n for n in numbers if n >= first] != list(range(first, end)):
+            world.complain(f"{heard.name} has lost something of {told.name}, though both keep all")
+    counts = {
+        name: getattr(subscription, name)
+        for name in ("received", "dropped", "lost", "lost_on_break", "undecodable", "queued")
+    }
+    if sum(counts.values()) != due:
+        world.complain(f"{heard.name}: {due} messages were due, and there are {counts}")
+    if subscription.undecodable or (world.calm and subscription.lost_on_break):
+        world.complain(f"{heard.name}: {counts}")
+
+
+async def _ends(world: World) -> None:
+    """Everything stops, and leaves nothing behind."""
+    for member in world.members:
+        await member.stop()
+    await asyncio.sleep(1)
+    await world.stop_broker()
+    await asyncio.sleep(5)
+    if world.network.open:
+        world.complain(f"{len(world.network.open)} transports are still open")
+    left = asyncio.all_tasks() - {asyncio.current_task()}
+    if left:
+        world.complain(f"tasks are left: {left}")

@@ -1,0 +1,104 @@
+"""What can befall a world. Each fault is struck and, where it lasts, healed by whoever strikes it."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from tests.simulation.network import BROKER
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+    from tests.simulation.member import Member
+    from tests.simulation.world import World
+
+    Fault = Callable[[World, Member, float], Awaitable[None]]
+
+
+async def drop(world: World, member: Member, lasting: float) -> None:
+    """Break the member's connection, a few times if it is to last."""
+    for _ in range(4 if lasting > 3 else 1):
+        world.network.drop(member.host)
+        await asyncio.sleep(0.2 * world.random.random())
+
+
+async def half_open(world: World, member: Member, lasting: float) -> None:
+    """Lose everything in one direction."""
+    ends = [member.host, BROKER]
+    world.random.shuffle(ends)
+    world.network.block(*ends)
+    await asyncio.sleep(lasting)
+
+
+async def partition(world: World, member: Member, lasting: float) -> None:
+    """Cut the member's cable."""
+    world.network.partition(member.host)
+    await asyncio.sleep(lasting)
+
+
+async def slow(world: World, member: Member, lasting: float) -> None:
+    """Let the member, or the broker, read a few bytes at a time."""
+    host = world.random.choice([member.host, member.host, BROKER])
+    read, pause = world.random.choice([50, 1000]), world.random.choice([0.05, 0.3])
+    world.network.slow_down(host, read=read, pause=pause)
+    await asyncio.sleep(lasting)
+
+
+async def kill(world: World, member: Member, lasting: float) -> None:
+    """Kill the member's process; another one follows."""
+    silent = world.random.random() < 0.3
+    await member.kill(silent=silent)
+    # The broker cannot know that a process without a sign is dead: its name is taken until the link closes.
+    await asyncio.sleep(40 if silent else lasting)
+    member.start()
+
+
+async def stop(world: World, member: Member, lasting: float) -> None:
+    """End the member's process in order; another one follows."""
+    await member.stop()
+    await asyncio.sleep(min(lasting, 1.0))
+    member.start()
+
+
+async def crash_broker(world: World, member: Member, lasting: float) -> None:
+    """Kill the broker; another one follows at the same address."""
+    await world.crash_broker(silent=world.random.random() < 0.3)
+    await asyncio.sleep(min(lasting, 8.0))
+    world.network.heal()
+    await world.start_broker()
+
+
+async def restart_broker(world: World, member: Member, lasting: float) -> None:
+    """End the broker in order; another one follows."""
+    await world.stop_broker()
+    await asyncio.sleep(min(lasting, 3.0))
+    await world.start_broker()
+
+
+async def stall(world: World, member: Member, lasting: float) -> None:
+    """Freeze everybody."""
+    world.stall(min(lasting, 8.0))
+
+
+ALL: tuple[Fault, ...] = (
+    drop,
+    half_open,
+    partition,
+    slow,
+    kill,
+    stop,
+    crash_broker,
+    restart_broker,
+    stall,
+)
+
+
+async def strike(world: World) -> None:
+    """Strike one fault, and heal it."""
+    fault = world.random.choice(ALL)
+    member = world.random.choice(world.members)
+    lasting = world.random.choice([0.1, 1.0, 2.9, 3.5, 8.0, 35.0])
+    world.note(f"fault {fault.__name__} {member.host} {lasting}")
+    await fault(world, member, lasting)
+    world.network.heal()

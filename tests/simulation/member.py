@@ -1,0 +1,329 @@
+"""One simulated process: a node with random endpoints, and the tasks that use them."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final
+
+import actors
+from tests.simulation.network import on_host
+from tests.simulation.records import Ask, Call, Heard, Note, Told
+
+if TYPE_CHECKING:
+    from collections.abc import Coroutine, Iterator
+    from random import Random
+
+    from actors.entities.service import Service
+    from tests.simulation.world import World
+
+URL: Final = "callboard://127.0.0.1:7411"
+TOPICS: Final = ("red", "green", "blue")
+SERVICES: Final = ("double", "twice")
+
+SLACK_SEC: Final = 0.001
+"""What a timed wait may take beyond its time: a loop's turns take no virtual time."""
+
+STOP_SEC: Final = 15.0
+"""A node stops within this, whatever its callbacks do."""
+
+KINDS: Final = ("plain", "plain", "async", "slow", "calling", "beside", "iterate")
+"""How subscriptions read."""
+
+
+class Member:
+    """A process that can be killed, stopped and started again. What it has is the same in each life."""
+
+    def __init__(self, world: World, name: str, random: Random) -> None:
+        self.world = world
+        self.name = name
+        self.random = random
+        self.host = name
+        self.node: actors.Node
+        self.told: list[Told] = []
+        self.heard: list[Heard] = []
+        self.clients: list[tuple[str, actors.Client[Ask.Request, Ask.Response]]] = []
+        self.services: list[Service[Ask.Request, Ask.Response]] = []
+        self.task: asyncio.Task[None] | None = None
+        self._lives = 0
+        self._calls = 0
+        self._stop = asyncio.Event()
+        self._readers: list[asyncio.Task[None]] = []
+        self._activities: list[asyncio.Task[None]] = []
+        self._published = random.choices(TOPICS, k=random.randint(0, 3))
+        self._subscribed = random.choices(TOPICS, k=random.randint(1, 3))
+        self._served = random.sample(SERVICES, k=random.randint(0, 2))
+        self._called = random.sample(SERVICES, k=random.randint(0, 2))
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process runs."""
+        return self.task is not None and not self.task.done()
+
+    # Its life
+
+    def start(self) -> None:
+        """Start a new process."""
+        self._lives += 1
+        self.host = f"{self.name}.{self._lives}"
+        self.world.note(f"start {self.host}")
+        self._stop = asyncio.Event()
+        self.node = actors.Node(self.name, url=URL, use_global_arguments=False)
+        self.told, self.heard, self.clients, self.services = [], [], [], []
+        with on_host(self.host):
+            self.task = asyncio.create_task(self._live(), name=self.host)
+
+    async def _live(self) -> None:
+        for topic in self._published:
+            self.publish_on(topic)
+        for service in self._served:
+            self._serve(service)
+        for service in self._called:
+            self.clients.append((service, self.node.create_client(Ask, service)))
+        async with self.node:
+            for topic in self._subscribed:
+                self.subscribe_to(topic)
+            self._activities = [asyncio.create_task(task) for task in self._tasks()]
+            try:
+                await self._stop.wait()
+            finally:
+                self._gone()
+
+    def _gone(self) -> None:
+        for task in (*self._activities, *self._readers):
+            task.cancel()
+        for told in self.told:
+            told.gone = True
+        for heard in self.heard:
+            heard.gone = True
+
+    async def activities_end(self) -> None:
+        """Wait until everything the member has begun by itself has come to its end."""
+        if not self._activities:
+            return
+        done, late = await asyncio.wait(self._activities, timeout=120)
+        for task in late:
+            self.world.complain(f"{self.host} never ends: {task.get_stack()}")
+            task.cancel()
+        self._look_at(done)
+
+    def _look_at(self, tasks: set[asyncio.Task[Any]]) -> None:
+        for task in tasks:
+            if not task.cancelled() and task.exception() is not None:
+                self.world.complain(f"{self.host}: {task.exception()!r}")
+
+    async def stop(self) -> None:
+        """End the process in order."""
+        self.world.note(f"stop {self.host}")
+        began = self.world.loop.time()
+        self._stop.set()
+        await self._ended()
+        took = self.world.loop.time() - began
+        if took > STOP_SEC:
+            self.world.complain(f"{self.host} took {took:.3f} s to stop")
+
+    async def kill(self, *, silent: bool) -> None:
+        """End the process at once; its peers see a reset, or nothing."""
+        self.world.note(f"kill {self.host}")
+        self._gone()
+        self.world.network.crash(self.host, silent=silent)
+        assert self.task is not None
+        self.task.cancel()
+        await self._ended()
+
+    async def _ended(self) -> None:
+        assert self.task is not None
+        done, _ = await asyncio.wait({self.task, *self._activities, *self._readers})
+        self._look_at(done)
+
+    # What it has
+
+    def publish_on(self, topic: str) -> Told:
+        """Add a publisher."""
+        publisher = self.node.create_publisher(Note, topic, self._qos())
+        told = Told(f"{self.host}/{topic}/{len(self.told)}", publisher)
+        self.told.append(told)
+        self.world.journal.told.append(told)
+        return told
+
+    def _qos(self) -> actors.QoSProfile:
+        choice = self.random.choice
+        reliable = actors.ReliabilityPolicy.RELIABLE
+        return actors.QoSProfile(
+            history=choice([actors.HistoryPolicy.KEEP_LAST, actors.HistoryPolicy.KEEP_ALL]),
+            depth=choice([1, 3, 10, 100]),
+            reliability=choice([reliable, reliable, actors.ReliabilityPolicy.BEST_EFFORT]),
+            durability=choice([actors.DurabilityPolicy.VOLATILE, actors.DurabilityPolicy.TRANSIENT_LOCAL]),
+        )
+
+    def subscribe_to(self, topic: str, *, qos: actors.QoSProfile | None = None, kind: str = "") -> Heard:
+        """Add a subscription of some kind; the node runs."""
+        kind = kind or self.random.choice(KINDS)
+        pause = self.random.choice([0.001, 0.01, 0.1])
+        heard: Heard
+
+        def plain(message: Note, info: actors.MessageInfo) -> None:
+            heard.note(message, info)
+
+        async def asynchronous(message: Note, info: actors.MessageInfo) -> None:
+            heard.note(message, info)
+            if kind == "slow" or self.random.random() < 0.1:
+                await asyncio.sleep(pause * self.random.random())
+            if kind == "calling" and self.clients and self.random.random() < 0.05:
+                await self._call(*self.random.choice(self.clients))
+
+        callback = None if kind == "iterate" else plain if kind == "plain" else asynchronous
+        subscription = self.node.create_subscription(
+            Note, topic, callback, qos or self._qos(), concurrent=kind == "beside"
+        )
+        heard = Heard(f"{self.host}<{topic}<{len(self.heard)}({kind})", self.world.complain, subscription)
+        self.heard.append(heard)
+        self.world.journal.heard.append(heard)
+        if kind == "iterate":
+            self._readers.append(asyncio.create_task(self._iterate(heard, pause)))
+        return heard
+
+    async def _iterate(self, heard: Heard, pause: float) -> None:
+        async for message in heard.subscription:
+            heard.note(message, None)
+            if self.random.random() < 0.3:
+                await asyncio.sleep(pause * self.random.random())
+
+    def _serve(self, name: str) -> None:
+        async def asynchronous(request: Ask.Request) -> Ask.Response:
+            self.world.journal.handle(request.caller, request.number)
+            await asyncio.sleep(request.seconds)
+            return _answer(request)
+
+        def plain(request: Ask.Request) -> Ask.Response:
+            self.world.journal.handle(request.caller, request.number)
+            return _answer(request)
+
+        callback = self.random.choice([plain, asynchronous])
+        concurrent = self.random.random() < 0.5
+        self.services.append(self.node.create_service(Ask, name, callback, concurrent=concurrent))
+
+    # What it does
+
+    def _tasks(self) -> Iterator[Coroutine[Any, Any, None]]:
+        for told in self.told:
+            yield self._publish(told)
+        for name, client in self.clients:
+            yield self._keep_calling(name, client)
+            yield self._keep_waiting(client)
+        yield self._come_and_go()
+
+    def next_number(self) -> int:
+        """Return the number of the next call that the handlers like."""
+        self._calls += 1 + ((self._calls + 1) % 17 == 0)
+        return self._calls
+
+    async def _publish(self, told: Told) -> None:
+        random = self.random
+        rhythm = random.choice([0.01, 0.1, 0.5])
+        while self.world.active:
+            await asyncio.sleep(random.expovariate(1 / rhythm))
+            for _ in range(random.choice([1, 1, 3, 20])):
+                weight = random.choice([0, 0, 10, 200])
+                if random.random() < 0.005:
+                    weight = 300_000
+                await self.publish_one(told, weight)
+
+    async def publish_one(self, told: Told, weight: int) -> None:
+        """Publish the next message, unless the publisher is full."""
+        try:
+            told.publisher.publish(Note(source=told.name, number=told.published, weight=bytes(weight)))
+        except actors.PublisherFull:
+            await self._in_time(told.publisher.ready(1.0), 1.0, actors.WaitTimeout)
+
+    async def _in_time(
+        self, wait: Coroutine[Any, Any, object], timeout: float, *expected: type[Exception]
+    ) -> object:
+        """Await something with a deadline; complain if it comes late or ends otherwise."""
+        began, stalled = self.world.loop.time(), self.world.stalled
+        name = getattr(wait, "__qualname__", "")
+        try:
+            return await wait
+        except expected:
+            return None
+        finally:
+            took = self.world.loop.time() - began - (self.world.stalled - stalled)
+            if took > timeout + SLACK_SEC:
+                self.world.complain(f"{self.host}: {name} took {took:.6f} s, {timeout} s were allowed")
+
+    async def _keep_calling(self, name: str, client: actors.Client[Ask.Request, Ask.Response]) -> None:
+        while self.world.active:
+            await asyncio.sleep(self.random.expovariate(2))
+            calls = [
+                asyncio.create_task(self._call(name, client))
+                for _ in range(self.random.choice([1, 1, 2, 10]))
+            ]
+            if self.random.random() < 0.1:
+                await asyncio.sleep(0.1 * self.random.random())
+                calls[0].cancel()
+            try:
+                await asyncio.wait(calls)
+            finally:
+                for call in calls:
+                    call.cancel()
+            self._look_at(set(calls))
+
+    async def _call(self, name: str, client: actors.Client[Ask.Request, Ask.Response]) -> str:
+        """Make one call and write it down; return its outcome."""
+        world = self.world
+        self._calls += 1
+        timeout = self.random.choice([0.01, 0.5, 3.0, 20.0])
+        call = Call(f"{self.host}?{name}", self._calls, world.loop.time(), timeout)
+        world.journal.calls.append(call)
+        seconds = self.random.choice([0.0, 0.0, 0.01, 1.0])
+        request = Ask.Request(caller=call.name, number=self._calls, seconds=seconds)
+        stalled = world.stalled
+
+        def ended(_: object) -> None:
+            # Not when the caller goes on: in a callback it waits for the mailbox first.
+            call.ended = world.loop.time()
+            allowed = timeout + SLACK_SEC + world.stalled - stalled
+            if call.ended - call.began > allowed:
+                world.complain(f"{call.name} took {call.ended - call.began:.6f} s of {timeout} s")
+
+        try:
+            future = client.call_async(request, timeout)
+            future.add_done_callback(ended)
+            reply = await future
+            call.outcome = "reply"
+            if reply.number != 2 * request.number:
+                world.complain(f"{call.name}: {request.number} was answered with {reply.number}")
+        except actors.CallFailed as error:
+            call.outcome = type(error).__name__
+            expected = request.number % 17 == 0 and "ValueError" in str(error)
+            if isinstance(error, actors.RemoteError) and not expected:
+                world.complain(f"{call.name} #{request.number}: {error!r}")
+        finally:
+            world.note(f"{call.name} #{call.number} ends: {call.outcome or 'cancelled'}")
+        return call.outcome
+
+    async def _keep_waiting(self, client: actors.Client[Ask.Request, Ask.Response]) -> None:
+        while self.world.active:
+            await asyncio.sleep(self.random.expovariate(1))
+            timeout = self.random.choice([0.0, 0.5, 5.0])
+            there = await self._in_time(client.wait_for_service(timeout), timeout)
+            if there and not client.service_is_ready():
+                self.world.complain(f"{self.host}: wait_for_service says yes, service_is_ready no")
+
+    async def _come_and_go(self) -> None:
+        """Subscriptions that come late, and go."""
+        random = self.random
+        while self.world.active:
+            await asyncio.sleep(random.expovariate(0.3))
+            if random.random() < 0.5:
+                self.subscribe_to(random.choice(TOPICS))
+            elif len(self.heard) > 1:
+                heard = random.choice(self.heard)
+                self.heard.remove(heard)
+                heard.gone = True
+                self.node.destroy_subscription(heard.subscription)
+
+
+def _answer(request: Ask.Request) -> Ask.Response:
+    if request.number % 17 == 0:
+        raise ValueError("no multiples of 17, please")
+    return Ask.Response(number=2 * request.number)

@@ -1,0 +1,149 @@
+"""What a simulated history writes down, and the complaints that can be made on the spot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import actors
+from proto.frames import Replay
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.entities.subscription import Subscription
+    from actors.feeds import Inflow
+    from proto.frames import Run
+
+
+class Note(actors.Message, type_name="simulation/msg/Note"):
+    """What publishers publish: who, which, and some weight."""
+
+    source: str = ""
+    number: int = 0
+    weight: bytes = b""
+
+
+class Ask(actors.Service, type_name="simulation/srv/Ask"):
+    """What clients ask; the answer is twice the number, after that many seconds."""
+
+    class Request(actors.Message):
+        caller: str = ""
+        number: int = 0
+        seconds: float = 0.0
+
+    class Response(actors.Message):
+        number: int = 0
+
+
+def keep_all(qos: actors.QoSProfile) -> bool:
+    """Whether a profile promises to drop nothing."""
+    return (
+        qos.history is actors.HistoryPolicy.KEEP_ALL and qos.reliability is actors.ReliabilityPolicy.RELIABLE
+    )
+
+
+@dataclass(eq=False)
+class Told:
+    """One publisher's history."""
+
+    name: str
+    publisher: actors.Publisher[Note]
+    gone: bool = False
+
+    @property
+    def published(self) -> int:
+        """Messages published."""
+        return self.publisher.published
+
+    @property
+    def latched(self) -> int:
+        """Messages that a late joiner gets."""
+        qos = self.publisher.qos_profile
+        if qos.durability is not actors.DurabilityPolicy.TRANSIENT_LOCAL:
+            return 0
+        depth = 1000 if qos.history is actors.HistoryPolicy.KEEP_ALL else qos.depth
+        return min(depth, self.published)
+
+
+@dataclass(eq=False)
+class Heard:
+    """One subscription's history: what came, in which order, and from where it should have come.
+
+    Attributes:
+        first: By publisher gid, the sequence number from which live messages had to come.
+        numbers: By publisher name, the numbers of the messages received.
+        early: By publisher gid, latched messages from before `first` that have come.
+    """
+
+    name: str
+    complain: Callable[[str], None]
+    subscription: Subscription[Note]
+    gone: bool = False
+    first: dict[bytes, int] = field(default_factory=dict)
+    numbers: dict[str, list[int]] = field(default_factory=dict)
+    early: dict[bytes, set[int]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        attached, receive = self.subscription.attached, self.subscription.receive
+
+        def noting_attached(inflow: Inflow) -> None:
+            self.first.setdefault(inflow.gid, inflow.first_sequence)
+            attached(inflow)
+
+        def noting_receive(inflow: Inflow, run: Run | Replay) -> None:
+            early = range(run.first_sequence, min(run.first_sequence + run.length, self.first[inflow.gid]))
+            if isinstance(run, Replay):
+                self.early.setdefault(inflow.gid, set()).update(early)
+            elif early:
+                self.complain(f"{self.name} gets live messages {early} from before it was there")
+            receive(inflow, run)
+
+        self.subscription.attached = noting_attached  # type: ignore[method-assign]
+        self.subscription.receive = noting_receive  # type: ignore[method-assign]
+
+    def note(self, message: Note, info: actors.MessageInfo | None) -> None:
+        """A message has come: complain unless it is newer than everything its publisher has said."""
+        numbers = self.numbers.setdefault(message.source, [])
+        if numbers and message.number <= numbers[-1]:
+            what = "again" if message.number in numbers else "late"
+            self.complain(
+                f"{self.name} hears {message.source} #{message.number} {what}, after #{numbers[-1]}"
+            )
+        if self.gone:
+            self.complain(f"{self.name} hears {message.source} #{message.number} after it has gone")
+        numbers.append(message.number)
+        if info is not None and info.publication_sequence_number != message.number:
+            self.complain(f"{message.source} #{message.number} has number {info.publication_sequence_number}")
+
+
+@dataclass(eq=False)
+class Call:
+    """One call's history."""
+
+    name: str
+    number: int
+    began: float
+    timeout: float
+    ended: float | None = None
+    outcome: str = ""
+
+
+@dataclass
+class Journal:
+    """Everything that happened in one history."""
+
+    complaints: list[str] = field(default_factory=list)
+    told: list[Told] = field(default_factory=list)
+    heard: list[Heard] = field(default_factory=list)
+    calls: list[Call] = field(default_factory=list)
+    handled: dict[tuple[str, int], int] = field(default_factory=dict)
+    events: list[str] = field(default_factory=list)
+
+    def handle(self, caller: str, number: int) -> None:
+        """A handler has begun to work on a call: at most once."""
+        self.handled[caller, number] = self.handled.get((caller, number), 0) + 1
+        if self.handled[caller, number] > 1:
+            self.complaints.append(
+                f"call {number} of {caller} was handled {self.handled[caller, number]} times"
+            )

@@ -1,0 +1,90 @@
+"""A stage for one scene: a broker and named nodes, each on its own host, for tests that know what comes."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import AsyncExitStack
+from typing import TYPE_CHECKING
+
+from broker.server import Broker
+
+import actors
+from broker.options import BrokerOptions
+from tests.simulation.loop import SimulatedLoop, simulate
+from tests.simulation.network import BROKER, on_host
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+    from typing import Any
+
+
+class Stage:
+    """The scene that is being played."""
+
+    def __init__(self, loop: SimulatedLoop, stack: AsyncExitStack) -> None:
+        self.loop = loop
+        self.network = loop.network
+        self.broker: Broker
+        self._stack = stack
+        self._broker_task: asyncio.Task[None] | None = None
+        self._broker_stop = asyncio.Event()
+
+    async def enter(self, name: str, *, host: str | None = None, url: str | None = None) -> actors.Node:
+        """Bring up a node on a host of its own (its name, unless said otherwise)."""
+        with on_host(host or name):
+            node = actors.Node(name, url=url, use_global_arguments=False)
+            await self._stack.enter_async_context(node)
+        await self.until(lambda: node.connected)
+        return node
+
+    async def start_broker(self) -> None:
+        """Bring up a broker."""
+        ready = asyncio.Event()
+        self._broker_stop = asyncio.Event()
+
+        async def run() -> None:
+            async with Broker(BrokerOptions()) as self.broker:
+                ready.set()
+                await self._broker_stop.wait()
+
+        with on_host(BROKER):
+            self._broker_task = asyncio.create_task(run())
+        await ready.wait()
+
+    async def stop_broker(self) -> None:
+        """Let the broker end in order."""
+        if self._broker_task is not None:
+            self._broker_stop.set()
+            await self._broker_task
+
+    async def crash_broker(self) -> None:
+        """Kill the broker."""
+        assert self._broker_task is not None
+        self.network.crash(BROKER)
+        self._broker_task.cancel()
+        await asyncio.wait({self._broker_task})
+
+    async def until(self, condition: Callable[[], bool], limit: float = 10.0) -> float:
+        """Wait until something holds; return how long it took."""
+        began = self.loop.time()
+        while not condition():
+            assert self.loop.time() < began + limit, "it never comes true"
+            await asyncio.sleep(0.001)
+        return self.loop.time() - began
+
+
+def play(scene: Callable[[Stage], Coroutine[Any, Any, None]], seed: int = 0) -> None:
+    """Run a scene with a broker; nothing may be left of it at the end."""
+
+    async def main(loop: SimulatedLoop) -> None:
+        async with AsyncExitStack() as stack:
+            stage = Stage(loop, stack)
+            await stage.start_broker()
+            await scene(stage)
+            stage.network.heal()
+        await stage.stop_broker()
+        await asyncio.sleep(5)
+        assert not loop.network.open
+        assert asyncio.all_tasks() == {asyncio.current_task()}
+
+    simulate(main, seed)

@@ -1,0 +1,331 @@
+"""Single promises, each in the one situation that tries it."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import pytest
+
+import actors
+from tests.simulation.network import BROKER, on_host
+from tests.simulation.records import Ask, Note
+from tests.simulation.stage import Stage, play
+
+if TYPE_CHECKING:
+    from actors.entities.publisher import Publisher
+
+LATCHED = actors.DurabilityPolicy.TRANSIENT_LOCAL
+KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
+
+
+async def matched(stage: Stage, publisher: Publisher[Note], count: int = 1) -> None:
+    await stage.until(lambda: publisher.get_subscription_count() == count)
+
+
+def test_a_busy_reader_keeps_exactly_its_depth() -> None:
+    """While a callback runs, the node holds the last `depth` messages, and counts the others."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        heard: list[int] = []
+        wake = asyncio.Event()
+
+        async def slow(message: Note) -> None:
+            heard.append(message.number)
+            await wake.wait()
+
+        subscription = listener.create_subscription(Note, "red", slow, 7)
+        publisher = talker.create_publisher(Note, "red", 1000)
+        await matched(stage, publisher)
+        publisher.publish(Note(number=0))
+        await asyncio.sleep(1)
+        for number in range(1, 101):
+            publisher.publish(Note(number=number))
+        await asyncio.sleep(1)
+        assert subscription.queued == 7
+        wake.set()
+        await asyncio.sleep(1)
+        assert heard == [0, *range(94, 101)]
+        assert (subscription.received, subscription.dropped, subscription.lost) == (8, 93, 0)
+
+    play(scene)
+
+
+def test_an_unread_link_keeps_exactly_its_depth() -> None:
+    """Behind a full link the last `depth` messages wait in the broker; what it drops the reader counts."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        heard: list[int] = []
+        subscription = listener.create_subscription(
+            Note, "red", lambda message: heard.append(message.number), 10
+        )
+        publisher = talker.create_publisher(Note, "red", 10)
+        await matched(stage, publisher)
+        stage.network.block(BROKER, "listener")
+        for number in range(2000):
+            publisher.publish(Note(number=number, weight=bytes(1000)))
+            await asyncio.sleep(0.001)
+        await asyncio.sleep(0.2)
+        stage.network.heal()
+        await asyncio.sleep(2)
+        assert heard[-10:] == list(range(1990, 2000))
+        assert heard[:-10] == list(range(len(heard) - 10))
+        assert subscription.lost == 2000 - len(heard) > 0
+        assert not subscription.dropped
+        assert not subscription.lost_on_break
+
+    play(scene)
+
+
+def test_keep_all_pushes_the_publisher_back_and_loses_nothing() -> None:
+    """A slow KEEP_ALL reader fills its publisher, which waits for room; every message arrives."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        heard: list[int] = []
+        gate = asyncio.Event()
+
+        async def slow(message: Note) -> None:
+            heard.append(message.number)
+            await gate.wait()
+
+        listener.create_subscription(Note, "red", slow, KEEP_ALL)
+        publisher = talker.create_publisher(Note, "red", KEEP_ALL)
+        await matched(stage, publisher)
+        number = 0
+        while publisher.queued < 100_000:
+            publisher.publish(Note(number=number))
+            number += 1
+            if number % 1000 == 0:
+                await asyncio.sleep(0.01)
+        with pytest.raises(actors.PublisherFull):
+            publisher.publish(Note(number=number))
+        assert number > 100_000
+        with pytest.raises(actors.WaitTimeout):
+            await publisher.ready(0.5)
+        gate.set()
+        await publisher.ready(10)
+        publisher.publish(Note(number=number))
+        await stage.until(lambda: len(heard) == number + 1, 60)
+        assert heard == list(range(number + 1))
+
+    play(scene)
+
+
+def test_keep_all_survives_a_short_partition() -> None:
+    """A black hole shorter than the keepalive limit loses nothing and breaks no call."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        heard: list[int] = []
+        listener.create_subscription(Note, "red", lambda message: heard.append(message.number), KEEP_ALL)
+
+        async def handler(request: Ask.Request) -> Ask.Response:
+            await asyncio.sleep(request.seconds)
+            return Ask.Response(number=2 * request.number)
+
+        listener.create_service(Ask, "double", handler)
+        client = talker.create_client(Ask, "double")
+        publisher = talker.create_publisher(Note, "red", KEEP_ALL)
+        await matched(stage, publisher)
+        assert await client.wait_for_service(1)
+        call = asyncio.create_task(client.call(Ask.Request(number=4, seconds=0.5), 10))
+        await asyncio.sleep(0.1)
+        stage.network.partition("listener")
+        for number in range(1000):
+            publisher.publish(Note(number=number))
+            await asyncio.sleep(0.0015)
+        stage.network.heal()
+        assert (await call).number == 8
+        await asyncio.sleep(2)
+        assert heard == list(range(1000))
+
+    play(scene)
+
+
+@pytest.mark.parametrize(("silent", "limit"), [(False, 0.1), (True, 5.0)])
+def test_a_call_to_a_server_that_dies_ends_soon(*, silent: bool, limit: float) -> None:
+    """A killed server's callers know within milliseconds, an unplugged one's after the keepalive limit."""
+
+    async def scene(stage: Stage) -> None:
+        caller = await stage.enter("caller")
+        client = caller.create_client(Ask, "double")
+        entered, dead = asyncio.Event(), asyncio.Event()
+
+        async def forever(request: Ask.Request) -> Ask.Response:
+            entered.set()
+            await dead.wait()
+            return Ask.Response()
+
+        async def serve() -> None:
+            async with actors.Node("server", use_global_arguments=False) as node:
+                node.create_service(Ask, "double", forever)
+                await dead.wait()
+
+        with on_host("server"):
+            server = asyncio.create_task(serve())
+        assert await client.wait_for_service(5)
+        call = asyncio.create_task(client.call(Ask.Request(), 60))
+        await entered.wait()
+        stage.network.crash("server", silent=silent)
+        began = stage.loop.time()
+        with pytest.raises(actors.ServiceUnavailable):
+            await call
+        assert stage.loop.time() - began < limit
+        assert not client.service_is_ready()
+        dead.set()
+        await server
+
+    play(scene)
+
+
+def test_a_call_ends_when_the_broker_dies() -> None:
+    """The link's end ends the calls that went over it, and the next broker serves them again."""
+
+    async def scene(stage: Stage) -> None:
+        caller, server = await stage.enter("caller"), await stage.enter("server")
+
+        async def handler(request: Ask.Request) -> Ask.Response:
+            await asyncio.sleep(request.seconds)
+            return Ask.Response(number=2 * request.number)
+
+        server.create_service(Ask, "double", handler)
+        client = caller.create_client(Ask, "double")
+        assert await client.wait_for_service(5)
+        call = asyncio.create_task(client.call(Ask.Request(seconds=30), 60))
+        await asyncio.sleep(0.5)
+        await stage.crash_broker()
+        began = stage.loop.time()
+        with pytest.raises(actors.ServiceUnavailable):
+            await call
+        assert stage.loop.time() - began < 0.1
+        await asyncio.sleep(1)
+        await stage.start_broker()
+        assert await client.wait_for_service(10)
+        assert (await client.call(Ask.Request(number=3), 5)).number == 6
+
+    play(scene)
+
+
+@pytest.mark.parametrize("restart", [False, True])
+def test_a_late_joiner_gets_the_latched_messages_once(*, restart: bool) -> None:
+    """The last `depth`, in order, once; from a new broker, too, and again to nobody who has them."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        qos = actors.QoSProfile(depth=5, durability=LATCHED)
+        early: list[int] = []
+        late: list[int] = []
+        publisher = talker.create_publisher(Note, "map", qos)
+        listener.create_subscription(Note, "map", lambda message: early.append(message.number), qos)
+        await matched(stage, publisher)
+        for number in range(20):
+            publisher.publish(Note(number=number))
+            await asyncio.sleep(0.01)
+        if restart:
+            await stage.crash_broker()
+            await stage.start_broker()
+            await stage.until(lambda: talker.connected and listener.connected)
+            await asyncio.sleep(1)
+        listener.create_subscription(Note, "map", lambda message: late.append(message.number), qos)
+        await asyncio.sleep(1)
+        assert late == [15, 16, 17, 18, 19]
+        publisher.publish(Note(number=20))
+        await asyncio.sleep(1)
+        assert late == [15, 16, 17, 18, 19, 20]
+        assert early == list(range(21))
+
+    play(scene)
+
+
+def test_a_frozen_peer_leaves_the_graph_and_comes_back() -> None:
+    """After the keepalive limit its calls fail and it is not matched; its next bytes restore it."""
+
+    async def scene(stage: Stage) -> None:
+        caller, server = await stage.enter("caller"), await stage.enter("server")
+        heard: list[int] = []
+        server.create_service(Ask, "double", lambda request: Ask.Response(number=2 * request.number))
+        server.create_subscription(Note, "red", lambda message: heard.append(message.number))
+        client = caller.create_client(Ask, "double")
+        publisher = caller.create_publisher(Note, "red")
+        await matched(stage, publisher)
+        assert await client.wait_for_service(5)
+        stage.network.block("server", BROKER)
+        await stage.until(lambda: not client.service_is_ready(), 5)
+        assert publisher.get_subscription_count() == 0
+        stage.network.heal()
+        await stage.until(client.service_is_ready, 5)
+        assert (await client.call(Ask.Request(number=3), 5)).number == 6
+        await matched(stage, publisher)
+        publisher.publish(Note(number=1))
+        await asyncio.sleep(1)
+        assert heard == [1]
+
+    play(scene)
+
+
+def test_names_are_unique() -> None:
+    """A second node with a live node's name gets a clear error; after the first has gone it may come."""
+
+    async def scene(stage: Stage) -> None:
+        async def first() -> None:
+            async with actors.Node("same", use_global_arguments=False):
+                await stop.wait()
+
+        stop = asyncio.Event()
+        with on_host("first"):
+            task = asyncio.create_task(first())
+        await asyncio.sleep(1)
+        with on_host("second"), pytest.raises(actors.NodeNameTaken):
+            await actors.Node("same", use_global_arguments=False).run()
+        stop.set()
+        await task
+        await stage.enter("same")
+
+    play(scene)
+
+
+def test_a_node_takes_its_name_back_from_its_own_half_dead_link() -> None:
+    """A link that broke on one side only does not keep its node out."""
+
+    async def scene(stage: Stage) -> None:
+        node, other = await stage.enter("phoenix"), await stage.enter("other")
+        heard: list[int] = []
+        node.create_subscription(Note, "red", lambda message: heard.append(message.number))
+        publisher = other.create_publisher(Note, "red")
+        await matched(stage, publisher)
+        stage.network.block(BROKER, "phoenix")
+        await stage.until(lambda: not node.connected, 10)
+        stage.network.heal()
+        await stage.until(lambda: node.connected, 10)
+        await matched(stage, publisher)
+        publisher.publish(Note(number=5))
+        await asyncio.sleep(1)
+        assert heard == [5]
+
+    play(scene)
+
+
+def test_the_second_of_two_brokers_is_reached_through_a_mute_first() -> None:
+    """A broker that accepts and says nothing costs one connection timeout, and its end does no harm."""
+
+    async def scene(stage: Stage) -> None:
+        with on_host(BROKER):
+            mute = await stage.loop.create_server(_Mute, "127.0.0.1", 1)
+        urls = "callboard://127.0.0.1:1,callboard://127.0.0.1:7411"
+        node = await stage.enter("patient", url=urls)
+        await asyncio.sleep(20)
+        assert node.connected
+        mute.close()
+
+    play(scene)
+
+
+class _Mute(asyncio.BufferedProtocol):
+    def __init__(self) -> None:
+        self._buffer = bytearray(10_000)
+
+    def get_buffer(self, sizehint: int) -> bytearray:
+        return self._buffer
