@@ -383,7 +383,7 @@ class Node(NodeGraph, NodeParameters):
         kind: type[BaseException] | None,
         error: BaseException | None,
         traceback: TracebackType | None,
-    ) -> bool:
+    ) -> Literal[False]:
         """Stop: send what is queued, take everything back, end every task."""
         assert self._group is not None
         body, self._body = self._body, None

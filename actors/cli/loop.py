@@ -6,7 +6,7 @@ import asyncio
 import threading
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from actors.cli.interrupts import STOP_SIGNALS, Interrupted
+from actors.cli.interrupts import STOP_SIGNALS, Interrupted, raise_on_signals
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -41,6 +41,8 @@ def run_async(main: Callable[[], Coroutine[Any, Any, T]]) -> T:
         if not received:
             raise
         raise Interrupted(received[0]) from None
+    finally:
+        raise_on_signals()  # the loop has put the system's own handlers in place
 
 
 def _listen(loop: asyncio.AbstractEventLoop, stop: Callable[[int], None]) -> None:

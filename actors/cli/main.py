@@ -51,16 +51,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     verb = VERBS.get(arguments[0]) if arguments else None
     before = raise_on_signals()
     try:
-        code = _guarded(verb, arguments, own_process=own_process)
-        if own_process:
-            ignore_signals()
-            _let_go_of_pipes()
-        return code
+        return _guarded(verb, arguments, own_process=own_process)
     except KeyboardInterrupt as stop:
         number = stop.number if isinstance(stop, Interrupted) else 2
         return 0 if verb is not None and verb.stays else 128 + number
     finally:
-        if not own_process:
+        if own_process:
+            ignore_signals()
+            _let_go_of_pipes()
+        else:
             put_back(before)
 
 
