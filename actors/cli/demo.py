@@ -7,7 +7,7 @@ import logging
 import statistics
 import sys
 from contextlib import AsyncExitStack, contextmanager, suppress
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors import environment
 from actors.cli.interrupts import Interrupted
@@ -17,7 +17,7 @@ from actors.logger import ROOT_NAME
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Generator
+    from collections.abc import Callable, Generator
 
     from actors.cli.demo_nodes import (
         AddTwoIntsClient,
@@ -53,10 +53,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Let the nodes talk, and sum up what there was, also after a signal."""
     cast: list[Cast] = []
-    with _labelled_log(), suppress(Interrupted):
+    with _labelled_log() as lines, suppress(Interrupted, asyncio.CancelledError):
         from actors.cli.loop import run_async  # noqa: PLC0415 - so that a signal meanwhile is caught here
 
-        run_async(lambda: _talk(options.seconds, cast))
+        run_async(lambda: _talk(options.seconds, cast, lines))
     say(_summary(cast[0] if cast else None))
     return 0
 
@@ -71,11 +71,14 @@ class Cast(NamedTuple):
     repeater: PublishingSubscriber
 
 
-async def _talk(seconds: float, cast: list[Cast]) -> None:
+async def _talk(seconds: float, cast: list[Cast], lines: _Lines) -> None:
     """Run everything for a while; puts the nodes into `cast` for the summary."""
     from actors.cli import demo_nodes  # noqa: PLC0415 - takes time, and a signal may come meanwhile
     from broker import Broker, BrokerOptions  # noqa: PLC0415
 
+    task = asyncio.current_task()
+    assert task is not None
+    lines.when_unheard = task.cancel
     async with Broker(BrokerOptions(port=0)) as broker, AsyncExitStack() as stack:
         say(f"A broker at {broker.url}, and five nodes that talk for {seconds:.0f} s. Ctrl-C ends it.\n")
         nodes = Cast(
@@ -123,11 +126,24 @@ class _Labels(logging.Formatter):
         return "\n".join(f"{start}{name:<{_WIDTH}} | {line}{end}" for line in harmless(text).splitlines())
 
 
+class _Lines(logging.StreamHandler[Any]):
+    """Writes to stdout; when nobody reads it any more, the demo ends rather than complain at every line."""
+
+    when_unheard: Callable[[], object] | None = None
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - logging's name
+        """Called when writing has failed."""
+        if isinstance(sys.exception(), OSError) and self.when_unheard is not None:
+            self.when_unheard()
+        else:
+            super().handleError(record)
+
+
 @contextmanager
-def _labelled_log() -> Generator[None]:
+def _labelled_log() -> Generator[_Lines]:
     """Send the nodes' log lines to stdout under their labels."""
     log = logging.getLogger(ROOT_NAME)
-    handler = logging.StreamHandler(sys.stdout)
+    handler = _Lines(sys.stdout)
     wish = environment.color_wish()
     handler.setFormatter(_Labels(color=sys.stdout.isatty() if wish is None else wish))
     level, propagate = log.level, log.propagate
@@ -135,7 +151,7 @@ def _labelled_log() -> Generator[None]:
     log.setLevel(logging.INFO)
     log.propagate = False
     try:
-        yield
+        yield handler
     finally:
         log.removeHandler(handler)
         log.setLevel(level)

@@ -72,7 +72,7 @@ def _guarded(verb: Verb | None, arguments: list[str], *, own_process: bool) -> i
         if own_process:
             _set_up_streams()
         code = _top(arguments) if verb is None else _run(verb, arguments, own_process=own_process)
-        _flush()
+        sys.stdout.flush()
         return code
     except SystemExit as stop:  # argparse
         return stop.code if isinstance(stop.code, int) else errors.FAILURE
@@ -138,13 +138,21 @@ def usage() -> str:
 
 
 def _complain(text: str, code: int) -> int:
+    from contextlib import suppress
+
     from actors.cli.output import note
 
-    note(text)
+    with suppress(OSError):  # nobody reads it; the exit code still says it
+        note(text)
     return code
 
 
 def _set_up_streams() -> None:
+    import os
+
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # the shell has closed it: >&-
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, PTH123
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
@@ -164,15 +172,10 @@ def _set_up_logging() -> None:
         raise CommandError(f"CALLBOARD_LOG_LEVEL: {error}", errors.USAGE) from None
 
 
-def _flush() -> None:
-    if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison] - None where it is closed
-        sys.stdout.flush()
-
-
 def _let_go_of_pipes() -> None:
     """Whatever is left for a stream that nobody reads must not raise when the interpreter ends."""
     try:
-        _flush()
+        sys.stdout.flush()
     except (OSError, ValueError):
         import os
 

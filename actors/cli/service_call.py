@@ -11,6 +11,7 @@ from actors.cli.output import note, say, say_json
 from actors.cli.parsing import did_you_mean
 from actors.cli.session import graph_of, session
 from actors.cli.values import message_from_text, named_service
+from actors.errors import RemoteError
 from actors.interfaces.convert import message_to_ordereddict
 from proto.frames import EntryKind
 
@@ -39,7 +40,10 @@ async def _call(options: argparse.Namespace, srv_type: Any, request: Message) ->
         while True:
             if not options.json:
                 say(f"requester: making request: {request!r}\n")
-            response = await client.call(request, options.timeout)
+            try:
+                response = await client.call(request, options.timeout)
+            except RemoteError as error:
+                raise CommandError(f"Service '{client.srv_name}' failed: {error}") from None
             if options.json:
                 say_json(message_to_ordereddict(response))
             else:
@@ -61,4 +65,7 @@ async def _wait_for_server(options: argparse.Namespace, node: Node, client: Clie
     waiting = f"waiting for service to become available...{hint.lstrip(';')}"
     (note if options.json else say)(waiting)
     if not await client.wait_for_service(options.timeout):
-        raise CommandError(f"Service '{client.srv_name}' has no server after {options.timeout:g} s", TIMEOUT)
+        raise CommandError(
+            f"Service '{client.srv_name}' has no server of type {options.type} after {options.timeout:g} s",
+            TIMEOUT,
+        )

@@ -88,7 +88,9 @@ async def test_call_gives_up_waiting(desk: Desk) -> None:
         )
     assert ended.code == 124
     assert ended.out == "waiting for service to become available... did you mean '/add_two_ints'?\n"
-    assert ended.err == "Service '/ad_two_ints' has no server after 0.05 s\n"
+    assert ended.err == (
+        "Service '/ad_two_ints' has no server of type example_interfaces/srv/AddTwoInts after 0.05 s\n"
+    )
 
 
 async def test_call_of_a_handler_that_raises(desk: Desk) -> None:
@@ -96,7 +98,7 @@ async def test_call_of_a_handler_that_raises(desk: Desk) -> None:
     async with adder(desk):
         ended = await desk.callboard(*ADD, "{a: -1}", "--json")
     assert (ended.code, ended.out) == (1, "")
-    assert "ValueError: negative" in ended.err
+    assert ended.err == "Service '/add_two_ints' failed: ValueError: negative\n"
 
 
 @pytest.mark.parametrize(
