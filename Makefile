@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test check lint types contracts format bench-smoke bench-core clean
+.PHONY: demo test check lint types contracts format bench-core clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -36,6 +36,9 @@ check: lint types contracts test
 format: $(READY)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+bench-core: $(READY)
+	$(BIN)/python benchmarks/core.py
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache

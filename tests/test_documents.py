@@ -1,0 +1,78 @@
+"""Tests of what people read: every snippet and command in the documents runs."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def commands(text: str) -> list[str]:
+    """Return the indented command lines of a document."""
+    return re.findall(r"^    ((?:callboard|python|make|pip) .*)$", text, re.MULTILINE)
+
+
+def test_the_readme_program_is_the_example() -> None:
+    """The program on the first page does what examples/minimal_publisher.py does."""
+    (snippet,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+
+    def bodies(source: str) -> list[str]:
+        tree = ast.parse(source)
+        (cls,) = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+        return [ast.unparse(node) for node in cls.body if isinstance(node, ast.FunctionDef)]
+
+    example = (ROOT / "examples" / "minimal_publisher.py").read_text(encoding="utf-8")
+    assert bodies(snippet) == bodies(example)
+
+
+@pytest.mark.parametrize("command", [line for line in commands(README) if line.startswith("callboard")])
+def test_every_callboard_command_in_the_readme_exists(command: str) -> None:
+    """The verbs and options that the README shows are accepted by the command line."""
+    words = command.split()[1:]
+    verb = words[:2] if words[0] in {"topic", "service", "node", "interface"} else words[:1]
+    done = subprocess.run(
+        [sys.executable, "-m", "actors", *verb, "--help"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    for option in (word for word in words if word.startswith("-")):
+        assert option in done.stdout
+
+
+def test_every_path_in_the_readme_exists() -> None:
+    """Files and folders that the README names are there."""
+    names = set(re.findall(r"`([\w/]+(?:\.md|\.py|/))`", README)) | {
+        word for line in commands(README) for word in line.split() if word.startswith("examples/")
+    }
+    assert names
+    for name in names:
+        assert (ROOT / name).exists(), name
+
+
+def test_every_make_target_in_the_documents_exists() -> None:
+    """`make X` in README and CONTRIBUTING is a target."""
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    text = README + (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    targets = set(re.findall(r"^    make (\w+)", text, re.MULTILINE))
+    assert {"demo", "test"} <= targets
+    for target in targets:
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.name)
+def test_examples_are_short(path: Path) -> None:
+    """An example has at most 60 lines: one idea."""
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 60
+
+
+def test_the_map_names_every_room() -> None:
+    """ARCHITECTURE.md knows every package of the distribution's top level."""
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    for room in ("proto", "broker", "actors", "tests", "examples", "benchmarks"):
+        assert f"`{room}/`" in text
