@@ -1,0 +1,193 @@
+"""Slow, frozen, large, many: what must not bring others to a halt."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from typing import TYPE_CHECKING
+
+import pytest
+
+import actors
+from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
+
+if TYPE_CHECKING:
+    import broker
+    from tests.integration.conftest import System
+
+COUNTER = """
+import sys
+import actors
+from actors.interfaces.std_msgs.msg import String
+
+QOS = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL) if sys.argv[1] == "all" else int(sys.argv[1])
+
+class Counter(actors.Node):
+    def __init__(self):
+        super().__init__("counter")
+        self.last = -1
+        self.subscription = self.create_subscription(String, "numbers", self.on_message, QOS)
+
+    def on_message(self, msg):
+        number = int(msg.data.split()[0])
+        assert number > self.last
+        self.last = number
+        if msg.data.endswith("first"):
+            print("first", flush=True)
+        if msg.data.endswith("last"):
+            sub = self.subscription
+            print("counted", sub.received, sub.dropped, sub.lost, sub.lost_on_break, flush=True)
+
+actors.run(Counter)
+"""
+
+
+async def matched(publisher: actors.Publisher[String], node: actors.Node, count: int = 1) -> None:
+    """Wait until a publisher has so many subscriptions."""
+    async with asyncio.timeout(30):
+        while publisher.get_subscription_count() < count:
+            await node.get_graph()
+
+
+@pytest.mark.parametrize("qos", ["10", "all"])
+async def test_a_frozen_subscriber_holds_up_nobody_else(system: System, qos: str) -> None:
+    """While it stands still another hears everything; what it missed is counted, and only with KEEP_LAST."""
+    total, padding = 4000, "x" * 2000
+    await system.broker()
+    counter = await system.python("-c", COUNTER, qos)
+    profile = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL) if qos == "all" else 10
+    async with (
+        actors.Node("talker", url=system.url) as talker,
+        actors.Node("hearer", url=system.url) as hearer,
+    ):
+        publisher = talker.create_publisher(String, "numbers", profile)
+        side = talker.create_publisher(Int64, "side", 10)
+        heard = aiter(hearer.create_subscription(Int64, "side", qos=10))
+        await matched(publisher, talker)
+        publisher.publish(String(data="0 first"))
+        await counter.says("first")
+        counter.send(signal.SIGSTOP)
+        for number in range(1, total - 1):
+            publisher.publish(String(data=f"{number} {padding}"))
+            if number % 100 == 0:
+                side.publish(Int64(data=number))
+                assert (await anext(heard)).data == number
+        counter.send(signal.SIGCONT)
+        publisher.publish(String(data=f"{total - 1} last"))
+        line = await counter.says("counted")
+        received, dropped, lost, broken = map(int, line.split()[1:])
+        assert publisher.published == total
+        assert received + dropped + lost + broken == total
+        assert received >= 10
+        if qos == "all":
+            assert received == total
+        else:
+            assert lost > 0
+
+
+async def test_large_messages_pass_and_small_ones_overtake_them(hub: broker.Broker) -> None:
+    """Twenty megabytes arrive whole, and a small message on another topic does not wait for them."""
+    order: list[str] = []
+    done = asyncio.Event()
+    payload = bytes(range(256)) * (20 * 4096)
+
+    def on_large(msg: UInt8MultiArray) -> None:
+        assert bytes(msg.data) == payload
+        order.append("large")
+        done.set()
+
+    async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
+        large = talker.create_publisher(UInt8MultiArray, "large", 1)
+        small = talker.create_publisher(String, "small", 10)
+        hearer.create_subscription(UInt8MultiArray, "large", on_large, 1)
+        hearer.create_subscription(String, "small", lambda msg: order.append(msg.data), 10)
+        await matched(small, talker)
+        large.publish(UInt8MultiArray(data=payload))
+        small.publish(String(data="small"))
+        async with asyncio.timeout(30):
+            await done.wait()
+        assert order == ["small", "large"]
+
+
+async def test_many_nodes_come_and_go(hub: broker.Broker) -> None:
+    """Fifty nodes with a topic and a service each; when they have left nothing of them remains."""
+    async with actors.Node("watcher", url=hub.url) as watcher:
+        async with asyncio.TaskGroup() as group:
+
+            async def visit(i: int) -> None:
+                async with actors.Node(f"visitor_{i}", url=hub.url) as node:
+                    publisher = node.create_publisher(String, "visits", 100)
+                    heard = aiter(node.create_subscription(String, "visits", qos=100))
+                    await matched(publisher, node, 1)
+                    publisher.publish(String(data=f"visitor {i}"))
+                    await anext(heard)
+
+            for i in range(50):
+                group.create_task(visit(i))
+        assert await watcher.get_fully_qualified_node_names() == ["/watcher"]
+        assert await watcher.get_topic_names_and_types() == []
+
+
+async def test_domains_do_not_see_each_other(hub: broker.Broker) -> None:
+    """The same names in two domains of one broker are different nodes and topics."""
+    async with (
+        actors.Node("same", url=hub.url, domain=1) as one,
+        actors.Node("same", url=hub.url, domain=2) as two,
+    ):
+        publisher = one.create_publisher(String, "t", 10)
+        subscription = two.create_subscription(String, "t", qos=10)
+        await one.get_graph()
+        await two.get_graph()
+        publisher.publish(String(data="x"))
+        await publisher.flush()
+        assert await two.count_publishers("t") == 0
+        assert publisher.get_subscription_count() == subscription.queued == 0
+
+
+async def test_a_raising_callback_leaves_the_node_alive(system: System) -> None:
+    """The traceback is logged, the next message is heard, and the program still stops with 0."""
+    await system.broker()
+    program = await system.python(
+        "-c",
+        """
+import actors
+from actors.interfaces.std_msgs.msg import String
+
+class Clumsy(actors.Node):
+    @actors.subscription(String, "addison")
+    def on_message(self, msg):
+        raise ValueError(f"cannot bear {msg.data}")
+
+actors.run(lambda: Clumsy("clumsy"))
+""",
+    )
+    await system.example("minimal_publisher")
+    for _ in range(2):
+        await program.says("ERROR")
+        await program.says("Traceback")
+        await program.says("ValueError: cannot bear Hi Automatic Addison")
+    assert await program.stop() == 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+async def test_callboard_run_runs_the_examples(system: System, number: signal.Signals) -> None:
+    """The same texts and exit codes as with python, arguments and remaps included."""
+    await system.broker()
+    run = ("-m", "actors", "run")
+    publisher = await system.python(
+        *run, "examples/minimal_publisher.py", "--ros-args", "-r", "addison:=other"
+    )
+    subscriber = await system.python(
+        *run, "examples/minimal_subscriber.py", "--ros-args", "-r", "addison:=other"
+    )
+    await subscriber.says("[minimal_subscriber]: I heard")
+    server = await system.python(*run, "examples/add_two_ints_server.py")
+    client = await system.python(*run, "examples/add_two_ints_client.py", "5", "3")
+    await client.says("Sum: 8")
+    assert await client.ends() == 0
+    usage = await system.python(*run, "examples/add_two_ints_client.py", "5")
+    assert await usage.ends() == 1
+    for program in (publisher, subscriber, server):
+        program.send(number)
+        assert await program.ends() == 0
+        assert "Traceback" not in program.output
