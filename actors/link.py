@@ -447,6 +447,7 @@ class Link:
         if had_session:
             for endpoint in tuple(self.endpoints.values()):
                 endpoint.link_lost()
+        self.publishers.clear()
         for waiter in self._pongs.values():
             if not waiter.done():
                 waiter.set_exception(BrokerUnreachable("The link broke before the broker answered"))

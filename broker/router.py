@@ -131,6 +131,7 @@ class Router:
         self.graph.forget(peer)
         for endpoint in tuple(peer.endpoints.values()):
             self._remove(endpoint)
+        self.topics.forget_peer(peer.id)
 
     def suspend(self, peer_id: int) -> list[Delivery]:
         """A peer is silent: out of the graph, its calls fail, its credit does not count."""

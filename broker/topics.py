@@ -61,7 +61,8 @@ class Topics:
         self._topics: dict[str, TopicRecord] = {}
         self._publishers: dict[int, PublisherRecord] = {}
         self._peers_changed: dict[PublisherRecord | SubscriptionRecord, None] = {}
-        self._leaving: list[Lane] = []
+        self._leaving: dict[tuple[int, bytes], Lane] = {}
+        """By peer and publisher gid, what publishers that have gone have left to be sent."""
         self.routed = self.copies = self.unmatched = self.stale = self.retired_dropped = self.abandoned = 0
 
     # Declarations
@@ -91,7 +92,7 @@ class Topics:
         for route in publisher.routes.values():
             detached = frames.Detached(publisher.key, tuple(route.subscriptions))
             self._emit(Queue(route.peer.id, route.lane, encode(detached)))
-            self._leaving.append(route.lane)
+            self._leave_lane(route.peer.id, publisher.gid, route.lane)
         if len(self._leaving) > SETTLE_LANES:
             self._settle()
         publisher.routes.clear()
@@ -100,6 +101,8 @@ class Topics:
             self._count(subscription, subscription.peers - 1)
         publisher.matched.clear()
         publisher.credits.clear()
+        if publisher.peer.suspended:
+            self._credit(publisher)  # it may come back to readers that set no limit
         publisher.limit = publisher.promised = None
         publisher.enforced = False
         self._count(publisher, 0)
@@ -166,7 +169,8 @@ class Topics:
         peer = subscription.peer
         route = publisher.routes.get(peer.id)
         if route is None:
-            route = publisher.routes[peer.id] = Route(peer, Lane(publisher.key, subscription.depth))
+            lane = self._lane(peer.id, publisher, subscription.depth)
+            route = publisher.routes[peer.id] = Route(peer, lane)
         route.subscriptions[subscription.id] = subscription
         route.lane.depth = _depth(route)
         attached = frames.Attached(
@@ -182,6 +186,32 @@ class Topics:
         if subscription.depth is None:
             credit.allow(publisher, subscription)
             self._credit(publisher)
+
+    def _lane(self, peer: int, publisher: PublisherRecord, depth: int | None) -> Lane:
+        """Return the lane for a publisher's runs to a peer.
+
+        A publisher that is back goes on in the lane of its earlier life if that has not been emptied yet:
+        its messages must not overtake those it sent before.
+        """
+        lane = self._leaving.get((peer, publisher.gid))
+        if lane is None or lane.empty:
+            return Lane(publisher.key, depth)
+        del self._leaving[peer, publisher.gid]
+        lane.publisher = 0
+        return lane
+
+    def _leave_lane(self, peer: int, gid: bytes, lane: Lane) -> None:
+        before = self._leaving.get((peer, gid))
+        if before is not None:
+            self.retired_dropped += before.dropped
+        self._leaving[peer, gid] = lane
+
+    def forget_peer(self, peer: int) -> None:
+        """Nothing can be sent to a peer any more."""
+        for key in [key for key in self._leaving if key[0] == peer]:
+            lane = self._leaving.pop(key)
+            self.abandoned += lane.pending
+            self.retired_dropped += lane.dropped
 
     def _replay(self, publisher: PublisherRecord, subscription: SubscriptionRecord, route: Route) -> None:
         """Give a late joiner what it would have if it had been there, to its depth."""
@@ -310,12 +340,14 @@ class Topics:
         """Return every lane in use, those that are being emptied for a publisher that has gone included."""
         self._settle()
         used = [route.lane for record in self._publishers.values() for route in record.routes.values()]
-        return used + self._leaving
+        return used + list(self._leaving.values())
 
     def _settle(self) -> None:
         """Count what the lanes of publishers that have gone have dropped, once they are empty."""
-        self.retired_dropped += sum(lane.dropped for lane in self._leaving if lane.empty)
-        self._leaving = [lane for lane in self._leaving if not lane.empty]
+        for key, lane in tuple(self._leaving.items()):
+            if lane.empty:
+                self.retired_dropped += lane.dropped
+                del self._leaving[key]
 
 
 def subscription_depth(qos: Qos) -> int | None:

@@ -22,7 +22,8 @@ class Lane:
     """The unsent messages of one publisher on one link.
 
     Attributes:
-        publisher: The id its runs carry on this link; runs queued under an earlier id are rewritten.
+        publisher: The id its runs carry on this link; runs queued under an earlier id are rewritten. With 0
+            each run keeps its own.
         depth: Messages kept while they cannot leave; None keeps all.
         pending: Messages that wait; one that has begun to leave does not count.
         pending_bytes: What holding them takes: dropped messages count until their whole run is gone.
@@ -171,7 +172,9 @@ class Lane:
             stop = min(stop, max(self.sequence_limit - head.first_sequence, start + 1))
         if self.byte_limit is not None:
             stop = min(stop, fitting(head, start, self.byte_limit - self.sent_bytes))
-        run = readdress(cut(head, start, stop), self.publisher)
+        run = cut(head, start, stop)
+        if self.publisher:
+            run = readdress(run, self.publisher)
         if run is not head:
             self._queue.popleft()
             self.pending_bytes -= message_bytes(head) - message_bytes(run)

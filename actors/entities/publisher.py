@@ -208,6 +208,8 @@ class Publisher(Entity, Generic[T]):
         """Send the UNDECLARE behind what waits in the lane."""
         link = self.core.link
         link.remove(self, announce=False)
+        if self._unlimited or not self._lane.pending:
+            link.publishers.pop(self._lane.publisher, None)  # no credit matters any more
         if link.channel is not None:
             link.channel.outbox.put_lane(self._lane, encode(frames.Undeclare(self.id)))
             link.flush_later(self)
@@ -260,6 +262,10 @@ class Publisher(Entity, Generic[T]):
         """CREDIT came: what the slowest KEEP_ALL subscription allows."""
         channel = self.core.link.channel
         if channel is None:
+            return
+        if self.destroyed and self._lane.empty:
+            # It has crossed the UNDECLARE: the broker knows this publisher no more.
+            self.core.link.publishers.pop(frame.publisher, None)
             return
         if self._unlimited and frame.sequence_limit is not None:
             # Behind a run that has begun to leave, before all that the credit holds back.

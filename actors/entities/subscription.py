@@ -125,6 +125,8 @@ class Subscription(Entity, Generic[M]):
         self._running = 0
         self._waiter: asyncio.Future[None] | None = None
         self._seen: OrderedDict[bytes, int] = OrderedDict()
+        self._inflows: dict[bytes, Inflow] = {}
+        """By publisher, the inflow that counts: a publisher that has come back may overlap with itself."""
         core.link.add(self)
         core.link.feeds.add_reader(self.id, self)
 
@@ -146,6 +148,10 @@ class Subscription(Entity, Generic[M]):
 
     def attached(self, inflow: Inflow) -> None:
         """Reader: a publisher's runs will come. Known publishers go on where they stopped."""
+        before = self._inflows.get(inflow.gid)
+        if before is not None:
+            self._remember(before)
+        self._inflows[inflow.gid] = inflow
         seen = self._seen.get(inflow.gid)
         if seen is not None:
             inflow.missed = max(0, inflow.first_sequence - seen)
@@ -157,7 +163,9 @@ class Subscription(Entity, Generic[M]):
 
     def detached(self, inflow: Inflow) -> None:
         """Reader: no more runs of this publisher; what is queued stays."""
-        self._remember(inflow)
+        if self._inflows.get(inflow.gid) is inflow:
+            del self._inflows[inflow.gid]
+            self._remember(inflow)
 
     def _remember(self, inflow: Inflow) -> None:
         self._seen[inflow.gid] = inflow.expected
@@ -167,6 +175,8 @@ class Subscription(Entity, Generic[M]):
 
     def receive(self, inflow: Inflow, run: Run | Replay) -> None:
         """Reader: a run, or latched messages. What has been seen is discarded, gaps are counted."""
+        if self._inflows.get(inflow.gid) is not inflow:
+            return  # a leftover, counted as lost when the publisher came back
         start = 0
         if isinstance(run, Run):
             gap = run.first_sequence - inflow.expected

@@ -158,7 +158,7 @@ class Member:
     def subscribe_to(self, topic: str, *, qos: actors.QoSProfile | None = None, kind: str = "") -> Heard:
         """Add a subscription of some kind; the node runs."""
         kind = kind or self.random.choice(KINDS)
-        pause = self.random.choice([0.001, 0.01, 0.1])
+        pause = self.random.choice([0.001, 0.005, 0.02])
         heard: Heard
 
         def plain(message: Note, info: actors.MessageInfo) -> None:
@@ -219,7 +219,7 @@ class Member:
 
     async def _publish(self, told: Told) -> None:
         random = self.random
-        rhythm = random.choice([0.01, 0.1, 0.5])
+        rhythm = random.choice([0.03, 0.2, 1.0])
         while self.world.active:
             await asyncio.sleep(random.expovariate(1 / rhythm))
             for _ in range(random.choice([1, 1, 3, 20])):

@@ -92,11 +92,9 @@ class Heard:
             attached(inflow)
 
         def noting_receive(inflow: Inflow, run: Run | Replay) -> None:
-            early = range(run.first_sequence, min(run.first_sequence + run.length, self.first[inflow.gid]))
             if isinstance(run, Replay):
-                self.early.setdefault(inflow.gid, set()).update(early)
-            elif early:
-                self.complain(f"{self.name} gets live messages {early} from before it was there")
+                end = min(run.first_sequence + run.length, self.first[inflow.gid])
+                self.early.setdefault(inflow.gid, set()).update(range(run.first_sequence, end))
             receive(inflow, run)
 
         self.subscription.attached = noting_attached  # type: ignore[method-assign]

@@ -6,10 +6,9 @@ import asyncio
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
-from broker.server import Broker
-
 import actors
 from broker.options import BrokerOptions
+from broker.server import Broker
 from tests.simulation.loop import SimulatedLoop, simulate
 from tests.simulation.network import BROKER, on_host
 
