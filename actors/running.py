@@ -10,7 +10,9 @@ import asyncio
 import inspect
 import signal
 import sys
-from collections.abc import Callable, Coroutine, Sequence
+import threading
+from collections.abc import Callable, Coroutine, Generator, Sequence
+from contextlib import contextmanager
 from typing import Any, Final
 
 from actors import environment
@@ -44,7 +46,31 @@ def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
         SystemExit: 1 if something failed with a CallboardError, 2 if the arguments cannot be read; the error
             stands on stderr in one line. Other exceptions come through as they are.
     """
-    argv = sys.argv[1:] if args is None else list(args)
+    try:
+        with _terminate_interrupts():
+            return _run(programs, sys.argv[1:] if args is None else list(args))
+    except KeyboardInterrupt:
+        return None
+
+
+@contextmanager
+def _terminate_interrupts() -> Generator[None]:
+    """Let SIGTERM raise KeyboardInterrupt, as SIGINT does, before the loop listens to both and after it."""
+    if not _in_main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+def _run(programs: Sequence[Program], argv: list[str]) -> Any:
     try:
         arguments = parse_ros_arguments(argv)
         set_up_logging(arguments)
@@ -88,7 +114,7 @@ def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
             stopped = True
             task.cancel()
 
-        for number in STOP_SIGNALS:
+        for number in STOP_SIGNALS if _in_main_thread() else ():
             _on_signal(loop, number, stop)
         return await main()
 

@@ -25,6 +25,19 @@ BOUND_SEC = 8.0
 """Longer than a stop may take: 5 s for a broker that does not answer, and a slow interpreter's exit."""
 
 
+STARTING = """
+import actors
+
+class Args(list):
+    def __iter__(self):
+        print("starting", flush=True)
+        return super().__iter__()
+
+actors.run(lambda: actors.Node("node"), args=Args())
+"""
+"""Says so from within `actors.run`, which looks at its arguments first."""
+
+
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
 @pytest.mark.parametrize("name", PROGRAMS)
 async def test_programs_end_cleanly_without_a_broker(
@@ -97,3 +110,16 @@ async def test_a_frozen_broker_does_not_hold_up_the_end(system: System) -> None:
         assert await program.ends() == 0
         assert "Traceback" not in program.output
     assert time.monotonic() - start < 2 * BOUND_SEC
+
+
+@pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
+async def test_a_signal_before_the_loop_runs_ends_a_program_cleanly(
+    system: System, number: signal.Signals
+) -> None:
+    """From the call of `actors.run` on, whatever it still has to load."""
+    for _ in range(5):
+        program = await system.python("-c", STARTING)
+        await program.says("starting")
+        program.send(number)
+        assert await program.ends() == 0
+        assert "Traceback" not in program.output
