@@ -1,10 +1,18 @@
-"""SIGINT and SIGTERM while no loop runs: they raise. Imports next to nothing, to be ready at once."""
+"""SIGINT and SIGTERM while no loop runs: they are noted, and looked for before the command goes on.
+
+A handler that raises would be unsafe there: what it raises inside an import or a finalizer may be swallowed,
+and the signal with it. What is done without a loop is short; a second signal raises all the same. This module
+imports next to nothing, so as to be ready at once.
+"""
 
 from __future__ import annotations
 
 import signal
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+_noted: list[int] = []
+_at_once = False
 
 
 class Interrupted(KeyboardInterrupt):
@@ -19,24 +27,47 @@ class Interrupted(KeyboardInterrupt):
         self.number = number
 
 
-def raise_on_signals() -> dict[int, object]:
-    """Let signals raise `Interrupted`; return the handlers before. Only the main thread can do so."""
+def note_signals() -> dict[int, object]:
+    """Let signals be noted; return the handlers before. Only the main thread can do so."""
+    global _at_once  # noqa: PLW0603 - signals belong to the process
     before: dict[int, object] = {}
     try:
         for number in STOP_SIGNALS:
-            before[number] = signal.signal(number, _interrupt)
+            before[number] = signal.signal(number, _note)
     except ValueError:  # not in the main thread
         return {}
+    _noted.clear()
+    _at_once = False
     return before
 
 
-def _interrupt(number: int, frame: object) -> None:
+def _note(number: int, frame: object) -> None:
     del frame
-    raise Interrupted(number)
+    _noted.append(number)
+    if _at_once or len(_noted) > 1:
+        raise Interrupted(number)
+
+
+def noted() -> int | None:
+    """Return the first signal that has come."""
+    return _noted[0] if _noted else None
+
+
+def raise_if_noted() -> None:
+    """Raise `Interrupted` if a signal has come."""
+    if _noted:
+        raise Interrupted(_noted[0])
+
+
+def raise_at_once() -> None:
+    """From now on a signal raises where it comes; one that has come raises here."""
+    global _at_once  # noqa: PLW0603 - signals belong to the process
+    _at_once = True
+    raise_if_noted()
 
 
 def put_back(handlers: dict[int, object]) -> None:
-    """Undo `raise_on_signals`."""
+    """Undo `note_signals`."""
     for number, handler in handlers.items():
         signal.signal(number, handler)  # type: ignore[arg-type]  # what signal.signal returned
 

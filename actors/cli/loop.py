@@ -6,7 +6,7 @@ import asyncio
 import threading
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from actors.cli.interrupts import STOP_SIGNALS, Interrupted, raise_on_signals
+from actors.cli.interrupts import STOP_SIGNALS, Interrupted, note_signals, noted, raise_if_noted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -32,8 +32,12 @@ def run_async(main: Callable[[], Coroutine[Any, Any, T]]) -> T:
 
         if threading.current_thread() is threading.main_thread():
             _listen(asyncio.get_running_loop(), stop)
+            earlier = noted()
+            if earlier is not None:
+                stop(earlier)
         return await main()
 
+    raise_if_noted()
     try:
         with asyncio.Runner() as runner:
             return runner.run(guarded())
@@ -42,7 +46,7 @@ def run_async(main: Callable[[], Coroutine[Any, Any, T]]) -> T:
             raise
         raise Interrupted(received[0]) from None
     finally:
-        raise_on_signals()  # the loop has put the system's own handlers in place
+        note_signals()  # the loop has put the system's own handlers in place
 
 
 def _listen(loop: asyncio.AbstractEventLoop, stop: Callable[[int], None]) -> None:

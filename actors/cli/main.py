@@ -10,9 +10,9 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors.cli.interrupts import Interrupted, ignore_signals, put_back, raise_on_signals
+from actors.cli.interrupts import Interrupted, ignore_signals, note_signals, put_back
 
-# Everything else is imported while a signal already ends the command without a traceback.
+# Everything else is imported when signals are taken care of.
 # ruff: noqa: PLC0415
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class Verb(NamedTuple):
 
 
 VERBS: Final = {
-    "broker": Verb("broker.command", "run the broker that nodes meet at", stays=True),
+    "broker": Verb("actors.cli.broker", "run the broker that nodes meet at", stays=True),
     "demo": Verb("actors.cli.demo", "see five nodes talk, in this terminal", stays=True),
     "run": Verb("actors.cli.run", "run a script, or an installed program", stays=True),
     "topic": Verb("actors.cli.topic", "list topics, hear them, publish on them"),
@@ -49,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     own_process = argv is None
     arguments = sys.argv[1:] if argv is None else list(argv)
     verb = VERBS.get(arguments[0]) if arguments else None
-    before = raise_on_signals()
+    before = note_signals()
     try:
         return _guarded(verb, arguments, own_process=own_process)
     except KeyboardInterrupt as stop:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from actors.cli.errors import CommandError
+from actors.cli.interrupts import raise_if_noted
 from actors.cli.parsing import add_broker_options, did_you_mean
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def _tell_children(options: argparse.Namespace) -> None:
 
 def _become(*arguments: str) -> NoReturn:
     sys.stdout.flush()
+    raise_if_noted()
     os.execv(sys.executable, [sys.executable, *arguments])  # noqa: S606 - no shell is wanted
 
 

@@ -65,7 +65,7 @@ async def _echo(options: argparse.Namespace, msg_type: type[Message] | None) -> 
         finally:
             lost = subscription.dropped + subscription.lost
             if lost:
-                note(f"{lost} messages of {topic} were not printed: they came faster than they could be read")
+                note(f"{lost} messages of {topic} were not printed: too fast, or lost on the way")
 
 
 async def _print_all(options: argparse.Namespace, subscription: Subscription[Any], printer: _Printer) -> None:

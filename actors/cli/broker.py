@@ -1,0 +1,28 @@
+"""`callboard broker`: the daemon, as `python -m broker` runs it."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from actors.cli.interrupts import raise_at_once
+from broker import command
+
+if TYPE_CHECKING:
+    import argparse
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the daemon's flags."""
+    command.add_arguments(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the daemon until SIGINT or SIGTERM."""
+    # The daemon would import these itself, when a signal already raises.
+    import_module("broker.server")
+    with suppress(ImportError):
+        import_module("uvloop")
+    raise_at_once()
+    return command.run(options)

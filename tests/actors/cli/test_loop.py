@@ -1,0 +1,93 @@
+"""Signals: noted while no loop runs, cancelling what runs on one."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.cli.interrupts import Interrupted, note_signals, put_back, raise_at_once, raise_if_noted
+from actors.cli.loop import run_async
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+SIGNALS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+
+
+@pytest.fixture(autouse=True)
+def _handlers() -> Iterator[None]:
+    """As `main` does around a verb."""
+    before = note_signals()
+    yield
+    note_signals()  # forgets what was noted
+    put_back(before)
+
+
+def test_the_result_comes_back() -> None:
+    """Without a signal, run_async is asyncio.run."""
+
+    async def main() -> int:
+        return 42
+
+    assert run_async(main) == 42
+
+
+@SIGNALS
+def test_a_signal_cancels_and_is_reported(number: signal.Signals) -> None:
+    """What runs can clean up; then the signal's number comes out."""
+    cleaned: list[int] = []
+
+    async def main() -> None:
+        signal.raise_signal(number)
+        try:
+            await asyncio.Event().wait()
+        finally:
+            cleaned.append(number)
+
+    with pytest.raises(Interrupted) as stop:
+        run_async(main)
+    assert (stop.value.number, cleaned) == (number, [number])
+
+
+@SIGNALS
+def test_a_signal_before_the_loop_is_not_lost(number: signal.Signals) -> None:
+    """It is noted where it comes, and ends the command before the coroutine starts."""
+    signal.raise_signal(number)
+
+    async def main() -> None:
+        raise AssertionError
+
+    with pytest.raises(Interrupted) as stop:
+        run_async(main)
+    assert stop.value.number == number
+
+
+def test_a_second_signal_raises_at_once() -> None:
+    """So that nothing can hang."""
+    signal.raise_signal(signal.SIGINT)
+    with pytest.raises(Interrupted):
+        signal.raise_signal(signal.SIGTERM)
+    with pytest.raises(Interrupted, match="2"):
+        raise_if_noted()
+
+
+def test_signals_may_raise_where_they_come() -> None:
+    """From raise_at_once on; an earlier one raises there."""
+    raise_at_once()
+    with pytest.raises(Interrupted):
+        signal.raise_signal(signal.SIGINT)
+    with pytest.raises(Interrupted):
+        raise_at_once()
+
+
+def test_a_cancellation_without_a_signal_is_one() -> None:
+    """It is not taken for a signal."""
+
+    async def main() -> None:
+        raise asyncio.CancelledError
+
+    with pytest.raises(asyncio.CancelledError):
+        run_async(main)
