@@ -34,8 +34,9 @@ def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
     """Run nodes and coroutine functions until they end, or SIGINT or SIGTERM comes.
 
     Args:
-        programs: Nodes, things that return a node when called (Node classes, factories), or coroutine
-            functions. They run side by side; when one raises, all stop.
+        programs: Things that return a node when called (Node classes, factories), coroutine functions, or
+            nodes; but a node that is made before this call has not seen the command line. They run side by
+            side; when one raises, all stop.
         args: The command line without the program's name; None takes the process's. What stands behind
             `--ros-args` is for all nodes.
 

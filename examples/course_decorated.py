@@ -13,7 +13,9 @@ class MinimalPublisher(actors.Node):
 
     @actors.timer(0.5)
     def on_timer(self) -> None:
-        self.publisher.publish(String(data=f"Hi Automatic Addison: {self.i}"))
+        msg = String(data=f"Hi Automatic Addison: {self.i}")
+        self.publisher.publish(msg)
+        self.get_logger().info(f'Publishing: "{msg.data}"')
         self.i += 1
 
 
@@ -36,25 +38,25 @@ class PublishingSubscriber(actors.Node):
 class AddTwoIntsServer(actors.Node):
     @actors.service(AddTwoInts, "add_two_ints")
     def on_request(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+        self.get_logger().info(f"Incoming request\na: {request.a} b: {request.b}")
         return AddTwoInts.Response(sum=request.a + request.b)
 
 
 class AddTwoIntsClient(actors.Node):
-    def __init__(self) -> None:
-        super().__init__("add_two_ints_client")
-        self.client = self.create_client(AddTwoInts, "add_two_ints")
-
     @actors.timer(1.0)
     async def on_timer(self) -> None:
-        await self.client.wait_for_service()
-        self.get_logger().info(f"Sum: {(await self.client.call(AddTwoInts.Request(a=5, b=3))).sum}")
+        client = self.create_client(AddTwoInts, "add_two_ints")
+        while not await client.wait_for_service(timeout_sec=1.0):
+            self.get_logger().info("service not available, waiting again...")
+        self.get_logger().info(f"Sum: {(await client.call(AddTwoInts.Request(a=5, b=3))).sum}")
+        self.destroy_client(client)
 
 
 if __name__ == "__main__":
     actors.run(
         MinimalPublisher,
-        lambda: MinimalSubscriber("minimal_subscriber"),
         PublishingSubscriber,
+        lambda: MinimalSubscriber("minimal_subscriber"),
         lambda: AddTwoIntsServer("add_two_ints_server"),
-        AddTwoIntsClient,
+        lambda: AddTwoIntsClient("add_two_ints_client"),
     )
