@@ -1,0 +1,132 @@
+"""A router with an outbox for each peer in place of a socket: frames in, frames out, no I/O."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeVar
+
+from broker.records import Close, Discard, DropCall, Queue, Send, SendCalls
+from broker.router import Router
+from proto import frames, limits
+from proto.codec import decode, encode
+from proto.fragments import Reassembler
+from proto.outbox import Outbox
+from tests.broker import frame_makers as make
+
+if TYPE_CHECKING:
+    from broker.records import Delivery
+
+F = TypeVar("F")
+
+
+class Switch:
+    """Carries deliveries as the server does, and decodes what a peer would read.
+
+    Attributes:
+        router: The router under test.
+        closed: Why the router had peers closed: peer to error code.
+    """
+
+    def __init__(self, router: Router | None = None) -> None:
+        self.router = router or Router()
+        self.closed: dict[int, int] = {}
+        self._outboxes: dict[int, Outbox] = {}
+        self._reassemblers: dict[int, Reassembler] = {}
+        self._hellos = 0
+
+    def join(
+        self, node: str | None = None, *, instance: bytes | None = None, token: bytes = b"t" * 16
+    ) -> int:
+        """Connect a peer; with a name, declare that node under id 0 and forget the answer."""
+        self._hellos += 1
+        identity = instance or self._hellos.to_bytes(limits.INSTANCE_BYTES, "big")
+        peer, deliveries = self.router.connect(identity, token)
+        self._outboxes[peer] = Outbox()
+        self._reassemblers[peer] = Reassembler()
+        self._carry(deliveries)
+        if node is not None:
+            self.send(peer, frames.Node(0, node))
+            accepted = self.read(peer, frames.Accepted)
+            assert accepted == [frames.Accepted(0, 0)]
+        return peer
+
+    def send(self, peer: int, *sent: frames.Frame) -> None:
+        """Let a peer send frames."""
+        for frame in sent:
+            self._carry(self.router.handle(peer, frame))
+
+    def publisher(self, peer: int, declaration: frames.Publisher) -> int:
+        """Declare a publisher; return its broker-wide id."""
+        self.send(peer, declaration)
+        accepted = [frame for frame in self.read(peer, frames.Accepted) if frame.id == declaration.id]
+        return accepted[0].number
+
+    def leave(self, peer: int) -> None:
+        """Break a peer's connection."""
+        del self._outboxes[peer]
+        self._carry(self.router.disconnect(peer))
+
+    def suspend(self, peer: int) -> None:
+        """A peer has been silent for too long."""
+        self._carry(self.router.suspend(peer))
+
+    def restore(self, peer: int) -> None:
+        """A peer has been heard of again."""
+        self._carry(self.router.restore(peer))
+
+    def congest(self, peer: int) -> None:
+        """Bring a peer's queues to their depth, as happens when its transport is full."""
+        self._outboxes[peer].trim()
+
+    def read_all(self, peer: int) -> list[frames.Frame]:
+        """Return everything that waits for a peer, whole, in the order in which it would leave."""
+        read: list[frames.Frame] = []
+        while (raw := self._outboxes[peer].next()) is not None:
+            assert len(raw) <= limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES
+            frame = decode(raw)
+            if isinstance(frame, frames.Fragment):
+                whole = self._reassemblers[peer].add(frame)
+                if whole is None:
+                    continue
+                frame = decode(whole)
+            read.append(frame)
+        self._outboxes[peer].trim()
+        return read
+
+    def read(self, peer: int, kind: type[F]) -> list[F]:
+        """Return what waits for a peer, of one kind; the rest is forgotten."""
+        return [frame for frame in self.read_all(peer) if isinstance(frame, kind)]
+
+    def _carry(self, deliveries: list[Delivery]) -> None:
+        for delivery in deliveries:
+            outbox = self._outboxes.get(delivery.peer)
+            if outbox is None:
+                continue
+            match delivery:
+                case Queue(_, lane, item):
+                    outbox.put_lane(lane, item)
+                case SendCalls(_, raw, key):
+                    outbox.put_calls(raw, key)
+                case Send(_, frame):
+                    outbox.put_control(encode(frame))
+                case DropCall(_, key, cancel):
+                    if not outbox.drop_call(key):
+                        outbox.put_calls(cancel)
+                case Discard(_, lane):
+                    outbox.drop_lane(lane)
+                case Close(peer, code, _):
+                    self.closed[peer] = code
+                    del self._outboxes[peer]
+
+
+def talk(switch: Switch, *, qos: frames.Options | None = None) -> tuple[int, int, int]:
+    """Join a talker with a publisher and a listener with a subscription on /t; nothing waits any more.
+
+    Returns:
+        The two peers, and the publisher's broker-wide id.
+    """
+    talker, listener = switch.join("/talker"), switch.join("/listener")
+    switch.send(listener, make.subscription(1, qos=qos))
+    number = switch.publisher(talker, make.publisher(1, qos=qos))
+    switch.read_all(talker)
+    switch.read_all(listener)
+    return talker, listener, number

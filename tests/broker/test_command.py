@@ -1,0 +1,148 @@
+"""`python -m broker` as people run it: its one line, its signals, its exit codes."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import os
+import signal
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from proto import frames
+from proto.url import parse_url
+from tests.broker.rawclient import GREETING_BYTES, read_frame, until
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+PREFIX = "callboard broker listening on "
+
+
+@contextlib.asynccontextmanager
+async def started(*arguments: str) -> AsyncIterator[Process]:
+    """Run the daemon; it is dead afterwards."""
+    pipe = asyncio.subprocess.PIPE
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "broker", *arguments, stdout=pipe, stderr=pipe
+    )
+    try:
+        yield process
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+        await process.communicate()
+
+
+async def first_line(process: Process) -> str:
+    """Return the URL from the line on stdout."""
+    assert process.stdout is not None
+    async with asyncio.timeout(20):
+        line = (await process.stdout.readline()).decode()
+    assert line.startswith(PREFIX), line
+    return line.removeprefix(PREFIX).strip()
+
+
+async def end(process: Process) -> tuple[int | None, str, str]:
+    """Wait for the exit; return code, and the rest of stdout and stderr."""
+    async with asyncio.timeout(20):
+        out, err = await process.communicate()
+    return process.returncode, out.decode(), err.decode()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+async def test_it_says_where_it_listens_and_stops_cleanly(number: signal.Signals) -> None:
+    """One line with a URL that works; a signal ends it with 0, GOODBYE and no traceback."""
+    async with started("--port", "0") as process:
+        url = parse_url(await first_line(process))
+        reader, writer = await asyncio.open_connection(url.host, url.port)
+        writer.write(GREETING_BYTES)
+        assert isinstance(await read_frame(reader), frames.Welcome)
+        process.send_signal(number)
+        while not isinstance(await read_frame(reader), frames.Goodbye):
+            pass
+        writer.close()
+        code, out, err = await end(process)
+        assert (code, out) == (0, "")
+        assert "Traceback" not in err
+
+
+async def test_a_second_signal_hurries() -> None:
+    """A client that will not leave is not waited for twice."""
+    async with started("--port", "0", "--drain-timeout-sec", "3000") as process:
+        url = parse_url(await first_line(process))
+        reader, writer = await asyncio.open_connection(url.host, url.port)
+        writer.write(GREETING_BYTES)
+        await read_frame(reader)
+        process.send_signal(signal.SIGTERM)
+        while not isinstance(await read_frame(reader), frames.Goodbye):
+            pass
+        process.send_signal(signal.SIGTERM)
+        code, _, err = await end(process)
+        writer.close()
+        assert code == 0
+        assert "Traceback" not in err
+
+
+async def test_a_port_in_use_is_one_plain_line() -> None:
+    """The second broker says what is wrong and what to do, with exit 1."""
+    async with started("--port", "0") as first:
+        port = parse_url(await first_line(first)).port
+        async with started("--port", str(port)) as second:
+            code, out, err = await end(second)
+    assert (code, out) == (1, "")
+    assert len(err.splitlines()) == 1
+    assert f"callboard://127.0.0.1:{port}" in err
+    assert "--port" in err
+
+
+async def test_the_url_file_lives_as_long_as_the_broker(tmp_path: Path) -> None:
+    """It has the bare URL, and is removed at the exit."""
+    path = tmp_path / "url"
+    async with started("--port", "0", "--url-file", str(path)) as process:
+        url = await first_line(process)
+        await until(path.exists)
+        assert path.read_text().strip() == url
+        process.terminate()
+        assert (await end(process))[0] == 0
+    assert os.listdir(tmp_path) == []  # noqa: PTH208 - tells of a forgotten temporary file as well
+
+
+async def test_a_unix_socket_has_a_url_too(tmp_path: Path) -> None:
+    """With --unix the line has the socket's URL, and the socket is removed at the exit."""
+    path = tmp_path / "s"
+    async with started("--unix", str(path)) as process:
+        assert await first_line(process) == f"callboard+unix://{path}"
+        process.terminate()
+        assert (await end(process))[0] == 0
+    assert os.listdir(tmp_path) == []  # noqa: PTH208 - tells of a forgotten temporary file as well
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"), [(["--port", "x"], 2), (["--nonsense"], 2), (["--port", "70000"], 1)]
+)
+async def test_a_wrong_argument_is_no_traceback(arguments: list[str], code: int) -> None:
+    """Usage errors exit with 2, options out of range with one line."""
+    async with started(*arguments) as process:
+        result, out, err = await end(process)
+    assert (result, out) == (code, "")
+    assert "Traceback" not in err
+
+
+async def test_json_logs_are_one_object_per_line() -> None:
+    """What a stranger does is logged as JSON that a collector can read."""
+    async with started("--port", "0", "--json-logs") as process:
+        url = parse_url(await first_line(process))
+        reader, writer = await asyncio.open_connection(url.host, url.port)
+        writer.write(b"GET / HTTP/1.1\r\n\r\n")
+        await reader.read()
+        writer.close()
+        process.terminate()
+        _, _, err = await end(process)
+    records = [json.loads(line) for line in err.splitlines()]
+    assert [record["level"] for record in records if record["logger"] == "callboard.broker"] == ["warning"]

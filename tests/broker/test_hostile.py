@@ -1,0 +1,266 @@
+"""What is thrown at the broker: only the guilty connection closes, with a reason; bystanders go on."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import struct
+from typing import TYPE_CHECKING
+
+import msgpack
+import pytest
+
+from broker import Broker, BrokerOptions
+from proto import frames, limits
+from proto.codec import encode
+from proto.errors import ErrorCode
+from proto.frames import SPECS, Op
+from tests.broker import frame_makers as make
+from tests.broker.rawclient import GREETING_BYTES as GREETING
+from tests.broker.rawclient import RawClient, hello, link, stream, told, until
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+
+IDENTITY: dict[str, frames.Scalar] = {"instance": b"i" * 16, "token": b"t" * 16}
+
+
+@pytest.fixture
+async def broker() -> AsyncIterator[Broker]:
+    """A broker on a free port."""
+    async with Broker(BrokerOptions(port=0, drain_timeout_sec=0.2)) as running:
+        yield running
+
+
+@pytest.fixture
+async def bystander(broker: Broker) -> AsyncIterator[RawClient]:
+    """An innocent link; afterwards it is still served, alone, and nothing of the guilty one is left."""
+    async with link(broker, "/bystander") as client:
+        yield client
+        await until(lambda: broker.stats().connections == 1)
+        await client.synchronise()
+        assert client.problem is None
+        assert broker.stats().endpoints == 1
+
+
+def framed(content: bytes) -> bytes:
+    """Put content into a frame."""
+    return b"\xc6" + len(content).to_bytes(4, "big") + content
+
+
+@pytest.mark.usefixtures("bystander")
+@pytest.mark.parametrize(
+    ("data", "code"),
+    [
+        (b"GET / HTTP/1.1\r\nHost: x\r\n\r\n", ErrorCode.MALFORMED),
+        (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", ErrorCode.MALFORMED),
+        (b"SSH-2.0-OpenSSH_9.6\r\n", ErrorCode.MALFORMED),
+        (b"\xc6\xff\xff\xff\xff", ErrorCode.TOO_LARGE),
+        (b"\xc6\x00\x00\x00\x00", ErrorCode.MALFORMED),
+        (framed(b"\x92\x01"), ErrorCode.MALFORMED),
+        (framed(b"\x93\x01\x01\xdf\xff\xff\xff\xff"), ErrorCode.MALFORMED),
+        (framed(b"\x93\x01\x01" + b"\x91" * 3000), ErrorCode.MALFORMED),
+        (framed(b"\x93\x01\x01\xd4\x05\x00"), ErrorCode.MALFORMED),
+        (framed(b"\x93\x01\x01\xd6\xff\xff\xff\xff\xff"), ErrorCode.MALFORMED),
+        (framed(b"\x93\x01\x01\x81\xa2\xff\xfe\x01"), ErrorCode.MALFORMED),
+        (framed(b"\x93\x01\x01\x81\x80\x01"), ErrorCode.MALFORMED),
+        (framed(b"\x93\x01\x01\x80trailing"), ErrorCode.MALFORMED),
+        (framed(b"\x93\x7e\x01\x80"), ErrorCode.MALFORMED),
+        (encode(frames.Node(0, "/n")), ErrorCode.UNEXPECTED),
+        (encode(frames.Welcome(1, {})), ErrorCode.UNEXPECTED),
+        (GREETING + GREETING, ErrorCode.UNEXPECTED),
+        (encode(frames.Hello(99, {"instance": b"i" * 16, "token": b"t" * 16})), ErrorCode.VERSION),
+        (encode(frames.Hello(1, {"instance": b"i", "token": b"t" * 16})), ErrorCode.MALFORMED),
+        (encode(hello(**IDENTITY, domain=233)), ErrorCode.MALFORMED),
+        (encode(hello(**IDENTITY, domain="x")), ErrorCode.MALFORMED),
+        (encode(hello(**IDENTITY, filler=bytes(5000))), ErrorCode.TOO_LARGE),
+    ],
+)
+async def test_a_bad_beginning_is_told_why(broker: Broker, data: bytes, code: ErrorCode) -> None:
+    """Other protocols, impossible lengths and broken msgpack: one ERROR frame, then the end."""
+    async with stream(broker) as (reader, writer):
+        writer.write(data)
+        error = await told(reader)
+        assert error is not None
+        assert error.code == code
+
+
+@pytest.mark.usefixtures("bystander")
+@pytest.mark.parametrize("op", [op for op in Op if op not in {Op.ERROR, Op.GOODBYE, Op.PING, Op.PONG}])
+@pytest.mark.parametrize("fault", ["missing", "nil", "text", "negative", "nested"])
+async def test_a_field_that_is_missing_or_wrong_closes_the_link(broker: Broker, op: Op, fault: str) -> None:
+    """Every frame with any field missing or of another type is answered with an ERROR."""
+    kinds = SPECS[op].kinds
+    wrong: dict[str, object] = {"nil": None, "text": "\x1b[2J", "negative": -1, "nested": [[[]]]}
+    if (op, fault) == (Op.DESCRIBE, "text"):
+        pytest.skip("any text may be asked for")
+    header = [int(op), *([wrong.get(fault)] * len(kinds))]
+    if fault == "missing":
+        header.pop()
+    async with stream(broker) as (reader, writer):
+        writer.write(GREETING + framed(msgpack.packb(header)))
+        error = await told(reader)
+        assert error is not None
+        assert error.code in {ErrorCode.MALFORMED, ErrorCode.UNEXPECTED}
+        assert "\x1b" not in error.text
+
+
+@pytest.mark.usefixtures("bystander")
+@pytest.mark.parametrize(
+    "frame",
+    [
+        frames.Accepted(1, 0),
+        frames.Matched(1, 1),
+        frames.Detached(1, (1,)),
+        frames.Notice(1, 1, "x"),
+        frames.Graph(1, False, (), ()),
+        frames.Definition("x", None),
+    ],
+)
+async def test_what_only_a_broker_may_send_closes_the_link(broker: Broker, frame: frames.Frame) -> None:
+    """A client does not announce matches."""
+    async with stream(broker) as (reader, writer):
+        writer.write(GREETING + encode(frame))
+        error = await told(reader)
+        assert error is not None
+        assert error.code == ErrorCode.UNEXPECTED
+
+
+@pytest.mark.usefixtures("bystander")
+async def test_a_session_split_at_every_byte_is_understood(broker: Broker) -> None:
+    """Where segments end means nothing."""
+    async with stream(broker) as (reader, writer):
+        for byte in GREETING + encode(frames.Node(0, "/split")) + encode(frames.Ping(77)):
+            writer.write(bytes([byte]))
+            await asyncio.sleep(0)
+        async with asyncio.timeout(5):
+            await reader.readuntil(encode(frames.Pong(77)))
+
+
+@pytest.mark.usefixtures("bystander")
+async def test_ten_thousand_frames_in_one_segment_are_all_answered(broker: Broker) -> None:
+    """A burst is handled whole."""
+    async with link(broker) as client:
+        client.send(*(frames.Ping(token) for token in range(10_000)))
+        for token in range(10_000):
+            assert (await client.next(frames.Pong)).token == token
+
+
+@pytest.mark.usefixtures("bystander")
+@pytest.mark.parametrize("how", ["reset", "half-close"])
+async def test_an_end_in_mid_frame_leaves_nothing(broker: Broker, how: str) -> None:
+    """A reset or a half-close takes the link's endpoints along."""
+    async with stream(broker) as (reader, writer):
+        writer.write(GREETING + encode(frames.Node(0, "/short")) + encode(frames.Ping(1)))
+        await reader.readuntil(encode(frames.Pong(1)))
+        writer.write(encode(make.publisher(1))[:-3])
+        if how == "reset":
+            writer.transport.get_extra_info("socket").setsockopt(1, 13, struct.pack("ii", 1, 0))
+            writer.transport.abort()
+        else:
+            writer.write_eof()
+            assert await told(reader) is None
+
+
+@pytest.mark.usefixtures("bystander")
+async def test_the_log_has_one_harmless_line(broker: Broker, caplog: pytest.LogCaptureFixture) -> None:
+    """A closed link is one warning, and what the peer said cannot move a terminal's cursor."""
+    async with link(broker, agent="evil\x1b[2J\nforged line") as client:
+        with caplog.at_level(logging.INFO, "callboard.broker"):
+            client.send(make.run(12345, 0))
+            assert (await client.next(frames.Error)).code == ErrorCode.UNKNOWN_ID
+            await client.gone()
+    lines = [record.getMessage() for record in caplog.records if record.name == "callboard.broker"]
+    assert len(lines) == 1
+    assert "\x1b" not in lines[0]
+    assert "\n" not in lines[0]
+
+
+@pytest.mark.usefixtures("bystander")
+async def test_too_many_fragments_at_a_time_close_the_link(broker: Broker) -> None:
+    """Reassembly is bounded in number and in size."""
+    async with link(broker) as client:
+        client.send(*(frames.Fragment(n, 2**20, True, b"x") for n in range(limits.MAX_TRANSFERS + 1)))
+        assert (await client.next(frames.Error)).code == ErrorCode.LIMIT
+    async with link(broker) as client:
+        client.send(frames.Fragment(1, limits.MAX_MESSAGE_BYTES + 1, True, b"x"))
+        assert (await client.next(frames.Error)).code == ErrorCode.TOO_LARGE
+
+
+@pytest.mark.usefixtures("bystander")
+async def test_control_frames_do_not_travel_in_fragments(broker: Broker) -> None:
+    """No limit can be got round by cutting a frame up."""
+    inner = encode(frames.Node(0, "/n"))
+    async with link(broker) as client:
+        client.send(frames.Fragment(1, len(inner), False, inner))
+        assert (await client.next(frames.Error)).code == ErrorCode.UNEXPECTED
+
+
+@pytest.mark.usefixtures("bystander")
+async def test_questions_without_reading_the_answers_close_the_link() -> None:
+    """Control frames are never dropped, so who does not read them is cut off at the limit."""
+    options = BrokerOptions(port=0, max_queue_bytes=2**20, drain_timeout_sec=0.2)
+    async with Broker(options) as small, link(small, "/n") as deaf:
+        deaf.send(make.publisher(1)._replace(definition=bytes(60_000)))
+        await deaf.synchronise()
+        deaf.stop_reading()
+        async with asyncio.timeout(30):
+            while small.stats().connections:
+                deaf.send(*[frames.Describe(make.HASH)] * 20)
+                await asyncio.sleep(0)
+
+
+@pytest.mark.xfail(strict=True, reason="a lane without a depth has no ceiling")
+async def test_a_keep_all_reader_that_lies_about_its_window_is_bounded() -> None:
+    """Unlimited credit from a reader that does not read must not fill the broker's memory."""
+    most = 2**20
+    options = BrokerOptions(port=0, max_queue_bytes=most, drain_timeout_sec=0.2)
+    async with Broker(options) as small, link(small, "/a") as a, link(small, "/b") as b:
+        b.send(make.subscription(1, qos=make.KEEP_ALL, window=2**63, window_bytes=2**63))
+        await b.synchronise()
+        a.send(make.publisher(1))
+        number = (await a.next(frames.Accepted)).number
+        b.stop_reading()
+        for first in range(400):
+            a.send(make.run(number, first, 1, size=200_000))
+            await a.synchronise()
+            if small.stats().connections == 1:
+                return
+        assert small.stats().queued * 200_000 < 64 * most
+
+
+async def test_a_keep_last_reader_that_stops_costs_its_depth() -> None:
+    """A stopped reader holds `depth` messages, the rest is dropped and counted, and the publisher goes on."""
+    async with (
+        Broker(BrokerOptions(port=0, drain_timeout_sec=0.2)) as running,
+        link(running, "/a") as a,
+        link(running, "/b") as b,
+    ):
+        b.send(make.subscription(1, qos={"depth": 5}))
+        await b.synchronise()
+        a.send(make.publisher(1))
+        number = (await a.next(frames.Accepted)).number
+        b.stop_reading()
+        for first in range(400):
+            a.send(make.run(number, first, 1, size=100_000))
+            await a.synchronise()
+        stats = running.stats()
+        assert stats.queued == 5
+        assert stats.dropped > 300
+        assert stats.copies == stats.delivered + stats.dropped + stats.abandoned + stats.queued
+
+
+async def test_a_subscription_on_each_of_many_topics_costs_the_same() -> None:
+    """Ten thousand endpoints of one link are declared, and forgotten, in seconds."""
+    async with (
+        Broker(BrokerOptions(port=0, drain_timeout_sec=0.2)) as running,
+        link(running, "/viewer") as viewer,
+    ):
+        async with link(running, "/many") as many:
+            many.send(*(make.subscription(n, f"/t{n}") for n in range(1, 10_001)))
+            await many.synchronise()
+            assert running.stats().endpoints == 10_002
+        await until(lambda: running.stats().connections == 1)
+        await viewer.synchronise()
+        assert running.stats().endpoints == 1

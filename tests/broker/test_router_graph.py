@@ -1,0 +1,97 @@
+"""The graph in the router: snapshots, changes, watchers and definitions."""
+
+from __future__ import annotations
+
+import pytest
+
+from proto import frames, limits
+from proto.codec import encode
+from proto.errors import ErrorCode, ProtocolError
+from proto.frames import EntryKind
+from tests.broker import frame_makers as make
+from tests.broker.switch import Switch
+
+
+def names(graphs: list[frames.Graph]) -> list[tuple[int, str, str]]:
+    """Return (kind, node, name) of everything added."""
+    return [(entry.kind, entry.node, entry.name) for graph in graphs for entry in graph.added]
+
+
+def test_a_watch_shows_everybody_and_then_changes() -> None:
+    """First the whole picture, then what comes and goes, until UNWATCH."""
+    switch = Switch()
+    viewer, talker = switch.join(), switch.join("/_hidden")
+    number = switch.publisher(talker, make.publisher(1))
+    switch.send(viewer, frames.Watch(4, keep=True))
+    first = switch.read(viewer, frames.Graph)
+    assert [graph.more for graph in first] == [False]
+    assert sorted(names(first))[1] == (EntryKind.PUBLISHER, "/_hidden", "/t")
+    switch.send(talker, make.service(2))
+    assert names(switch.read(viewer, frames.Graph)) == [(EntryKind.SERVICE, "/_hidden", "/s")]
+    switch.send(talker, frames.Undeclare(1))
+    (change,) = switch.read(viewer, frames.Graph)
+    assert change.removed == (number,)
+    switch.send(viewer, frames.Unwatch(4))
+    switch.leave(talker)
+    assert switch.read(viewer, frames.Graph) == []
+
+
+def test_a_single_look_brings_no_changes() -> None:
+    """Without `keep` the answer is all there is, also when the graph is empty."""
+    switch = Switch()
+    viewer = switch.join()
+    switch.send(viewer, frames.Watch(1, keep=False))
+    assert switch.read(viewer, frames.Graph) == [frames.Graph(1, False, (), ())]
+    switch.join("/n")
+    assert switch.read(viewer, frames.Graph) == []
+
+
+def test_a_suspended_node_is_not_in_the_graph() -> None:
+    """Watchers see a frozen node go, and come back."""
+    switch = Switch()
+    viewer, node = switch.join(), switch.join("/n")
+    switch.send(viewer, frames.Watch(1, keep=True))
+    switch.read_all(viewer)
+    switch.suspend(node)
+    assert [len(graph.removed) for graph in switch.read(viewer, frames.Graph)] == [1]
+    switch.restore(node)
+    assert names(switch.read(viewer, frames.Graph))[0][1] == "/n"
+
+
+def test_a_large_graph_comes_in_slices() -> None:
+    """Every GRAPH frame fits a frame, and only the last says that it is the last."""
+    switch = Switch()
+    node, viewer = switch.join("/n"), switch.join()
+    switch.send(node, *(make.subscription(n, "/" + "x" * 240 + str(n)) for n in range(1, 3000)))
+    switch.send(viewer, frames.Watch(1, keep=False))
+    graphs = switch.read(viewer, frames.Graph)
+    assert len(names(graphs)) == 3000
+    assert [graph.more for graph in graphs] == [True] * (len(graphs) - 1) + [False]
+    assert max(len(encode(graph)) for graph in graphs) < limits.MAX_FRAME_BYTES
+
+
+def test_watches_are_limited_and_their_ids_are_single() -> None:
+    """A used id, or one watch too many, closes the link."""
+    switch = Switch()
+    viewer = switch.join()
+    switch.send(viewer, frames.Watch(1, keep=True))
+    with pytest.raises(ProtocolError) as caught:
+        switch.send(viewer, frames.Watch(1, keep=True))
+    assert caught.value.code is ErrorCode.UNEXPECTED
+    too_many = [frames.Watch(number, keep=True) for number in range(2, 10_000)]
+    with pytest.raises(ProtocolError) as caught:
+        switch.send(viewer, *too_many)
+    assert caught.value.code is ErrorCode.LIMIT
+
+
+def test_the_first_definition_of_a_hash_stays() -> None:
+    """Nobody can replace a definition that others may have read."""
+    switch = Switch()
+    node = switch.join("/n")
+    for number, definition in enumerate((b"first", b"second"), 1):
+        switch.send(node, make.publisher(number)._replace(definition=definition))
+    switch.send(node, frames.Describe(make.HASH), frames.Describe("unknown"))
+    assert switch.read(node, frames.Definition) == [
+        frames.Definition(make.HASH, b"first"),
+        frames.Definition("unknown", None),
+    ]
