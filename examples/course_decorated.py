@@ -13,8 +13,7 @@ class MinimalPublisher(actors.Node):
 
     @actors.timer(0.5)
     def on_timer(self) -> None:
-        msg = String(data=f"Hi Automatic Addison: {self.i}")
-        self.publisher.publish(msg)
+        self.publisher.publish(msg := String(data=f"Hi Automatic Addison: {self.i}"))
         self.get_logger().info(f'Publishing: "{msg.data}"')
         self.i += 1
 
@@ -46,8 +45,7 @@ class AddTwoIntsClient(actors.Node):
     @actors.timer(1.0)
     async def on_timer(self) -> None:
         client = self.create_client(AddTwoInts, "add_two_ints")
-        while not await client.wait_for_service(timeout_sec=1.0):
-            self.get_logger().info("service not available, waiting again...")
+        await client.wait_for_service()
         self.get_logger().info(f"Sum: {(await client.call(AddTwoInts.Request(a=5, b=3))).sum}")
         self.destroy_client(client)
 
