@@ -6,6 +6,7 @@ import asyncio
 from collections import deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from functools import partial
 from typing import Any
 
 import pytest
@@ -183,7 +184,7 @@ async def test_calls_through_gather_and_child_tasks_free_the_mailbox() -> None:
         caller.add(gather)
         await asyncio.sleep(0)
         for number, reply in enumerate(replies):
-            server.add(lambda number=number, reply=reply: reply.set_result(number))
+            server.add(partial(reply.set_result, number))
         await until(lambda: caller.results == [3])
 
 
