@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import socket
 import statistics
 import sys
 from contextlib import AsyncExitStack, contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors import environment
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
         MinimalSubscriber,
         PublishingSubscriber,
     )
+    from broker import BrokerOptions
 
 TALK_SEC: Final = 6.3
 """Not a multiple of the nodes' periods, so that nothing is under way when it ends."""
@@ -74,12 +78,14 @@ class Cast(NamedTuple):
 async def _talk(seconds: float, cast: list[Cast], lines: _Lines) -> None:
     """Run everything for a while; puts the nodes into `cast` for the summary."""
     from actors.cli import demo_nodes  # noqa: PLC0415 - takes time, and a signal may come meanwhile
-    from broker import Broker, BrokerOptions  # noqa: PLC0415
+    from broker import Broker  # noqa: PLC0415
 
     task = asyncio.current_task()
     assert task is not None
     lines.when_unheard = task.cancel
-    async with Broker(BrokerOptions(port=0)) as broker, AsyncExitStack() as stack:
+    async with AsyncExitStack() as stack:
+        folder = stack.enter_context(TemporaryDirectory(prefix="callboard-demo-"))
+        broker = await stack.enter_async_context(Broker(_options(folder)))
         say(f"A broker at {broker.url}, and five nodes that talk for {seconds:.0f} s. Ctrl-C ends it.\n")
         nodes = Cast(
             demo_nodes.AddTwoIntsServer(broker.url),
@@ -94,6 +100,18 @@ async def _talk(seconds: float, cast: list[Cast], lines: _Lines) -> None:
         with suppress(TimeoutError):
             async with asyncio.timeout(seconds):
                 await nodes.client.ask_again_and_again()
+
+
+def _options(folder: str) -> BrokerOptions:
+    """Return a broker's options: a free port, or a unix socket where even the loopback device is down."""
+    from broker import BrokerOptions  # noqa: PLC0415
+
+    try:
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            socket.create_connection(server.getsockname(), timeout=1.0).close()
+    except OSError:
+        return BrokerOptions(unix=Path(folder) / "broker.sock")
+    return BrokerOptions(port=0)
 
 
 def _summary(cast: Cast | None) -> str:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import logging
 import os
 import re
 import signal
+import socket
 import sys
+from typing import NoReturn
 
 import pytest
 
@@ -31,6 +34,21 @@ def test_the_demo_talks_and_sums_up(capsys: pytest.CaptureFixture[str]) -> None:
         assert re.search(f"^{line}$", out, re.MULTILINE), line
     assert "\x1b" not in out
     assert logging.getLogger("callboard").level == level
+
+
+def test_the_demo_does_without_a_network(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where the loopback device is down, a unix socket stands in."""
+
+    def unreachable(*_: object, **__: object) -> NoReturn:
+        raise OSError(errno.ENETUNREACH, "Network is unreachable")
+
+    monkeypatch.setattr(socket, "create_connection", unreachable)
+    assert main(["demo", "--seconds", "0.3"]) == 0
+    out = capsys.readouterr().out
+    assert "A broker at callboard+unix://" in out
+    assert "| Sum: 8\n" in out
 
 
 def test_labels_have_colours_of_their_own() -> None:
