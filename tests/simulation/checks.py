@@ -35,6 +35,7 @@ async def check(world: World) -> None:
     await _graph_is_right(world)
     await _late_joiners_hear(world)
     await _settles(world)
+    _nothing_waits_in_outboxes(world)
     _calls_have_ended(world)
     for heard in _heard(world):
         _adds_up(world, heard)
@@ -111,6 +112,7 @@ async def _is_heard(world: World) -> None:
             return ""
 
         await _until(world, unheard, PATIENCE_SEC)
+    await asyncio.sleep(1)
 
 
 async def _is_served(world: World) -> None:
@@ -122,7 +124,9 @@ async def _is_served(world: World) -> None:
                 world.complain(f"{member.host}: {client.peers} servers of {name}, there are {servers}")
             began = world.loop.time()
             try:
-                await client.call(Ask.Request(caller="check", number=member.next_number()), 20.0)
+                await client.call(
+                    Ask.Request(caller=f"check {member.host}", number=member.next_number()), 20.0
+                )
                 ready = True
             except actors.ServiceUnavailable:
                 ready = False
@@ -202,11 +206,46 @@ def _adds_up(world: World, heard: Heard) -> None:
         world.complain(f"{heard.name}: {counts}")
 
 
+def _nothing_waits_in_outboxes(world: World) -> None:
+    """At rest every outbox is empty, in fact and by its own counters."""
+    assert world.broker is not None
+    channels = [connection.channel for connection in world.broker._connections]
+    for channel in (*channels, *(member.node._core.link.channel for member in world.members)):
+        assert channel is not None
+        outbox = channel.outbox
+        held = (
+            outbox.urgent_bytes,
+            outbox.ordered_bytes,
+            len(outbox._large_calls),
+            len(outbox._transfers._open),
+        )
+        if any(held):
+            world.complain(f"an outbox at rest holds {held}")
+
+
+def _broker_forgets(world: World) -> None:
+    """Without nodes a broker holds nothing."""
+    assert world.broker is not None
+    stats = world.broker.stats()
+    if stats.connections or stats.endpoints or stats.queued or stats.pending_calls:
+        world.complain(f"without nodes the broker has {stats}")
+    for router in world.broker._routers.values():
+        left = {
+            name: held
+            for part in (router, router.topics, router.services, router.graph)
+            for name, held in vars(part).items()
+            if isinstance(held, (dict, list)) and held and name != "_handlers"
+        }
+        if left:
+            world.complain(f"without nodes the router holds {left}")
+
+
 async def _ends(world: World) -> None:
     """Everything stops, and leaves nothing behind."""
     for member in world.members:
         await member.stop()
-    await asyncio.sleep(1)
+    await asyncio.sleep(5)
+    _broker_forgets(world)
     await world.stop_broker()
     await asyncio.sleep(5)
     if world.network.open:

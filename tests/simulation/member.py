@@ -67,18 +67,33 @@ class Member:
         self.host = f"{self.name}.{self._lives}"
         self.world.note(f"start {self.host}")
         self._stop = asyncio.Event()
-        self.node = actors.Node(self.name, url=URL, use_global_arguments=False)
-        self.told, self.heard, self.clients, self.services = [], [], [], []
+        self._make_node()
         with on_host(self.host):
             self.task = asyncio.create_task(self._live(), name=self.host)
 
-    async def _live(self) -> None:
+    def _make_node(self) -> None:
+        self.node = actors.Node(self.name, url=URL, use_global_arguments=False)
+        self.told, self.heard, self.clients, self.services = [], [], [], []
         for topic in self._published:
             self.publish_on(topic)
         for service in self._served:
             self._serve(service)
         for service in self._called:
             self.clients.append((service, self.node.create_client(Ask, service)))
+
+    async def _live(self) -> None:
+        for _ in range(10):
+            try:
+                await self._run_node()
+                return
+            except actors.NodeNameTaken:
+                # The broker has not heard of the earlier process's death yet.
+                self.world.note(f"{self.host}: the name is taken")
+                await asyncio.sleep(5)
+                self._make_node()
+        self.world.complain(f"{self.host} does not get its name")
+
+    async def _run_node(self) -> None:
         async with self.node:
             for topic in self._subscribed:
                 self.subscribe_to(topic)
@@ -140,7 +155,7 @@ class Member:
     def publish_on(self, topic: str) -> Told:
         """Add a publisher."""
         publisher = self.node.create_publisher(Note, topic, self._qos())
-        told = Told(f"{self.host}/{topic}/{len(self.told)}", publisher)
+        told = Told(f"{self.host}>{topic}>{len(self.world.journal.told)}", publisher)
         self.told.append(told)
         self.world.journal.told.append(told)
         return told
@@ -175,7 +190,9 @@ class Member:
         subscription = self.node.create_subscription(
             Note, topic, callback, qos or self._qos(), concurrent=kind == "beside"
         )
-        heard = Heard(f"{self.host}<{topic}<{len(self.heard)}({kind})", self.world.complain, subscription)
+        heard = Heard(
+            f"{self.host}<{topic}<{len(self.world.journal.heard)}({kind})", self.world.complain, subscription
+        )
         self.heard.append(heard)
         self.world.journal.heard.append(heard)
         if kind == "iterate":
@@ -220,7 +237,7 @@ class Member:
     async def _publish(self, told: Told) -> None:
         random = self.random
         rhythm = random.choice([0.03, 0.2, 1.0])
-        while self.world.active:
+        while self.world.active and not told.gone:
             await asyncio.sleep(random.expovariate(1 / rhythm))
             for _ in range(random.choice([1, 1, 3, 20])):
                 weight = random.choice([0, 0, 10, 200])
@@ -230,6 +247,8 @@ class Member:
 
     async def publish_one(self, told: Told, weight: int) -> None:
         """Publish the next message, unless the publisher is full."""
+        if told.gone:
+            return
         try:
             told.publisher.publish(Note(source=told.name, number=told.published, weight=bytes(weight)))
         except actors.PublisherFull:
@@ -310,17 +329,34 @@ class Member:
                 self.world.complain(f"{self.host}: wait_for_service says yes, service_is_ready no")
 
     async def _come_and_go(self) -> None:
-        """Subscriptions that come late, and go."""
-        random = self.random
+        """Endpoints that come late, and go."""
         while self.world.active:
-            await asyncio.sleep(random.expovariate(0.3))
-            if random.random() < 0.5:
-                self.subscribe_to(random.choice(TOPICS))
-            elif len(self.heard) > 1:
-                heard = random.choice(self.heard)
-                self.heard.remove(heard)
-                heard.gone = True
-                self.node.destroy_subscription(heard.subscription)
+            await asyncio.sleep(self.random.expovariate(0.5))
+            self.random.choice([self._come, self._go, self._serve_anew, self._publish_anew])()
+
+    def _come(self) -> None:
+        self.subscribe_to(self.random.choice(TOPICS))
+
+    def _go(self) -> None:
+        if len(self.heard) > 1:
+            heard = self.random.choice(self.heard)
+            self.heard.remove(heard)
+            heard.gone = True
+            self.node.destroy_subscription(heard.subscription)
+
+    def _serve_anew(self) -> None:
+        if self.services:
+            service = self.services.pop(0)
+            self.node.destroy_service(service)
+            self._serve(service.srv_name)
+
+    def _publish_anew(self) -> None:
+        if self.told:
+            told = self.told.pop(0)
+            told.gone = True
+            self.node.destroy_publisher(told.publisher)
+            told = self.publish_on(told.publisher.topic)
+            self._activities.append(asyncio.create_task(self._publish(told)))
 
 
 def _answer(request: Ask.Request) -> Ask.Response:

@@ -14,9 +14,8 @@ from random import Random
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
-from broker.server import Broker
-
 from broker.options import BrokerOptions
+from broker.server import Broker
 from tests.simulation import faults
 from tests.simulation.member import Member
 from tests.simulation.network import BROKER, Weather, on_host
