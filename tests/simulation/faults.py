@@ -81,22 +81,14 @@ async def stall(world: World, member: Member, lasting: float) -> None:
     world.stall(min(lasting, 8.0))
 
 
-ALL: tuple[Fault, ...] = (
-    drop,
-    half_open,
-    partition,
-    slow,
-    kill,
-    stop,
-    crash_broker,
-    restart_broker,
-    stall,
-)
+OF_THE_NETWORK: tuple[Fault, ...] = (drop, half_open, partition, slow, stall)
+OF_PROCESSES: tuple[Fault, ...] = (kill, stop, crash_broker, restart_broker)
+"""Two kinds, because two of one kind at the same time make no sense, and one of each does."""
 
 
-async def strike(world: World) -> None:
+async def strike(world: World, faults: tuple[Fault, ...]) -> None:
     """Strike one fault, and heal it."""
-    fault = world.random.choice(ALL)
+    fault = world.random.choice(faults)
     member = world.random.choice(world.members)
     lasting = world.random.choice([0.1, 1.0, 2.9, 3.5, 8.0, 35.0])
     world.note(f"fault {fault.__name__} {member.host} {lasting}")

@@ -244,6 +244,14 @@ class Member:
                 if random.random() < 0.005:
                     weight = 300_000
                 await self.publish_one(told, weight)
+            if random.random() < 0.1 and not told.gone:
+                await self._in_time(
+                    told.publisher.flush(2.0),
+                    2.0,
+                    actors.WaitTimeout,
+                    actors.BrokerUnreachable,
+                    actors.NodeDestroyed,
+                )
 
     async def publish_one(self, told: Told, weight: int) -> None:
         """Publish the next message, unless the publisher is full."""
@@ -294,7 +302,8 @@ class Member:
         call = Call(f"{self.host}?{name}", self._calls, world.loop.time(), timeout)
         world.journal.calls.append(call)
         seconds = self.random.choice([0.0, 0.0, 0.01, 1.0])
-        request = Ask.Request(caller=call.name, number=self._calls, seconds=seconds)
+        weight = bytes(400_000 if self.random.random() < 0.03 else 0)
+        request = Ask.Request(caller=call.name, number=self._calls, seconds=seconds, weight=weight)
         stalled = world.stalled
 
         def ended(_: object) -> None:
@@ -309,7 +318,7 @@ class Member:
             future.add_done_callback(ended)
             reply = await future
             call.outcome = "reply"
-            if reply.number != 2 * request.number:
+            if reply.number != 2 * request.number or len(reply.weight) != len(weight):
                 world.complain(f"{call.name}: {request.number} was answered with {reply.number}")
         except actors.CallFailed as error:
             call.outcome = type(error).__name__
@@ -362,4 +371,4 @@ class Member:
 def _answer(request: Ask.Request) -> Ask.Response:
     if request.number % 17 == 0:
         raise ValueError("no multiples of 17, please")
-    return Ask.Response(number=2 * request.number)
+    return Ask.Response(number=2 * request.number, weight=request.weight)

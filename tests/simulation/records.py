@@ -31,9 +31,11 @@ class Ask(actors.Service, type_name="simulation/srv/Ask"):
         caller: str = ""
         number: int = 0
         seconds: float = 0.0
+        weight: bytes = b""
 
     class Response(actors.Message):
         number: int = 0
+        weight: bytes = b""
 
 
 def keep_all(qos: actors.QoSProfile) -> bool:

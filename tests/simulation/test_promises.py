@@ -308,6 +308,80 @@ def test_a_node_takes_its_name_back_from_its_own_half_dead_link() -> None:
     play(scene)
 
 
+def test_a_publisher_that_comes_back_does_not_overtake_itself() -> None:
+    """What it publishes on its new link waits behind what the broker still holds from the old one."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        heard: list[int] = []
+        listener.create_subscription(Note, "red", lambda message: heard.append(message.number), KEEP_ALL)
+        publisher = talker.create_publisher(Note, "red", KEEP_ALL)
+        await matched(stage, publisher)
+        stage.network.slow_down("listener", read=2000, pause=0.05)
+        for number in range(500):
+            publisher.publish(Note(number=number, weight=bytes(1000)))
+        await asyncio.sleep(0.5)
+        stage.network.drop("talker")
+        await stage.until(lambda: not talker.connected)
+        for number in range(500, 600):
+            publisher.publish(Note(number=number))
+        await stage.until(lambda: bool(heard) and heard[-1] == 599, 60)
+        assert heard == list(range(600))
+
+    play(scene)
+
+
+def test_a_publisher_that_leaves_as_credit_comes_costs_no_link() -> None:
+    """A CREDIT that crosses the UNDECLARE is for nobody."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        sessions = talker._core.link.connections
+        for step in range(30):
+            publisher = talker.create_publisher(Note, "red", KEEP_ALL)
+            await asyncio.sleep(0.1)
+            listener.create_subscription(Note, "red", lambda _: None, KEEP_ALL)
+            await asyncio.sleep(step * 0.0002)
+            talker.destroy_publisher(publisher)
+            await asyncio.sleep(0.1)
+        assert talker._core.link.connections == sessions
+        assert not talker._core.link.publishers
+
+    play(scene)
+
+
+def test_credit_from_before_a_suspension_does_not_outlive_it() -> None:
+    """A publisher that was frozen is free when the reader that held it back has gone meanwhile."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        other = await stage.enter("other")
+        gate = asyncio.Event()
+        heard: list[int] = []
+
+        async def slow(message: Note) -> None:
+            await gate.wait()
+
+        reader = listener.create_subscription(Note, "red", slow, KEEP_ALL)
+        publisher = talker.create_publisher(Note, "red", KEEP_ALL)
+        await matched(stage, publisher)
+        for number in range(40_000):
+            publisher.publish(Note(number=number))
+            if number % 1000 == 0:
+                await asyncio.sleep(0.01)
+        await asyncio.sleep(0.5)
+        assert publisher.queued
+        stage.network.block("talker", BROKER)
+        await asyncio.sleep(5)
+        listener.destroy_subscription(reader)
+        other.create_subscription(Note, "red", lambda message: heard.append(message.number), 10)
+        await asyncio.sleep(1)
+        stage.network.heal()
+        await stage.until(lambda: bool(heard) and heard[-1] == 39_999, 30)
+
+    play(scene)
+
+
 def test_the_second_of_two_brokers_is_reached_through_a_mute_first() -> None:
     """A broker that accepts and says nothing costs one connection timeout, and its end does no harm."""
 

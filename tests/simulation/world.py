@@ -153,11 +153,22 @@ class World:
             await asyncio.sleep(3 * self.random.random())
             await self.start_broker()
         end = self.loop.time() + CHAOS_SEC
-        while not self.calm and self.loop.time() < end:
-            await asyncio.sleep(self.random.expovariate(0.5))
-            await faults.strike(self)
+        if not self.calm:
+            together = self.random.random() < 0.3
+            if together:
+                await asyncio.gather(
+                    self._suffer(faults.OF_THE_NETWORK, end), self._suffer(faults.OF_PROCESSES, end)
+                )
+            else:
+                await self._suffer((*faults.OF_THE_NETWORK, *faults.OF_PROCESSES), end)
+            self.network.heal()
         await asyncio.sleep(max(0.0, end - self.loop.time()))
         self.note("quiet")
         self.active = False
         for member in self.members:
             await member.activities_end()
+
+    async def _suffer(self, kind: tuple[faults.Fault, ...], end: float) -> None:
+        while self.loop.time() < end:
+            await asyncio.sleep(self.random.expovariate(0.5))
+            await faults.strike(self, kind)
