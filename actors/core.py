@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import NodeDestroyed, WaitTimeout
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
     from actors.link import Link
     from actors.logger import Logger
+    from proto.outbox import Lane
 
 DEFAULT_CALL_TIMEOUT_SEC: Final = 60.0
 
@@ -25,6 +27,7 @@ class Core:
     Attributes:
         callback_errors: Callbacks that have raised so far.
         stop: Set by the node: ends it with an error.
+        departing: What destroyed publishers have still to send in this session.
     """
 
     def __init__(
@@ -48,6 +51,7 @@ class Core:
         self.callback_errors = 0
         self.destroyed = False
         self.entities: dict[Entity, None] = {}
+        self.departing: deque[Lane] = deque()
         self.spawn: Callable[[Coroutine[Any, Any, None]], object] | None = None
         self.stop: Callable[[Exception], None] = _ignore
         self._stop_on_error = stop_on_error
@@ -71,6 +75,12 @@ class Core:
         if isinstance(client, Caller):
             for entry in frame.entries:
                 client.replied(entry)
+
+    def departs(self, lane: Lane) -> None:
+        """A publisher has been destroyed; the node does not end before its lane is empty."""
+        while self.departing and self.departing[0].empty:
+            self.departing.popleft()
+        self.departing.append(lane)
 
     def require_alive(self) -> None:
         """Raise NodeDestroyed if the node has been destroyed."""
@@ -132,6 +142,7 @@ class Core:
 
     def link_lost(self) -> None:
         """Endpoint: the session has ended; the link declares the node again."""
+        self.departing.clear()
 
 
 class Entity:

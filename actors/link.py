@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from actors.errors import BrokerUnreachable, NodeNameTaken
 from actors.feeds import Feeds
+from actors.interfaces.errors import InvalidMessageError
 from proto import frames, limits
 from proto.aio import Channel
 from proto.errors import ErrorCode, ProtocolError
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 FIRST_RETRY_SEC: Final = 0.05
 LAST_RETRY_SEC: Final = 2.0
 CONNECT_TIMEOUT_SEC: Final = 5.0
+
+HEADER_ROOM_BYTES: Final = 256
+"""What a frame around one message, request or reply may take beside it, here and at the broker."""
 
 AGENT: Final = "callboard-python"
 
@@ -102,6 +106,9 @@ class Link:
         domain: Which of a broker's disjoint graphs to join.
         log: Gets one line when a broker is missing, and one when it is back.
         jitter: Gives a random factor between 0 and 1 for the waits between attempts.
+
+    Attributes:
+        largest: Bytes of the largest message, request or reply that the broker takes.
     """
 
     def __init__(
@@ -133,6 +140,7 @@ class Link:
         self._hearing: _Hearing | None = None
         self._changed: set[asyncio.Future[None]] = set()
         self._keepalive_sec = limits.DEFAULT_KEEPALIVE_SEC
+        self.largest = _largest(limits.MAX_MESSAGE_BYTES)
         self._ended: asyncio.Event = asyncio.Event()
         self._pongs: dict[int, asyncio.Future[None]] = {}
         self._next_token = 1
@@ -171,6 +179,11 @@ class Link:
         self.endpoints[endpoint.id] = endpoint
         if self.channel is not None:
             self.channel.send(endpoint.declaration())
+
+    def require_fits(self, what: str, size: int) -> None:
+        """Raise InvalidMessageError if the broker would not take `what`: it would close the link for it."""
+        if size > self.largest:
+            raise InvalidMessageError(f"{what} has {size} bytes; that is over the limit of {self.largest}")
 
     def remove(self, endpoint: Endpoint, *, announce: bool = True) -> None:
         """Forget an endpoint; tell the broker unless the endpoint does so itself."""
@@ -395,6 +408,9 @@ class Link:
         keepalive_ms = frame.options.get("keepalive_ms")
         if isinstance(keepalive_ms, int) and keepalive_ms > 0:
             self._keepalive_sec = keepalive_ms / 1000
+        max_message_bytes = frame.options.get("max_message_bytes")
+        if isinstance(max_message_bytes, int):
+            self.largest = _largest(max_message_bytes)
         for endpoint in tuple(self.endpoints.values()):
             self.channel.send(endpoint.declaration())
         self.channel.flush()
@@ -459,6 +475,12 @@ class Link:
         descriptor = None if channel is None else channel.fileno()
         if descriptor is not None:
             os.close(descriptor)
+
+
+def _largest(max_message_bytes: int) -> int:
+    """Return the bytes that one message may have. What needs no fragments is never too large."""
+    most = max(min(max_message_bytes, limits.MAX_MESSAGE_BYTES), limits.MAX_FRAME_BYTES)
+    return most - HEADER_ROOM_BYTES
 
 
 class _Hearing:

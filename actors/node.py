@@ -406,17 +406,14 @@ class Node(NodeGraph, NodeParameters):
         for timer in tuple(self._timers):
             timer.destroy()
         self._timers.clear()
-        publishers: list[Publisher[Any]] = [
-            entity for entity in core.entities if isinstance(entity, Publisher)
-        ]
         for entity in tuple(core.entities):
             entity.destroy()
         try:
             async with asyncio.timeout(self._stop_timeout_sec):
-                while link.connected and any(publisher.queued for publisher in publishers):
+                while link.connected and not all(lane.empty for lane in core.departing):
                     await link.changed()
         except TimeoutError:
-            left = sum(publisher.queued for publisher in publishers)
+            left = sum(max(1, lane.pending) for lane in core.departing if not lane.empty)
             core.log.warning(f"Stopping with {left} published messages unsent")
         await link.close(timeout_sec=self._stop_timeout_sec)
         core.destroyed = True

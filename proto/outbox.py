@@ -239,6 +239,24 @@ class Lane:
         self.byte_limit = None
         self.scheduled = False
 
+    def drop_larger(self, most: int) -> int:
+        """Drop the runs with more than `most` bytes of messages; return how many messages that were.
+
+        Only before anything has left.
+        """
+        self._cut_skipped()
+        before = self.dropped
+        kept: deque[Run | bytes] = deque()
+        for item in self._queue:
+            if isinstance(item, Run) and message_bytes(item) > most:
+                self.pending -= item.length
+                self.pending_bytes -= message_bytes(item)
+                self.dropped += item.length
+            else:
+                kept.append(item)
+        self._queue = kept
+        return self.dropped - before
+
     def discard(self, transfers: Transfers) -> bytes | None:
         """Drop everything; return the ABORT for a transfer that had begun."""
         transfer = self._transfer

@@ -116,7 +116,8 @@ class Client(Caller, Generic[Q, A]):
 
         Raises:
             TypeError: `request` is not of the service's request type; nothing was sent.
-            InvalidMessageError: A field has a wrong type or is out of range; nothing was sent.
+            InvalidMessageError: A field has a wrong type or is out of range, or the request is larger
+                than the broker takes; nothing was sent.
             ServiceUnavailable: No server or no broker, or it went away before the reply.
             ServiceTimeout: No reply in time; the handler has been cancelled.
             RemoteError: The handler raised, or did not return a valid response.
@@ -128,6 +129,7 @@ class Client(Caller, Generic[Q, A]):
         if self.destroyed:
             self.require_alive()
         body = self._requests.encode(request)
+        self.core.link.require_fits(f"A request of '{self.srv_name}'", len(body))
         loop = self.core.require_loop()
         limit = self.core.default_call_timeout_sec if timeout_sec is None else timeout_sec
         if math.isnan(limit) or limit < 0:
@@ -144,7 +146,7 @@ class Client(Caller, Generic[Q, A]):
         remaining_ms = None
         if limit != math.inf:
             self._deadlines.add(call, loop.time() + limit)
-            remaining_ms = min(math.ceil(limit * 1000), limits.MAX_U32)
+            remaining_ms = math.ceil(min(limit * 1000, limits.MAX_U32))
         self._send(RequestEntry(call, remaining_ms, None, body))
         return future
 

@@ -11,12 +11,13 @@ from typing import Final, Generic, TypeVar
 from actors.core import Core, Entity, in_flight
 from actors.errors import PublisherFull, WaitTimeout
 from actors.interfaces.codec import Codec, codec_for
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, definition, type_hash, type_name
 from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from proto import frames, limits
 from proto.codec import encode
 from proto.outbox import Lane
-from proto.runs import RunBuilder, cut
+from proto.runs import RunBuilder, cut, message_bytes
 
 T = TypeVar("T", bound=Message)
 
@@ -95,7 +96,8 @@ class Publisher(Entity, Generic[T]):
 
         Raises:
             TypeError: Not a message of this publisher's type.
-            InvalidMessageError: A field has a wrong type or is out of range; nothing was sent.
+            InvalidMessageError: A field has a wrong type or is out of range, or the message is larger than
+                the broker takes; nothing was sent.
             PublisherFull: KEEP_ALL only: the readers are slow and the queue is full. `await ready()` first.
             NodeDestroyed: The publisher has been destroyed.
         """
@@ -106,17 +108,35 @@ class Publisher(Entity, Generic[T]):
             raise PublisherFull(
                 f"'{self.topic_name}': {self.queued} messages wait for slow readers; await publisher.ready()"
             )
+        start = len(run.buffer)
         if isinstance(msg, bytes):
             self._codec.decode(msg)
             run.buffer += msg
         else:
             self._codec.append(msg, run.buffer)
+        if len(run.buffer) > limits.RUN_FLUSH_BYTES:
+            self._appended_much(start)
         first = run.length == 0
         if run.close_message():
             self.flush_turn()
             self.core.link.flush()
         elif first:
             self.core.link.flush_later(self)
+
+    def _appended_much(self, start: int) -> None:
+        """A message that fills a run by itself goes alone, unless it is too large to go at all."""
+        buffer = self._run.buffer
+        size = len(buffer) - start
+        try:
+            self.core.link.require_fits(f"A message on '{self.topic_name}'", size)
+        except InvalidMessageError:
+            del buffer[start:]
+            raise
+        if self._run.length and size > limits.RUN_FLUSH_BYTES:
+            message = bytes(memoryview(buffer)[start:])
+            del buffer[start:]
+            self.flush_turn()
+            self._run.buffer += message
 
     @property
     def _full(self) -> bool:
@@ -203,6 +223,8 @@ class Publisher(Entity, Generic[T]):
                     f"'{self.topic_name}': {self._lane.pending} messages were never sent: no broker"
                 )
             self.core.link.remove(self)
+        else:
+            self.core.departs(self._lane)
 
     def _leave(self) -> None:
         """Send the UNDECLARE behind what waits in the lane."""
@@ -211,6 +233,7 @@ class Publisher(Entity, Generic[T]):
         if self._unlimited or not self._lane.pending:
             link.publishers.pop(self._lane.publisher, None)  # no credit matters any more
         if link.channel is not None:
+            self.core.departs(self._lane)
             link.channel.outbox.put_lane(self._lane, encode(frames.Undeclare(self.id)))
             link.flush_later(self)
 
@@ -241,6 +264,7 @@ class Publisher(Entity, Generic[T]):
         if channel is None:
             return
         self._lane.restart(number)
+        self._drop_too_large()
         self._resend_retained()
         self._live = True
         self._unlimited = True
@@ -249,6 +273,16 @@ class Publisher(Entity, Generic[T]):
         if self.destroyed:
             self._leave()
         link.flush_later(self)
+
+    def _drop_too_large(self) -> None:
+        """Give up what this broker would close the link for."""
+        largest = self.core.link.largest
+        gone = self._lane.drop_larger(largest)
+        if gone:
+            self.core.log.error(
+                f"'{self.topic_name}': dropped {gone} messages over the limit of {largest} bytes"
+            )
+        self._retained = deque(run for run in self._retained if message_bytes(run) <= largest)
 
     def _resend_retained(self) -> None:
         """Give a broker that does not have them the latched messages that had been sent before."""

@@ -166,6 +166,7 @@ class Service(Server, Generic[Q, A]):
     def _reply(self, call: int, response: object) -> None:
         try:
             body = self._replies.encode(cast("A", response))
+            self.core.link.require_fits(f"A response of '{self.srv_name}'", len(body))
         except (TypeError, InvalidMessageError) as error:
             self._reply_error(call, Status.INVALID_REPLY, error)
             self.core.callback_failed(

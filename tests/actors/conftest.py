@@ -1,0 +1,27 @@
+"""Fixtures for tests of the node runtime; nothing of it may be left when a test has ended."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import AsyncExitStack
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.actors.meeting import Meeting
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+
+@pytest.fixture
+async def meeting() -> AsyncIterator[Meeting]:
+    """A broker on a free port and nodes, all in the test's loop; no task of theirs outlives them."""
+    before = asyncio.all_tasks()
+    async with AsyncExitStack() as stack:
+        place = Meeting(stack)
+        await place.open()
+        stack.push_async_callback(place.stop_broker)
+        yield place
+    left = asyncio.all_tasks() - before - {asyncio.current_task()}
+    assert not left

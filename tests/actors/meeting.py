@@ -1,0 +1,86 @@
+"""A broker and nodes in the test's own loop: what the tests of the runtime meet in."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final
+
+import actors
+from broker import Broker, BrokerOptions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import AsyncExitStack
+
+DEADLINE_SEC: Final = 20.0
+"""For any single event, on a machine that is busy. Nothing waits this long in vain."""
+
+KEEP_ALL: Final = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
+
+
+async def until(condition: Callable[[], object]) -> None:
+    """Let the loop turn until the condition holds."""
+    async with asyncio.timeout(DEADLINE_SEC):
+        while not condition():
+            await asyncio.sleep(0)
+
+
+async def turns(count: int = 5) -> None:
+    """Let the loop turn a few times: for what has to happen without the network."""
+    for _ in range(count):
+        await asyncio.sleep(0)
+
+
+def latched(depth: int) -> actors.QoSProfile:
+    """Return a profile whose last messages reach late joiners."""
+    return actors.QoSProfile(depth=depth, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Meeting:
+    """A broker, and running nodes that end with the test."""
+
+    def __init__(self, stack: AsyncExitStack) -> None:
+        self._stack = stack
+        self.broker = Broker(BrokerOptions(port=0))
+        self.url = ""
+
+    async def open(self) -> None:
+        """Start the broker."""
+        await self.broker.__aenter__()
+        self.url = self.broker.url
+
+    async def stop_broker(self) -> None:
+        """End the broker."""
+        await self.broker.stop()
+
+    async def restart_broker(self, **options: Any) -> None:
+        """Start another broker where the first one was; it remembers nothing."""
+        await self.broker.stop()
+        port = int(self.url.rsplit(":", 1)[1])
+        self.broker = Broker(BrokerOptions(port=port, **options))
+        await self.broker.__aenter__()
+
+    async def node(self, name: str, **options: Any) -> actors.Node:
+        """Start a node and wait until it is connected."""
+        node = await self._stack.enter_async_context(self.absent(name, **options))
+        await until(lambda: node.connected)
+        return node
+
+    def absent(self, name: str, **options: Any) -> actors.Node:
+        """Make a node that the test starts itself."""
+        return actors.Node(name, **{"url": self.url, "use_global_arguments": False, **options})
+
+    async def settled(self, *nodes: actors.Node) -> None:
+        """Wait until the broker has handled everything that these nodes have sent, and they its answers.
+
+        Twice round: what one node's frames cause at another has arrived when its second answer has.
+        """
+        for _ in range(2):
+            for node in nodes:
+                node._core.link.flush()
+                await node._core.link.round_trip()
+
+
+async def matched(entity: Any, count: int = 1) -> None:
+    """Wait until a publisher, subscription or client has this many counterparts."""
+    await until(lambda: entity.peers == count)
