@@ -97,8 +97,14 @@ class Turn:
             if self._task is not None:
                 self._task.cancel()
 
+    @property
+    def cancelled(self) -> bool:
+        """Whether `cancel` was called: a CancelledError without it is an error of the callback's."""
+        return self._cancelled
+
     def discard(self) -> None:
         """The turn will never run."""
+        self._cancelled = True
         self._coroutine.close()
 
     def _let_go(self) -> None:
@@ -167,6 +173,8 @@ class Mailbox:
         self._ready: deque[Source] = deque()
         self._resuming: deque[tuple[Turn, asyncio.Future[None]]] = deque()
         self._given: deque[Turn] = deque()
+        self._beside: set[Turn] = set()
+        """Turns whose task has not begun yet."""
         self._idle: deque[asyncio.Future[None]] = deque()
         self._busy = False
         self._pumping = False
@@ -184,6 +192,8 @@ class Mailbox:
         self._ready.clear()
         while self._given:
             self._given.popleft().discard()
+        while self._beside:
+            self._beside.pop().discard()
 
     @property
     def free(self) -> bool:
@@ -259,7 +269,12 @@ class Mailbox:
         if self._spawn is None:
             turn.discard()
         else:
-            self._spawn(turn.run())
+            self._beside.add(turn)
+            self._spawn(self._run_beside(turn))
+
+    async def _run_beside(self, turn: Turn) -> None:
+        self._beside.discard(turn)
+        await turn.run()
 
     def release(self) -> None:
         """The holder lets go."""

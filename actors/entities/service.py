@@ -119,7 +119,7 @@ class Service(Server, Generic[Q, A]):
                     result = self._callback(request, self._response_type())
                 else:
                     result = self._callback(request)
-            except Exception as error:  # noqa: BLE001 - the user's: logged, counted, sent to the caller
+            except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, sent to the caller
                 self._raised(call, error)
                 continue
             if not asyncio.iscoroutine(result):
@@ -139,7 +139,7 @@ class Service(Server, Generic[Q, A]):
             del self._running[call]
             if error is None:
                 self._reply(call, result)
-            elif isinstance(error, asyncio.CancelledError):
+            elif turn.cancelled and isinstance(error, asyncio.CancelledError):
                 self._reply_text(call, Status.CANCELLED, "the handler was cancelled")
             else:
                 self._raised(call, error)

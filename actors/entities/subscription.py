@@ -24,7 +24,7 @@ from proto.frames import Replay, Run
 from proto.runs import cut, message_bytes, messages
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator, Callable, Sequence
 
     from actors.feeds import Inflow
 
@@ -62,13 +62,20 @@ class MessageInfo(NamedTuple):
 class _Batch:
     """Decoded messages of one run that wait."""
 
-    __slots__ = ("base", "end", "index", "inflow", "messages", "received_ns", "size", "stamp_ns")
+    __slots__ = ("end", "index", "inflow", "messages", "numbers", "received_ns", "size", "stamp_ns")
 
-    def __init__(self, inflow: Inflow, run: Run | Replay, decoded: list[Any], received_ns: int) -> None:
+    def __init__(
+        self,
+        inflow: Inflow,
+        run: Run | Replay,
+        decoded: list[Any],
+        numbers: Sequence[int],
+        received_ns: int,
+    ) -> None:
         self.inflow = inflow
         self.messages = decoded
         self.index = 0
-        self.base = run.first_sequence
+        self.numbers = numbers
         self.stamp_ns = run.stamp_ns
         self.received_ns = received_ns
         self.end = 0
@@ -77,7 +84,7 @@ class _Batch:
     def info(self) -> MessageInfo:
         """Return the message info of the message at `index`."""
         flow = self.inflow
-        return MessageInfo(self.stamp_ns, self.received_ns, self.base + self.index, flow.gid, flow.node)
+        return MessageInfo(self.stamp_ns, self.received_ns, self.numbers[self.index], flow.gid, flow.node)
 
 
 class Subscription(Entity, Generic[M]):
@@ -200,11 +207,11 @@ class Subscription(Entity, Generic[M]):
             start = stop - self._depth
         if start:
             run = cut(_as_run(run), start, stop)
-        decoded = self._decode(run)
+        decoded, numbers = self._decode(run)
         if not decoded:
             self._taken(inflow, end, size)
             return
-        batch = _Batch(inflow, run, decoded, time.time_ns())
+        batch = _Batch(inflow, run, decoded, numbers, time.time_ns())
         batch.end, batch.size = end, size
         self._batches.append(batch)
         self._pending += len(decoded)
@@ -218,27 +225,31 @@ class Subscription(Entity, Generic[M]):
             return self._waiter is not None and not self._waiter.done()
         return not self._running and (self._concurrent or self.core.mailbox.free)
 
-    def _decode(self, run: Run | Replay) -> list[Any]:
+    def _decode(self, run: Run | Replay) -> tuple[list[Any], Sequence[int]]:
+        """Return the messages of a run, and their numbers."""
+        numbers = range(run.first_sequence, run.first_sequence + run.length)
         codec = self._codec
         if codec is None:
-            return [bytes(message) for message in messages(run)]
+            return [bytes(message) for message in messages(run)], numbers
         try:
-            return codec.decode_run(run.payload)
+            return codec.decode_run(run.payload), numbers
         except InvalidMessageError:
-            return list(self._decode_each(codec, run))
+            return self._decode_each(codec, run)
 
-    def _decode_each(self, codec: Codec[Any], run: Run | Replay) -> list[Any]:
+    def _decode_each(self, codec: Codec[Any], run: Run | Replay) -> tuple[list[Any], Sequence[int]]:
         """A run with bad messages in it: keep the good ones."""
         good: list[Any] = []
-        for message in messages(run):
+        numbers: list[int] = []
+        for number, message in enumerate(messages(run), run.first_sequence):
             try:
                 good.append(codec.decode(message))
+                numbers.append(number)
             except InvalidMessageError as error:
                 self.undecodable += 1
                 self.core.log.warning(
                     f"Dropped an invalid message on '{self.topic_name}': {error}", throttle_duration_sec=1.0
                 )
-        return good
+        return good, numbers
 
     # What goes out
 
@@ -283,8 +294,8 @@ class Subscription(Entity, Generic[M]):
 
     def _taken(self, inflow: Inflow, end: int, size: int) -> None:
         """A whole run is off our hands: give its publisher new credit when half of the old is used up."""
-        if not self._credit:
-            return
+        if not self._credit or self._inflows.get(inflow.gid) is not inflow:
+            return  # to grant after the session's end would be to grant to another publisher
         inflow.taken_bytes += size
         if (
             inflow.granted_sequence - end < WINDOW_MESSAGES // 2
@@ -312,7 +323,7 @@ class Subscription(Entity, Generic[M]):
             message = self._pop()
             try:
                 result = callback(message) if info is None else callback(message, info)
-            except Exception as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
+            except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
                 self.core.callback_failed(self._what, error)
                 continue
             if result is not None and asyncio.iscoroutine(result):
@@ -326,7 +337,7 @@ class Subscription(Entity, Generic[M]):
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result
         self._running -= 1
-        if error is not None and not isinstance(error, asyncio.CancelledError):
+        if error is not None:
             self.core.callback_failed(self._what, error)
         if self.has_work():
             self.core.mailbox.post(self)

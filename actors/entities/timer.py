@@ -129,7 +129,7 @@ class Timer:
         self.ticks += 1
         try:
             result = self._callback(self._info()) if self._with_info else self._callback()
-        except Exception as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
+        except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
             self._core.callback_failed(self._what, error)
             return None
         if not asyncio.iscoroutine(result):
@@ -146,8 +146,9 @@ class Timer:
 
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result
-        self._running = None
-        if error is not None and not isinstance(error, asyncio.CancelledError):
+        turn, self._running = self._running, None
+        destroyed = turn is not None and turn.cancelled and isinstance(error, asyncio.CancelledError)
+        if error is not None and not destroyed:
             self._core.callback_failed(self._what, error)
 
     @property
