@@ -138,7 +138,7 @@ class Link:
         self._closing = False
         self._connecting: Channel | None = None
         self._hearing: _Hearing | None = None
-        self._changed: set[asyncio.Future[None]] = set()
+        self._changed: dict[asyncio.Future[None], None] = {}
         self._keepalive_sec = limits.DEFAULT_KEEPALIVE_SEC
         self.largest = _largest(limits.MAX_MESSAGE_BYTES)
         self._ended: asyncio.Event = asyncio.Event()
@@ -212,11 +212,11 @@ class Link:
         """Wait until something about sending has changed: room, credit, a session."""
         assert self.loop is not None
         waiter: asyncio.Future[None] = self.loop.create_future()
-        self._changed.add(waiter)
+        self._changed[waiter] = None
         try:
             await waiter
         finally:
-            self._changed.discard(waiter)
+            del self._changed[waiter]
 
     def wake(self) -> None:
         """Let everybody who waits in `changed` look again."""

@@ -129,7 +129,7 @@ class Node(NodeGraph, NodeParameters):
         self._connect_timeout_sec = connect_timeout_sec
         self._stop_timeout_sec = stop_timeout_sec
         self._group: asyncio.TaskGroup | None = None
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: dict[asyncio.Task[None], None] = {}
         self._body: asyncio.Task[Any] | None = None
         self._done: asyncio.Event | None = None
         self._failure: Exception | None = None
@@ -358,8 +358,8 @@ class Node(NodeGraph, NodeParameters):
     def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         assert self._group is not None
         task = self._group.create_task(coroutine)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        self._tasks[task] = None
+        task.add_done_callback(self._tasks.pop)
         return task
 
     async def _keep_link(self) -> None:

@@ -109,7 +109,7 @@ class Member:
         for told in self.told:
             told.gone = True
         for heard in self.heard:
-            heard.gone = True
+            heard.leave()
 
     async def activities_end(self) -> None:
         """Wait until everything the member has begun by itself has come to its end."""
@@ -190,9 +190,8 @@ class Member:
         subscription = self.node.create_subscription(
             Note, topic, callback, qos or self._qos(), concurrent=kind == "beside"
         )
-        heard = Heard(
-            f"{self.host}<{topic}<{len(self.world.journal.heard)}({kind})", self.world.complain, subscription
-        )
+        name = f"{self.host}<{topic}<{len(self.world.journal.heard)}({kind})"
+        heard = Heard(name, self.world.complain, self.world.loop.time, subscription)
         self.heard.append(heard)
         self.world.journal.heard.append(heard)
         if kind == "iterate":
@@ -350,7 +349,7 @@ class Member:
         if len(self.heard) > 1:
             heard = self.random.choice(self.heard)
             self.heard.remove(heard)
-            heard.gone = True
+            heard.leave()
             self.node.destroy_subscription(heard.subscription)
 
     def _serve_anew(self) -> None:

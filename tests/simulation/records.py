@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -80,8 +81,9 @@ class Heard:
 
     name: str
     complain: Callable[[str], None]
+    clock: Callable[[], float]
     subscription: Subscription[Note]
-    gone: bool = False
+    gone_at: float = math.inf
     first: dict[bytes, int] = field(default_factory=dict)
     numbers: dict[str, list[int]] = field(default_factory=dict)
     early: dict[bytes, set[int]] = field(default_factory=dict)
@@ -102,6 +104,10 @@ class Heard:
         self.subscription.attached = noting_attached  # type: ignore[method-assign]
         self.subscription.receive = noting_receive  # type: ignore[method-assign]
 
+    def leave(self) -> None:
+        """Nothing more should come."""
+        self.gone_at = self.clock()
+
     def note(self, message: Note, info: actors.MessageInfo | None) -> None:
         """A message has come: complain unless it is newer than everything its publisher has said."""
         numbers = self.numbers.setdefault(message.source, [])
@@ -110,7 +116,8 @@ class Heard:
             self.complain(
                 f"{self.name} hears {message.source} #{message.number} {what}, after #{numbers[-1]}"
             )
-        if self.gone:
+        if self.clock() > self.gone_at:
+            # Not at the very moment: a coroutine callback that has been called may still begin.
             self.complain(f"{self.name} hears {message.source} #{message.number} after it has gone")
         numbers.append(message.number)
         if info is not None and info.publication_sequence_number != message.number:
