@@ -249,7 +249,7 @@ class Mailbox:
     async def _work(self) -> None:
         """Run turns until closed. Idle workers wait for the next turn."""
         loop = asyncio.get_running_loop()
-        while self._spawn is not None:
+        while True:
             while self._given:
                 turn = self._given.popleft()
                 await turn.run()
@@ -260,6 +260,8 @@ class Mailbox:
                     self._returning = True
                     self._pump()
                     self._returning = False
+            if self._spawn is None:
+                return  # closed meanwhile; the cancellation that came with it may have ended the turn
             waiter: asyncio.Future[None] = loop.create_future()
             self._idle.append(waiter)
             await waiter

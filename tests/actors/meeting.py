@@ -15,7 +15,20 @@ if TYPE_CHECKING:
 DEADLINE_SEC: Final = 20.0
 """For any single event, on a machine that is busy. Nothing waits this long in vain."""
 
+MIB: Final = 1024 * 1024
+
 KEEP_ALL: Final = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
+
+
+class Blow(actors.Service, type_name="meeting/srv/Blow"):
+    """Requests and replies of any size."""
+
+    class Request(actors.Message):
+        size: int = 0
+        data: bytes = b""
+
+    class Response(actors.Message):
+        data: bytes = b""
 
 
 async def until(condition: Callable[[], object]) -> None:

@@ -353,9 +353,11 @@ async def test_a_bad_message_drops_only_itself(node: actors.Node, caplog: pytest
     assert "invalid message on '/numbers'" in caplog.text
 
 
-async def test_numbers_stay_with_their_messages_around_a_bad_one(node: actors.Node) -> None:
+async def test_numbers_stay_with_their_messages_around_a_bad_one(tmp_path: Path) -> None:
     """The sequence number of a message behind a dropped one is its own."""
     numbers: list[tuple[int, int]] = []
+    node = actors.Node("quiet", url=f"callboard+unix://{tmp_path}/none")
+    node._core.mailbox.open(lambda _: None)
     subscription = node.create_subscription(
         Int64, "numbers", lambda msg, info: numbers.append((msg.data, info.publication_sequence_number))
     )
