@@ -172,6 +172,7 @@ class Entity:
         self.destroyed = True
         self.core.entities.pop(self, None)
         self.core.link.remove(self)
+        self.core.link.wake()
 
     def declaration(self) -> frames.Frame:
         """Endpoint: return the frame that declares it."""

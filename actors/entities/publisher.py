@@ -225,6 +225,7 @@ class Publisher(Entity, Generic[T]):
             self.core.link.remove(self)
         else:
             self.core.departs(self._lane)
+        self.core.link.wake()
 
     def _leave(self) -> None:
         """Send the UNDECLARE behind what waits in the lane."""
