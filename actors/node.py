@@ -131,6 +131,7 @@ class Node(NodeGraph, NodeParameters):
         self._group: asyncio.TaskGroup | None = None
         self._tasks: dict[asyncio.Task[None], None] = {}
         self._body: asyncio.Task[Any] | None = None
+        self._cancelled_body: asyncio.Task[Any] | None = None
         self._done: asyncio.Event | None = None
         self._failure: Exception | None = None
         for method, declare in declared(type(self)):
@@ -377,6 +378,7 @@ class Node(NodeGraph, NodeParameters):
                 self._done.set()
             if self._body is not None:
                 self._body.cancel()
+                self._cancelled_body = self._body
 
     async def __aexit__(
         self,
@@ -386,7 +388,7 @@ class Node(NodeGraph, NodeParameters):
     ) -> Literal[False]:
         """Stop: send what is queued, take everything back, end every task."""
         assert self._group is not None
-        body, self._body = self._body, None
+        self._body = None
         try:
             await self._close()
         finally:
@@ -394,9 +396,9 @@ class Node(NodeGraph, NodeParameters):
                 task.cancel()
             group, self._group = self._group, None
             await group.__aexit__(None, None, None)
+        if self._cancelled_body is not None:
+            self._cancelled_body.uncancel()
         if self._failure is not None and (error is None or isinstance(error, asyncio.CancelledError)):
-            if body is not None:
-                body.uncancel()
             raise self._failure
         return False
 
