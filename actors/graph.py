@@ -114,6 +114,7 @@ class GraphView:
         for waiter in self._definitions.pop(frame.type_hash, []):
             if not waiter.done():
                 waiter.set_result(frame.definition)
+        self._core.link.wake()
 
     async def snapshot(self, timeout_sec: float = QUERY_TIMEOUT_SEC) -> GraphPicture:
         """Return the graph as it is now, what this node has declared included.
@@ -150,15 +151,20 @@ class GraphView:
             self._close(watch)
 
     async def describe(self, type_hash: str, timeout_sec: float = QUERY_TIMEOUT_SEC) -> bytes | None:
-        """Return the definition behind a type hash, if the broker has seen it."""
+        """Return the definition behind a type hash, if the broker has seen it.
+
+        Raises:
+            BrokerUnreachable: No broker within `timeout_sec`, or the link broke meanwhile.
+        """
         await self._connected(timeout_sec)
-        channel = self._core.link.channel
-        assert channel is not None
+        link = self._core.link
+        assert link.channel is not None
+        session = link.connections
         waiter: asyncio.Future[bytes | None] = self._core.require_loop().create_future()
         self._definitions.setdefault(type_hash, []).append(waiter)
-        channel.send(frames.Describe(type_hash))
-        async with asyncio.timeout(timeout_sec):
-            return await waiter
+        link.channel.send(frames.Describe(type_hash))
+        await self._answered(waiter.done, session, timeout_sec)
+        return waiter.result()
 
     async def _connected(self, timeout_sec: float) -> None:
         link = self._core.link
@@ -173,7 +179,14 @@ class GraphView:
             await self._connected(timeout_sec)
             if watch.session != link.connections:
                 self._ask(watch)
-            session = watch.session
+            await self._answered(condition, watch.session, timeout_sec)
+        finally:
+            self._close(watch)
+
+    async def _answered(self, condition: Callable[[], bool], session: int, timeout_sec: float) -> None:
+        """Wait until the broker has answered what it was asked in a session."""
+        link = self._core.link
+        try:
             await self._core.wait_until(
                 lambda: condition() or link.connections != session or not link.connected,
                 "The broker's answer",
@@ -181,8 +194,6 @@ class GraphView:
             )
         except WaitTimeout as error:
             raise BrokerUnreachable(f"No answer from the broker at {link.place}") from error
-        finally:
-            self._close(watch)
         if not condition():
             raise BrokerUnreachable(f"The link to the broker at {link.place} broke")
 
