@@ -120,12 +120,16 @@ class Topics:
         self._count(subscription, 0)
 
     def _unroute(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
-        route = publisher.routes[subscription.peer.id]
+        peer = subscription.peer
+        route = publisher.routes[peer.id]
+        if peer.suspended:
+            # It lives on, and when it is back the publisher may have gone without a word.
+            self._emit(Send(peer.id, frames.Detached(publisher.key, (subscription.id,))))
         del route.subscriptions[subscription.id]
         if route.subscriptions:
             route.lane.depth = _depth(route)
             return
-        del publisher.routes[subscription.peer.id]
+        del publisher.routes[peer.id]
         self.abandoned += route.lane.pending
         self.retired_dropped += route.lane.dropped
         self._emit(Discard(route.peer.id, route.lane))
