@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 MAX_TURNS = 2_000_000
 """Turns of a loop before it is taken for one that spins without time going on."""
 
+MAX_SECONDS = 5000.0
+"""Virtual time after which somebody is taken to wait for ever, while others keep the loop busy."""
+
 
 class Stuck(Exception):  # noqa: N818 - it is a verdict, not an error of the loop
     """Nothing is ready, nothing is scheduled, and somebody still waits; or the loop spins."""
@@ -66,6 +69,9 @@ class SimulatedLoop(BaseEventLoop):
         self._turns += 1
         if self._turns > MAX_TURNS:
             raise Stuck(f"{MAX_TURNS} turns of the loop, now at {self._now:.6f} s")
+        if self._now > MAX_SECONDS:
+            waiting = sorted(f"{task.get_name()}: {task.get_stack()}" for task in asyncio.all_tasks(self))
+            raise Stuck(f"at {self._now:.6f} s there still run {waiting}")
         if timeout is None:
             raise Stuck(f"nothing can ever happen again, at {self._now:.6f} s")
         if timeout > 0:

@@ -324,6 +324,9 @@ class Member:
             expected = request.number % 17 == 0 and "ValueError" in str(error)
             if isinstance(error, actors.RemoteError) and not expected:
                 world.complain(f"{call.name} #{request.number}: {error!r}")
+        except actors.NodeDestroyed:
+            ended(None)
+            call.outcome = "destroyed"
         finally:
             world.note(f"{call.name} #{call.number} ends: {call.outcome or 'cancelled'}")
         return call.outcome

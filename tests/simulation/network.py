@@ -56,8 +56,10 @@ class Weather:
 _FIN: Final = "fin"
 _RESET: Final = "reset"
 
-_FINE_SEGMENTS: Final = 3000
-"""After so many segments a pipe takes larger ones: the point has been made."""
+_FINE: Final = 3000
+"""After so many segments, or reads, a pipe takes larger ones: the point has been made."""
+
+_COARSE: Final = 64 * 1024
 
 
 class Pipe:
@@ -82,7 +84,7 @@ class Pipe:
         self._in_flight = 0
         self._arrived = bytearray()
         self._end: str | None = None
-        self._segments = 0
+        self._segments = self._reads = 0
         self._last_arrival = 0.0
         self._read_due = False
         self._read_at = 0.0
@@ -100,7 +102,7 @@ class Pipe:
             if room <= 0:
                 return
             self._segments += 1
-            most = self.weather.segment if self._segments < _FINE_SEGMENTS else 64 * 1024
+            most = self.weather.segment if self._segments < _FINE else _COARSE
             size = min(room, len(self.unsent), self._random.randint(1, most))
             segment = bytes(self.unsent[:size])
             del self.unsent[:size]
@@ -158,7 +160,10 @@ class Pipe:
         if not self.target.reading:
             return
         if self._arrived:
-            size = self.target.take(self._arrived, self._random.randint(1, self.weather.read))
+            self._reads += 1
+            coarse = self._reads > _FINE and not self.weather.read_pause
+            most = max(_COARSE, self.weather.read) if coarse else self.weather.read
+            size = self.target.take(self._arrived, self._random.randint(1, most))
             self._network.note(self.name, size)
             self.pump()
             self.source.drained()

@@ -97,8 +97,9 @@ class Heard:
 
         def noting_receive(inflow: Inflow, run: Run | Replay) -> None:
             if isinstance(run, Replay):
+                start = max(run.first_sequence, self.subscription._seen.get(inflow.gid, 0))
                 end = min(run.first_sequence + run.length, self.first[inflow.gid])
-                self.early.setdefault(inflow.gid, set()).update(range(run.first_sequence, end))
+                self.early.setdefault(inflow.gid, set()).update(range(start, end))
             receive(inflow, run)
 
         self.subscription.attached = noting_attached  # type: ignore[method-assign]
