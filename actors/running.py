@@ -56,15 +56,20 @@ def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
 
 @contextmanager
 def _terminate_interrupts() -> Generator[None]:
-    """Let SIGTERM raise KeyboardInterrupt, as SIGINT does, before the loop listens to both and after it."""
+    """Let SIGTERM raise KeyboardInterrupt, as SIGINT does, before the loop listens to both and after it.
+
+    Both are as before in the end: uvloop leaves a closed loop's handler behind.
+    """
     if not _in_main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _in_main_thread() -> bool:

@@ -1,0 +1,183 @@
+"""`actors.run`: results, failures in one line, exit codes and signals."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import signal
+import sys
+import threading
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import actors
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+
+@pytest.fixture(autouse=True)
+def as_before() -> Iterator[None]:
+    """`actors.run` sets up the process's logging; put it back."""
+    log = logging.getLogger("callboard")
+    level = log.level
+    handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    yield
+    log.setLevel(level)
+    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == handlers
+
+
+def lonely(tmp_path: Path, name: str = "n", **options: Any) -> actors.Node:
+    """Return a node that never finds a broker."""
+    return actors.Node(name, url=f"callboard+unix://{tmp_path}/none", **options)
+
+
+def test_the_result_of_a_coroutine_function_is_returned() -> None:
+    """One coroutine function: its result."""
+
+    async def main() -> int:
+        return 42
+
+    assert actors.run(main, args=[]) == 42
+
+
+def test_programs_run_side_by_side(tmp_path: Path) -> None:
+    """Nodes, factories and coroutine functions run together until all have ended."""
+    met: set[str] = set()
+    both = asyncio.Barrier(3)
+
+    class Member(actors.Node):
+        def __init__(self, name: str) -> None:
+            super().__init__(name, url=f"callboard+unix://{tmp_path}/none")
+            self.create_timer(0, self.meet)
+
+        async def meet(self) -> None:
+            await both.wait()
+            met.add(self.get_name())
+            self.destroy_node()
+
+    async def main() -> str:
+        await both.wait()
+        met.add("main")
+        return "not returned, there are several"
+
+    assert actors.run(Member("a"), lambda: Member("b"), main, args=[]) is None
+    assert met == {"a", "b", "main"}
+
+
+def test_arguments_reach_the_nodes(tmp_path: Path) -> None:
+    """What stands behind --ros-args renames nodes that are made in the run, and those only."""
+    names: list[str] = []
+
+    async def main() -> None:
+        names.append(lonely(tmp_path).get_name())
+        names.append(lonely(tmp_path, use_global_arguments=False).get_name())
+
+    actors.run(main, args=["--ros-args", "-r", "__node:=m"])
+    names.append(lonely(tmp_path).get_name())
+    assert names == ["m", "n", "n"]
+
+
+def test_bad_arguments_exit_2(capsys: pytest.CaptureFixture[str]) -> None:
+    """Arguments that cannot be read: one line on stderr, exit code 2, nothing runs."""
+
+    async def main() -> None:
+        pytest.fail("it must not run")
+
+    with pytest.raises(SystemExit) as caught:
+        actors.run(main, args=["--ros-args", "-r", "nonsense"])
+    assert caught.value.code == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_our_errors_exit_1_with_one_line(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, *, several: bool
+) -> None:
+    """A CallboardError ends everything: a line in the log, no traceback, exit code 1."""
+
+    async def for_ever() -> None:
+        await asyncio.Event().wait()
+
+    others = (for_ever, lonely(tmp_path, "other")) if several else ()
+    with pytest.raises(SystemExit) as caught:
+        actors.run(lonely(tmp_path, connect_timeout_sec=0), *others, args=[])
+    assert caught.value.code == 1
+    fatal = [record for record in caplog.records if record.levelno >= logging.CRITICAL]
+    assert len(fatal) == 1
+    assert "No broker at" in fatal[0].getMessage()
+    assert fatal[0].exc_info is None
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_other_errors_come_through(*, several: bool) -> None:
+    """What is not callboard's is raised as it is, without a group around it."""
+
+    async def main() -> None:
+        raise ZeroDivisionError
+
+    async def for_ever() -> None:
+        await asyncio.Event().wait()
+
+    with pytest.raises(ZeroDivisionError):
+        actors.run(main, *([for_ever] if several else []), args=[])
+
+
+def test_an_exit_in_a_program_is_its_own() -> None:
+    """sys.exit(7) in a program ends the process with 7."""
+
+    async def main() -> None:
+        sys.exit(7)
+
+    with pytest.raises(SystemExit) as caught:
+        actors.run(main, args=[])
+    assert caught.value.code == 7
+
+
+@pytest.mark.parametrize("kind", ["def", "async def"])
+def test_an_exit_in_a_callback_ends_the_run(tmp_path: Path, kind: str) -> None:
+    """sys.exit(7) in a callback of either kind ends the process with 7."""
+
+    def plain() -> None:
+        sys.exit(7)
+
+    async def slow() -> None:
+        sys.exit(7)
+
+    def make() -> actors.Node:
+        node = lonely(tmp_path)
+        node.create_timer(0.01, plain if kind == "def" else slow)
+        return node
+
+    with pytest.raises(SystemExit) as caught:
+        actors.run(make, args=[])
+    assert caught.value.code == 7
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("several", [False, True])
+def test_signals_end_a_run_cleanly(tmp_path: Path, number: signal.Signals, *, several: bool) -> None:
+    """SIGINT and SIGTERM: programs are cancelled, may clean up, and `run` returns None."""
+    if threading.current_thread() is not threading.main_thread():
+        pytest.skip("signals go to the main thread")
+    cleaned: list[str] = []
+
+    async def main() -> None:
+        os.kill(os.getpid(), number)
+        try:
+            await asyncio.Event().wait()
+        finally:
+            cleaned.append("yes")
+
+    others = (lonely(tmp_path, "other"),) if several else ()
+    assert actors.run(main, *others, args=[]) is None
+    assert cleaned == ["yes"]
+
+
+def test_what_is_no_program_is_refused() -> None:
+    """Something that gives neither a node nor an awaitable is a TypeError that says so."""
+    with pytest.raises(TypeError, match="nodes or coroutine functions"):
+        actors.run(lambda: 5, args=[])  # type: ignore[arg-type]
