@@ -259,8 +259,11 @@ class Link:
                 if await self._connect(url, None if self.connections else deadline):
                     if complained:
                         self._log.info(f"Connected to the broker at {url}")
-                    retry, complained = FIRST_RETRY_SEC, False
+                    complained = False
+                    began = self.loop.time()
                     await self._serve()
+                    if self.loop.time() - began > LAST_RETRY_SEC:
+                        retry = FIRST_RETRY_SEC
                 if self._closing:
                     return
                 if self._fatal is not None:
@@ -308,7 +311,7 @@ class Link:
                     await self.loop.create_connection(lambda: channel, url.host, url.port)
                 while self.channel is None and not self._ended.is_set():
                     await self.changed()
-        except (OSError, TimeoutError):
+        except (OSError, TimeoutError, UnicodeError):  # UnicodeError: a host that can be no host's name
             channel.abort()
             self._lost()
         finally:

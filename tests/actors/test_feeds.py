@@ -1,0 +1,109 @@
+"""Feeds: which subscription of a link gets which publisher's runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.feeds import Feeds, Inflow
+from proto.frames import Attached, Detached, Replay, Run
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+GID = bytes(16)
+
+
+class Ear:
+    """A reader that writes down what it is told."""
+
+    def __init__(self, name: str, diary: list[str]) -> None:
+        self.name = name
+        self.diary = diary
+        self.on_receive: Callable[[], None] = lambda: None
+
+    def receive(self, inflow: Inflow, run: Run | Replay) -> None:
+        self.diary.append(f"{self.name} {type(run).__name__} {inflow.publisher}")
+        self.on_receive()
+
+    def attached(self, inflow: Inflow) -> None:
+        self.diary.append(f"{self.name} + {inflow.publisher}")
+
+    def detached(self, inflow: Inflow) -> None:
+        self.diary.append(f"{self.name} - {inflow.publisher}")
+
+
+def run(publisher: int) -> Run:
+    return Run(publisher, 0, 0, 1, None, None, b"\xdd\0\0\0\1\xc0", b"")
+
+
+def feeds_of(count: int) -> tuple[Feeds, list[Ear], list[str]]:
+    diary: list[str] = []
+    feeds, ears = Feeds(), [Ear("abc"[number], diary) for number in range(count)]
+    for number, ear in enumerate(ears, 1):
+        feeds.add_reader(number, ear)
+    return feeds, ears, diary
+
+
+def test_a_run_goes_to_all_who_are_attached() -> None:
+    """One run is handed to each attached subscription, in the order of attachment, and to no other."""
+    feeds, _, diary = feeds_of(3)
+    feeds.attached(Attached(7, (1, 2, 99), GID, 0, "/n"))
+    feeds.attached(Attached(8, (3,), GID, 0, "/n"))
+    feeds.run_received(run(7))
+    feeds.run_received(run(9))
+    assert diary == ["a + 7", "b + 7", "c + 8", "a Run 7", "b Run 7"]
+
+
+def test_a_replay_goes_to_one() -> None:
+    """Latched messages are for the subscription that they name."""
+    feeds, _, diary = feeds_of(2)
+    feeds.attached(Attached(7, (1, 2), GID, 0, "/n"))
+    diary.clear()
+    feeds.replay_received(Replay(2, *run(7)[:-1]))
+    feeds.replay_received(Replay(99, *run(7)[:-1]))
+    assert diary == ["b Replay 7"]
+
+
+def test_detached_ends_it() -> None:
+    """After DETACHED no run comes; the others go on; unknown ids are ignored."""
+    feeds, _, diary = feeds_of(2)
+    feeds.attached(Attached(7, (1, 2), GID, 0, "/n"))
+    feeds.detached(Detached(7, (1, 99)))
+    feeds.detached(Detached(6, (1,)))
+    diary.clear()
+    feeds.run_received(run(7))
+    feeds.detached(Detached(7, (2,)))
+    feeds.run_received(run(7))
+    assert diary == ["b Run 7", "b - 7"]
+    assert feeds._inflows == {}
+
+
+def test_attached_anew_counts_once() -> None:
+    """A second ATTACHED for the same pair replaces the first: no run comes twice."""
+    feeds, _, diary = feeds_of(1)
+    feeds.attached(Attached(7, (1,), GID, 0, "/n"))
+    feeds.attached(Attached(7, (1,), GID, 5, "/n"))
+    feeds.run_received(run(7))
+    assert diary == ["a + 7", "a - 7", "a + 7", "a Run 7"]
+
+
+def test_a_reader_may_leave_while_it_reads() -> None:
+    """A callback that destroys a subscription does not disturb the run on its way to the others."""
+    feeds, ears, diary = feeds_of(3)
+    feeds.attached(Attached(7, (1, 2, 3), GID, 0, "/n"))
+    ears[0].on_receive = lambda: feeds.remove_reader(1)
+    diary.clear()
+    feeds.run_received(run(7))
+    feeds.run_received(run(7))
+    assert diary == ["a Run 7", "b Run 7", "c Run 7", "b Run 7", "c Run 7"]
+
+
+def test_a_lost_session_detaches_all() -> None:
+    """After `clear` every reader has been told, and old publisher ids mean nothing."""
+    feeds, _, diary = feeds_of(2)
+    feeds.attached(Attached(7, (1,), GID, 0, "/n"))
+    feeds.attached(Attached(8, (2,), GID, 0, "/n"))
+    diary.clear()
+    feeds.clear()
+    feeds.run_received(run(7))
+    assert diary == ["a - 7", "b - 8"]
