@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pytest
 
-DEFAULT_SEEDS = 8
+DEFAULT_SEEDS = 15
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from typing import TYPE_CHECKING, Any, Final
 
 import actors
@@ -22,6 +23,9 @@ SERVICES: Final = ("double", "twice")
 
 SLACK_SEC: Final = 0.001
 """What a timed wait may take beyond its time: a loop's turns take no virtual time."""
+
+CANCEL_SEC: Final = 0.7
+"""A cancellation reaches a handler within this, through the worst weather."""
 
 STOP_SEC: Final = 15.0
 """A node stops within this, whatever its callbacks do."""
@@ -208,6 +212,7 @@ class Member:
         async def asynchronous(request: Ask.Request) -> Ask.Response:
             self.world.journal.handle(request.caller, request.number)
             await asyncio.sleep(request.seconds)
+            self._still_wanted(request)
             return _answer(request)
 
         def plain(request: Ask.Request) -> Ask.Response:
@@ -217,6 +222,12 @@ class Member:
         callback = self.random.choice([plain, asynchronous])
         concurrent = self.random.random() < 0.5
         self.services.append(self.node.create_service(Ask, name, callback, concurrent=concurrent))
+
+    def _still_wanted(self, request: Ask.Request) -> None:
+        """Where nothing is broken, a handler is cancelled soon after its caller has given up."""
+        given_up = self.world.journal.given_up.get((request.caller, request.number), math.inf)
+        if self.world.calm and self.world.loop.time() - given_up > CANCEL_SEC:
+            self.world.complain(f"{request.caller} #{request.number} is handled for nobody")
 
     # What it does
 
@@ -307,7 +318,7 @@ class Member:
 
         def ended(_: object) -> None:
             # Not when the caller goes on: in a callback it waits for the mailbox first.
-            call.ended = world.loop.time()
+            call.ended = world.journal.given_up[call.name, call.number] = world.loop.time()
             allowed = timeout + SLACK_SEC + world.stalled - stalled
             if call.ended - call.began > allowed:
                 world.complain(f"{call.name} took {call.ended - call.began:.6f} s of {timeout} s")

@@ -146,6 +146,7 @@ class Journal:
     heard: list[Heard] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
     handled: dict[tuple[str, int], int] = field(default_factory=dict)
+    given_up: dict[tuple[str, int], float] = field(default_factory=dict)
     events: list[str] = field(default_factory=list)
 
     def handle(self, caller: str, number: int) -> None:

@@ -382,6 +382,24 @@ def test_credit_from_before_a_suspension_does_not_outlive_it() -> None:
     play(scene)
 
 
+def test_a_frozen_reader_forgets_a_publisher_that_left_meanwhile() -> None:
+    """What it was attached to before is not held for ever."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        listener.create_subscription(Note, "red", lambda _: None)
+        publisher = talker.create_publisher(Note, "red")
+        await matched(stage, publisher)
+        stage.network.block("listener", BROKER)
+        await matched(stage, publisher, 0)
+        talker.destroy_publisher(publisher)
+        stage.network.heal()
+        await asyncio.sleep(1)
+        assert not any(listener._core.link.feeds._inflows.values())
+
+    play(scene)
+
+
 def test_the_second_of_two_brokers_is_reached_through_a_mute_first() -> None:
     """A broker that accepts and says nothing costs one connection timeout, and its end does no harm."""
 
