@@ -131,7 +131,8 @@ class Pipe:
 
     def arrive(self) -> None:
         """What has travelled long enough arrives, unless the way is blocked: then later, as TCP would."""
-        now = self._loop.time()
+        # A loop runs a timer up to its clock's resolution early.
+        now = self._loop.time() + 1e-6
         while self._due and self._due[0] <= now and not self._network.blocked(self):
             self._due.popleft()
             item = self._flight.popleft()
