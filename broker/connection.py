@@ -90,6 +90,8 @@ class Connection:
 
     def batch_received(self) -> None:
         """ChannelHandler: one read has been handled; send what it caused."""
+        if self.suspended_at is not None:
+            self.restore()  # a PING came: any bytes count
         self._broker.flush()
 
     def room(self) -> None:

@@ -47,18 +47,19 @@ def update(publisher: PublisherRecord) -> Iterator[Delivery]:
     publisher.limit = limit
     if limit is None:
         publisher.promised = None
-        publisher.enforced = False
         yield Send(publisher.peer.id, Credit(publisher.key, None, None))
         return
+    if publisher.promised is None:
+        publisher.echoes_owed += 1
     sequence, size = publisher.promised or limit
     publisher.promised = max(sequence, limit[0]), max(size, limit[1])
     yield Send(publisher.peer.id, Credit(publisher.key, *limit))
 
 
-def confirmed(publisher: PublisherRecord, echo: Credit) -> None:
-    """The publisher knows that it has a limit: from now on it is held to it."""
-    if publisher.promised is not None and echo.sequence_limit is not None:
-        publisher.enforced = True
+def confirmed(publisher: PublisherRecord) -> None:
+    """The publisher knows of a limit; when it knows of the latest, it is held to it."""
+    if publisher.echoes_owed:
+        publisher.echoes_owed -= 1
 
 
 def check(publisher: PublisherRecord, run: Run) -> None:
@@ -71,7 +72,7 @@ def check(publisher: PublisherRecord, run: Run) -> None:
     Raises:
         ProtocolError: The run goes beyond.
     """
-    if not publisher.enforced or publisher.promised is None:
+    if publisher.echoes_owed or publisher.promised is None:
         return
     sequence_limit, byte_limit = publisher.promised
     number = publisher.next_sequence

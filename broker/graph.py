@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import OrderedDict
 from typing import TYPE_CHECKING, Final
 
@@ -22,6 +23,8 @@ REMOVED_PER_FRAME: Final = 4000
 
 MAX_WATCHES: Final = 100
 """Kept watches of one link."""
+
+_TYPE_TEXT: Final = re.compile(rf"[A-Za-z0-9_/.-]{{0,{limits.MAX_TYPE_NAME}}}")
 
 MAX_DEFINITIONS: Final = 10_000
 MAX_DEFINITION_BYTES: Final = 16 * 1024 * 1024
@@ -126,6 +129,6 @@ class Definitions:
         return self._known.get(type_hash)
 
 
-def too_long(text: str) -> bool:
-    """Tell whether a type's name or hash is beyond what a declaration may carry."""
-    return len(text.encode()) > limits.MAX_TYPE_NAME
+def is_type_text(text: str) -> bool:
+    """Tell whether a type's name or hash can be shown to people as it is; "" stands for any type."""
+    return _TYPE_TEXT.fullmatch(text) is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
@@ -72,6 +72,8 @@ class Peer:
     endpoints: dict[int, Endpoint] = field(default_factory=dict["int", "Endpoint"])
     suspended: bool = False
     pending_calls: int = 0
+    latched_bytes: int = 0
+    """Bytes kept for late joiners of its publishers."""
 
 
 @dataclass(slots=True, eq=False, kw_only=True)
@@ -132,8 +134,8 @@ class PublisherRecord(Endpoint):
     """The credit that has been sent: (sequence limit, byte limit)."""
     promised: tuple[int, int] | None = None
     """The greatest credit that has been sent since it was unlimited; None while unlimited."""
-    enforced: bool = False
-    """Whether the publisher has confirmed that it knows of a limit."""
+    echoes_owed: int = 0
+    """How many CREDIT frames that ended an unlimited time it has not confirmed yet."""
 
 
 @dataclass(slots=True, eq=False, kw_only=True)
@@ -155,6 +157,26 @@ class Route:
     peer: Peer
     lane: Lane
     subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
+    depths: Counter[int | None] = field(default_factory=Counter["int | None"])
+    """How many of the subscriptions have which depth: the lane has the greatest."""
+
+    def add(self, subscription: SubscriptionRecord) -> None:
+        """The runs are for this subscription, too."""
+        self.subscriptions[subscription.id] = subscription
+        self.depths[subscription.depth] += 1
+        self._deepen()
+
+    def remove(self, subscription: SubscriptionRecord) -> None:
+        """The runs are no longer for this subscription."""
+        del self.subscriptions[subscription.id]
+        self.depths[subscription.depth] -= 1
+        if not self.depths[subscription.depth]:
+            del self.depths[subscription.depth]
+        self._deepen()
+
+    def _deepen(self) -> None:
+        keep_all = None in self.depths
+        self.lane.depth = None if keep_all else max((d for d in self.depths if d is not None), default=1)
 
 
 @dataclass(slots=True, eq=False)

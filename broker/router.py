@@ -9,7 +9,7 @@ from __future__ import annotations
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
-from broker.graph import Definitions, Graph, too_long
+from broker.graph import Definitions, Graph, is_type_text
 from broker.qos import Refusal, read
 from broker.records import (
     ClientRecord,
@@ -28,6 +28,7 @@ from proto import frames
 from proto.errors import ErrorCode, InvalidNameError, ProtocolError
 from proto.frames import EntryKind, Frame, ReplyEntry, Status
 from proto.names import (
+    full_node_name,
     split_node_name,
     validate_full_service_name,
     validate_full_topic_name,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
 MAX_ENDPOINTS: Final = 20_000
 MAX_PENDING_CALLS: Final = 200_000
+MAX_LANE_BYTES: Final = 128 * 1024 * 1024
 
 
 class Router:
@@ -50,10 +52,15 @@ class Router:
     Args:
         max_endpoints: What one peer may declare.
         max_pending_calls: Unanswered calls of one peer.
+        max_lane_bytes: What may wait for a KEEP_ALL subscription whose credit allowed it.
     """
 
     def __init__(
-        self, *, max_endpoints: int = MAX_ENDPOINTS, max_pending_calls: int = MAX_PENDING_CALLS
+        self,
+        *,
+        max_endpoints: int = MAX_ENDPOINTS,
+        max_pending_calls: int = MAX_PENDING_CALLS,
+        max_lane_bytes: int = MAX_LANE_BYTES,
     ) -> None:
         self._out: list[Delivery] = []
         self._max_endpoints = max_endpoints
@@ -62,7 +69,7 @@ class Router:
         self._peers: dict[int, Peer] = {}
         self._instances: dict[bytes, Peer] = {}
         self._names: dict[str, NodeRecord] = {}
-        self.topics = Topics(self._out_append)
+        self.topics = Topics(self._out_append, max_lane_bytes=max_lane_bytes)
         self.services = Services(self._out_append, max_pending=max_pending_calls)
         self.graph = Graph(self._out_append)
         self.definitions = Definitions()
@@ -203,8 +210,9 @@ class Router:
             "type_name": frame.type_name or "",
             "type_hash": frame.type_hash or "",
         }
-        if too_long(common["type_name"]) or too_long(common["type_hash"]):
-            raise Refusal(ErrorCode.TOO_LARGE, "the type's name or hash is too long")
+        if not (is_type_text(common["type_name"]) and is_type_text(common["type_hash"])):
+            text = "a type's name and hash are at most 255 letters, digits and /_.-"
+            raise Refusal(ErrorCode.MALFORMED, text)
         if isinstance(frame, frames.Publisher | frames.Subscription):
             validate_full_topic_name(frame.topic)
             return self._make_on_topic(frame, common)
@@ -218,6 +226,8 @@ class Router:
         namespace, name = split_node_name(frame.name)
         validate_namespace(namespace)
         validate_node_name(name)
+        if frame.name != full_node_name(namespace, name):
+            raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
         if frame.name in self._names:
             text = f"A node named '{frame.name}' is there already; give this one another name"
             raise Refusal(ErrorCode.NAME_TAKEN, text)

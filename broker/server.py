@@ -203,6 +203,7 @@ class Broker:
             router = self._routers[domain] = Router(
                 max_endpoints=self.options.max_endpoints,
                 max_pending_calls=self.options.max_pending_calls,
+                max_lane_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
             )
         return router
 
@@ -219,24 +220,12 @@ class Broker:
         """Put deliveries into their links' outboxes; `flush` sends them."""
         for delivery in deliveries:
             connection = self._joined.get((router, delivery.peer))
-            if connection is None:
+            if connection is None or not connection.channel.connected:
                 continue
             self._dirty[connection] = None
-            outbox = connection.channel.outbox
-            match delivery:
-                case Queue(_, lane, item):
-                    outbox.put_lane(lane, item)
-                case SendCalls(_, raw, key):
-                    outbox.put_calls(raw, key)
-                case Send(_, frame):
-                    connection.channel.send(frame)
-                case DropCall(_, key, cancel):
-                    if not outbox.drop_call(key):
-                        outbox.put_calls(cancel)
-                case Discard(_, lane):
-                    outbox.drop_lane(lane)
-                case Close(_, code, text):
-                    connection.end(ErrorCode(code), text)
+            _put(connection, delivery)
+            if connection.overdue():
+                self._cut_off(connection)
 
     def flush(self) -> None:
         """Write to every link that was delivered to; end those that are too slow for their queues."""
@@ -244,11 +233,34 @@ class Broker:
             dirty, self._dirty = self._dirty, {}
             for connection in dirty:
                 connection.channel.flush()
-                if connection.overdue():
-                    limit = self.options.max_queue_bytes
-                    text = f"more than {limit} bytes wait for this link: it reads too slowly"
-                    connection.end(ErrorCode.LIMIT, text)
-                    connection.channel.abort()
+
+    def _cut_off(self, connection: Connection) -> None:
+        """More waits for a link than may: what cannot leave now will not."""
+        connection.channel.flush()
+        if connection.overdue():
+            limit = self.options.max_queue_bytes
+            text = f"more than {limit} bytes wait for this link: it reads too slowly"
+            connection.end(ErrorCode.LIMIT, text)
+            connection.channel.abort()
+
+
+def _put(connection: Connection, delivery: Delivery) -> None:
+    """Put one delivery where it waits for its turn."""
+    outbox = connection.channel.outbox
+    match delivery:
+        case Queue(_, lane, item):
+            outbox.put_lane(lane, item)
+        case SendCalls(_, raw, key):
+            outbox.put_calls(raw, key)
+        case Send(_, frame):
+            connection.channel.send(frame)
+        case DropCall(_, key, cancel):
+            if not outbox.drop_call(key):
+                outbox.put_calls(cancel)
+        case Discard(_, lane):
+            outbox.drop_lane(lane)
+        case Close(_, code, text):
+            connection.end(ErrorCode(code), text)
 
 
 def _absolute(path: Path) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from broker import credit
 from broker.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
 from broker.records import (
+    Close,
     Discard,
     PublisherRecord,
     Queue,
@@ -36,6 +37,15 @@ LATCHED_MESSAGES: Final = 1000
 LATCHED_BYTES: Final = 64 * 1024 * 1024
 """What is kept for late joiners of one publisher, whatever its depth: beyond it the oldest go."""
 
+LATCHED_BYTES_PER_LINK: Final = 256 * 1024 * 1024
+"""The same for all publishers of one link."""
+
+READERS_PER_FRAME: Final = 4000
+"""Subscriptions named in one DETACHED frame."""
+
+MAX_NOTICES: Final = 16
+"""Incompatible counterparts that one declaration is told of, and that are told of it."""
+
 
 SETTLE_LANES: Final = 1000
 """Lanes of publishers that have gone, before those that are empty are forgotten."""
@@ -46,6 +56,7 @@ class Topics:
 
     Args:
         emit: Takes each delivery.
+        max_lane_bytes: What may wait for a KEEP_ALL subscription.
 
     Attributes:
         routed: Messages that reached at least one link.
@@ -56,12 +67,14 @@ class Topics:
         abandoned: Messages that waited in a lane when its last reader left.
     """
 
-    def __init__(self, emit: Callable[[Delivery], None]) -> None:
+    def __init__(self, emit: Callable[[Delivery], None], *, max_lane_bytes: int) -> None:
         self._emit = emit
+        self._max_lane_bytes = max_lane_bytes
         self._topics: dict[str, TopicRecord] = {}
         self._publishers: dict[int, PublisherRecord] = {}
         self._peers_changed: dict[PublisherRecord | SubscriptionRecord, None] = {}
         self._leaving: dict[tuple[int, bytes], Lane] = {}
+        self._notices = 0
         """By peer and publisher gid, what publishers that have gone have left to be sent."""
         self.routed = self.copies = self.unmatched = self.stale = self.retired_dropped = self.abandoned = 0
 
@@ -72,6 +85,7 @@ class Topics:
         self._publishers[publisher.key] = publisher
         topic = self._topic(publisher.name)
         topic.publishers[publisher.key] = publisher
+        self._notices = 0
         for subscription in topic.subscriptions.values():
             self._match(publisher, subscription)
 
@@ -79,19 +93,22 @@ class Topics:
         """Match a subscription that is new or back."""
         topic = self._topic(subscription.name)
         topic.subscriptions[subscription.key] = subscription
+        self._notices = 0
         for publisher in topic.publishers.values():
             self._match(publisher, subscription)
 
     def forget_publisher(self, publisher: PublisherRecord) -> None:
         """Take no more runs of a publisher that has left for good."""
         self._publishers.pop(publisher.key, None)
+        self._count_latched(publisher, -publisher.latched_bytes)
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:
         """Take a publisher out; its readers get what is queued, and then DETACHED."""
         self._leave(publisher.name, publisher)
         for route in publisher.routes.values():
-            detached = frames.Detached(publisher.key, tuple(route.subscriptions))
-            self._emit(Queue(route.peer.id, route.lane, encode(detached)))
+            for readers in _slices(tuple(route.subscriptions), READERS_PER_FRAME):
+                detached = encode(frames.Detached(publisher.key, readers))
+                self._emit(Queue(route.peer.id, route.lane, detached))
             self._leave_lane(route.peer.id, publisher.gid, route.lane)
         if len(self._leaving) > SETTLE_LANES:
             self._settle()
@@ -104,7 +121,6 @@ class Topics:
         if publisher.peer.suspended:
             self._credit(publisher)  # it may come back to readers that set no limit
         publisher.limit = publisher.promised = None
-        publisher.enforced = False
         self._count(publisher, 0)
 
     def leave_subscription(self, subscription: SubscriptionRecord) -> None:
@@ -125,9 +141,8 @@ class Topics:
         if peer.suspended:
             # It lives on, and when it is back the publisher may have gone without a word.
             self._emit(Send(peer.id, frames.Detached(publisher.key, (subscription.id,))))
-        del route.subscriptions[subscription.id]
+        route.remove(subscription)
         if route.subscriptions:
-            route.lane.depth = _depth(route)
             return
         del publisher.routes[peer.id]
         self.abandoned += route.lane.pending
@@ -175,8 +190,7 @@ class Topics:
         if route is None:
             lane = self._lane(peer.id, publisher, subscription.depth)
             route = publisher.routes[peer.id] = Route(peer, lane)
-        route.subscriptions[subscription.id] = subscription
-        route.lane.depth = _depth(route)
+        route.add(subscription)
         attached = frames.Attached(
             publisher.key,
             (subscription.id,),
@@ -240,8 +254,12 @@ class Topics:
             f" ({subscription.type_name}): the {what}"
         )
         for endpoint in (publisher, subscription):
-            notice = frames.Notice(endpoint.id, NoticeKind.INCOMPATIBLE_TYPE, text)
-            self._emit(Send(endpoint.peer.id, notice))
+            self._notify(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text)
+
+    def _notify(self, endpoint: PublisherRecord | SubscriptionRecord, kind: NoticeKind, text: str) -> None:
+        self._notices += 1
+        if self._notices <= 2 * MAX_NOTICES:
+            self._emit(Send(endpoint.peer.id, frames.Notice(endpoint.id, kind, text)))
 
     def _incompatible_qos(
         self, publisher: PublisherRecord, subscription: SubscriptionRecord, policy: str
@@ -257,8 +275,7 @@ class Topics:
                 f"New publisher discovered on topic '{publisher.name}', offering incompatible QoS.",
             ),
         ):
-            notice = frames.Notice(endpoint.id, NoticeKind.INCOMPATIBLE_QOS, f"{text} {last}")
-            self._emit(Send(endpoint.peer.id, notice))
+            self._notify(endpoint, NoticeKind.INCOMPATIBLE_QOS, f"{text} {last}")
 
     def _count(self, endpoint: PublisherRecord | SubscriptionRecord, peers: int) -> None:
         if endpoint.peers != peers:
@@ -299,6 +316,16 @@ class Topics:
         self.copies += run.length * len(routes)
         for route in routes.values():
             self._emit(Queue(route.peer.id, route.lane, run))
+            if route.lane.depth is None and route.lane.pending_bytes > self._max_lane_bytes:
+                self._overflow(publisher, route)
+
+    def _overflow(self, publisher: PublisherRecord, route: Route) -> None:
+        """Credit should have prevented this: whoever ignores it must go."""
+        if publisher.echoes_owed:
+            text = f"the publisher on '{publisher.name}' does not confirm its credit"
+            raise ProtocolError(ErrorCode.CREDIT, text)
+        text = f"a subscription to '{publisher.name}' grants credit without reading"
+        self._emit(Close(route.peer.id, ErrorCode.LIMIT, text))
 
     def _owned(self, peer: Peer, number: int) -> PublisherRecord:
         publisher = self._publishers.get(number)
@@ -311,19 +338,25 @@ class Topics:
         keep = publisher.keep
         publisher.latched.append(run)
         publisher.latched_messages += run.length
-        publisher.latched_bytes += message_bytes(run)
-        while (
-            publisher.latched_messages > keep or publisher.latched_bytes > LATCHED_BYTES
-        ) and publisher.latched_messages > 1:
+        self._count_latched(publisher, message_bytes(run))
+        while publisher.latched and (
+            publisher.latched_messages > keep
+            or publisher.latched_bytes > LATCHED_BYTES
+            or publisher.peer.latched_bytes > LATCHED_BYTES_PER_LINK
+        ):
             oldest = publisher.latched.popleft()
             over = publisher.latched_messages - keep
             publisher.latched_messages -= oldest.length
-            publisher.latched_bytes -= message_bytes(oldest)
+            self._count_latched(publisher, -message_bytes(oldest))
             if 0 < over < oldest.length:
                 rest = cut(oldest, over, oldest.length)
                 publisher.latched.appendleft(rest)
                 publisher.latched_messages += rest.length
-                publisher.latched_bytes += message_bytes(rest)
+                self._count_latched(publisher, message_bytes(rest))
+
+    def _count_latched(self, publisher: PublisherRecord, size: int) -> None:
+        publisher.latched_bytes += size
+        publisher.peer.latched_bytes += size
 
     def grant(self, subscription: SubscriptionRecord, frame: frames.Grant) -> None:
         """GRANT came. One for a publisher that has gone has crossed its DETACHED."""
@@ -334,7 +367,7 @@ class Topics:
 
     def credit_confirmed(self, peer: Peer, frame: frames.Credit) -> None:
         """CREDIT came back."""
-        credit.confirmed(self._owned(peer, frame.publisher), frame)
+        credit.confirmed(self._owned(peer, frame.publisher))
 
     def _credit(self, publisher: PublisherRecord) -> None:
         for delivery in credit.update(publisher):
@@ -368,6 +401,5 @@ def latched_depth(qos: Qos) -> int:
     return LATCHED_MESSAGES if qos.history == KEEP_ALL else qos.depth
 
 
-def _depth(route: Route) -> int | None:
-    depths = [subscription.depth for subscription in route.subscriptions.values()]
-    return None if None in depths else max(depth for depth in depths if depth is not None)
+def _slices(ids: tuple[int, ...], size: int) -> list[tuple[int, ...]]:
+    return [ids[start : start + size] for start in range(0, len(ids), size)]

@@ -129,7 +129,7 @@ class RawClient:
 async def until(true: Callable[[], object]) -> None:
     """Return when something holds that sends no event: what the broker has forgotten, a file."""
     async with asyncio.timeout(20):
-        while not true():  # noqa: ASYNC110 - there is nothing to wait on
+        while not true():
             await asyncio.sleep(0.002)
 
 

@@ -117,7 +117,6 @@ def test_byte_grants_count_from_the_attachment() -> None:
     assert [credit.byte_limit for credit in switch.read(talker, frames.Credit)] == [350]
 
 
-@pytest.mark.xfail(strict=True, reason="any echo binds the publisher (docs/protocol.md 6.5.5)")
 def test_only_the_latest_echo_counts() -> None:
     """After limited, unlimited, limited, the echo of the first CREDIT does not yet bind the publisher."""
     switch = Switch()

@@ -248,9 +248,6 @@ def test_an_invalid_name_is_refused(declaration: frames.Frame) -> None:
     assert "\x1b" not in refused[0].text
 
 
-@pytest.mark.xfail(
-    strict=True, reason="a missing or doubled first slash is accepted (docs/protocol.md 5.2.1)"
-)
 @pytest.mark.parametrize("name", ["foo", "//foo"])
 def test_a_node_name_is_its_one_full_form(name: str) -> None:
     """Another spelling of `/foo` would be a second node of that name."""
@@ -333,7 +330,6 @@ def test_a_guessed_instance_without_the_token_takes_nothing() -> None:
     assert switch.join("/robot", instance=identity) != stranger
 
 
-@pytest.mark.xfail(strict=True, reason="DETACHED may hold more ids than a header array may")
 def test_ids_in_a_detachment_fit_one_header() -> None:
     """A link with more subscriptions on one topic than a header array holds can still read its DETACHED."""
     switch = Switch()

@@ -138,7 +138,6 @@ async def test_a_silent_client_is_suspended_and_its_next_bytes_restore_it() -> N
         beat.cancel()
 
 
-@pytest.mark.xfail(strict=True, reason="PING never reaches the connection, which therefore restores nobody")
 async def test_a_ping_alone_restores_a_suspended_client() -> None:
     """Any bytes count as life, also those that the channel answers by itself."""
     async with Broker(QUICK) as quick, link(quick, "/viewer") as viewer:

@@ -82,7 +82,7 @@ async def test_messages_published_meanwhile_are_kept_to_the_depth(system: System
         publisher.publish(String(data="before"))
         assert (await anext(heard)).data == "before"
         await daemon.kill()
-        while talker.connected or hearer.connected:  # noqa: ASYNC110 - nodes give no event for it
+        while talker.connected or hearer.connected:
             await asyncio.sleep(0)
         for i in range(5):
             publisher.publish(String(data=str(i)))
