@@ -24,7 +24,7 @@ from broker.records import (
 )
 from broker.services import NONE, Services
 from broker.topics import Topics, latched_depth, subscription_depth
-from proto import frames
+from proto import frames, limits
 from proto.errors import ErrorCode, InvalidNameError, ProtocolError
 from proto.frames import EntryKind, Frame, ReplyEntry, Status
 from proto.names import (
@@ -52,6 +52,7 @@ class Router:
     Args:
         max_endpoints: What one peer may declare.
         max_pending_calls: Unanswered calls of one peer.
+        max_message_bytes: Size of one frame that a peer takes.
         max_lane_bytes: What may wait for a KEEP_ALL subscription whose credit allowed it.
     """
 
@@ -61,6 +62,7 @@ class Router:
         max_endpoints: int = MAX_ENDPOINTS,
         max_pending_calls: int = MAX_PENDING_CALLS,
         max_lane_bytes: int = MAX_LANE_BYTES,
+        max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
     ) -> None:
         self._out: list[Delivery] = []
         self._max_endpoints = max_endpoints
@@ -70,7 +72,7 @@ class Router:
         self._instances: dict[bytes, Peer] = {}
         self._names: dict[str, NodeRecord] = {}
         self.topics = Topics(self._out_append, max_lane_bytes=max_lane_bytes)
-        self.services = Services(self._out_append, max_pending=max_pending_calls)
+        self.services = Services(self._out_append, max_pending=max_pending_calls, max_bytes=max_message_bytes)
         self.graph = Graph(self._out_append)
         self.definitions = Definitions()
         self._handlers: dict[type[Any], Callable[[Peer, Any], None]] = {

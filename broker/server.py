@@ -203,6 +203,7 @@ class Broker:
             router = self._routers[domain] = Router(
                 max_endpoints=self.options.max_endpoints,
                 max_pending_calls=self.options.max_pending_calls,
+                max_message_bytes=self.options.max_message_bytes,
                 max_lane_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
             )
         return router
@@ -261,6 +262,8 @@ def _put(connection: Connection, delivery: Delivery) -> None:
             outbox.drop_lane(lane)
         case Close(_, code, text):
             connection.end(ErrorCode(code), text)
+            if code == ErrorCode.LIMIT:  # what waits is the trouble: do not wait for it to leave
+                connection.channel.abort()
 
 
 def _absolute(path: Path) -> str:

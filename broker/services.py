@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from broker.records import Delivery
 
+TOO_LARGE = "with the broker's call id it is larger than a message may be"
 GONE = "the server has gone"
 SILENT = "this link was silent for too long"
 NONE = "no server; wait for one with wait_for_service()"
@@ -31,6 +32,7 @@ class Services:
     Args:
         emit: Takes each delivery.
         max_pending: Unanswered calls of one link.
+        max_bytes: Size of a frame that a link takes; our call ids may make one longer than it came.
 
     Attributes:
         calls: Requests routed to a server.
@@ -38,8 +40,9 @@ class Services:
         late: Replies to calls that were no longer pending.
     """
 
-    def __init__(self, emit: Callable[[Delivery], None], *, max_pending: int) -> None:
+    def __init__(self, emit: Callable[[Delivery], None], *, max_pending: int, max_bytes: int) -> None:
         self._emit = emit
+        self._max_bytes = max_bytes
         self._max_pending = max_pending
         self._groups: dict[str, ServiceGroup] = {}
         self._pending: dict[int, PendingCall] = {}
@@ -158,8 +161,18 @@ class Services:
             self._send_replies(client, refused)
         for server, chosen in routed.items():
             self.calls += len(chosen)
-            frame = frames.Request(server.id, tuple(chosen))
-            self._emit(SendCalls(server.peer.id, encode(frame), (server.id, chosen[0].call)))
+            raw = encode(frames.Request(server.id, tuple(chosen)))
+            if len(raw) > self._max_bytes:
+                self._take_back(server, chosen)
+            else:
+                self._emit(SendCalls(server.peer.id, raw, (server.id, chosen[0].call)))
+
+    def _take_back(self, server: ServiceRecord, entries: list[RequestEntry]) -> None:
+        for entry in entries:
+            pending = server.pending[entry.call]
+            self._settle(pending)
+            answer = _answer(pending.client_call, Status.UNAVAILABLE, TOO_LARGE)
+            self._send_replies(pending.client, [answer])
 
     def _open(self, client: ClientRecord, client_call: int, server: ServiceRecord) -> int:
         call = self._next_call = self._next_call + 1
@@ -193,6 +206,9 @@ class Services:
         for start in range(0, len(entries), limits.MAX_CALLS_PER_FRAME):
             part = tuple(entries[start : start + limits.MAX_CALLS_PER_FRAME])
             raw = encode(frames.Reply(client.id, part))
+            if len(raw) > self._max_bytes:
+                part = tuple(_answer(entry.call, Status.UNAVAILABLE, TOO_LARGE) for entry in part)
+                raw = encode(frames.Reply(client.id, part))
             self._emit(SendCalls(client.peer.id, raw, (client.id, part[0].call)))
 
     def cancel(self, client: ClientRecord, calls: tuple[int, ...]) -> None:

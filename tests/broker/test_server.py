@@ -95,7 +95,6 @@ async def test_a_large_message_passes_in_fragments_and_holds_up_nobody(broker: B
         assert len(run.payload) == 2**24 + 5
 
 
-@pytest.mark.xfail(strict=True, reason="a forwarded request may outgrow the limit by its longer call id")
 async def test_the_size_limit_is_exact_for_a_request() -> None:
     """A request of just the size that is allowed reaches its server or ends; the server's link stays."""
     most = 2 * limits.MAX_FRAME_BYTES
