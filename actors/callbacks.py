@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import inspect
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Awaitable, Callable, Coroutine
 
 
 def positional_limits(callback: Callable[..., Any]) -> tuple[int, float]:
@@ -35,6 +36,19 @@ def takes(callback: Callable[..., Any], choices: tuple[int, ...], what: str) -> 
         raise RuntimeError(f"A {what} callback takes {numbers} arguments; {name_of(callback)} does not")
     wanted = [number for number in fitting if number == least]
     return wanted[0] if wanted else max(fitting)
+
+
+def as_coroutine(result: object) -> Coroutine[Any, Any, Any] | None:
+    """Return what a callback returned as a coroutine to run; None if it is nothing to await."""
+    if asyncio.iscoroutine(result):
+        return result
+    if inspect.isawaitable(result):
+        return _await(result)
+    return None
+
+
+async def _await(awaitable: Awaitable[Any]) -> Any:
+    return await awaitable
 
 
 def name_of(callback: Callable[..., Any]) -> str:

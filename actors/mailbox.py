@@ -125,16 +125,17 @@ class Turn:
                 raise asyncio.CancelledError
             result = await self
         except asyncio.CancelledError as error:
-            # Without either, something that the callback awaited was cancelled: an error like others.
-            if task.cancelling() and not self._cancelled:
+            if task.cancelling() and self._mailbox.closed:
                 raise
+            # Otherwise the callback was to be cancelled, or something that it awaited was, or it cancelled
+            # the task it found itself in: all end the callback, none the worker.
             failure = error
         except Exception as error:  # noqa: BLE001 - the owner of the callback decides what an error means
             failure = error
         finally:
             current_turn.reset(token)
             self._task = None
-        if self._cancelled:
+        while task.cancelling() and not self._mailbox.closed:
             task.uncancel()
         self._ended(result, failure)
 
@@ -194,6 +195,11 @@ class Mailbox:
             self._given.popleft().discard()
         while self._beside:
             self._beside.pop().discard()
+
+    @property
+    def closed(self) -> bool:
+        """Whether it runs nothing (any more)."""
+        return self._spawn is None
 
     @property
     def free(self) -> bool:

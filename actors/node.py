@@ -46,7 +46,8 @@ RequestT = TypeVar("RequestT", bound="Message")
 ResponseT = TypeVar("ResponseT", bound="Message")
 
 STOP_TIMEOUT_SEC: Final = 5.0
-"""What a stopping node gives what it has published to leave, and running callbacks to end."""
+"""What a stopping node gives what it has published to leave, and then the link to close. Callbacks that still
+run are cancelled; one that swallows that holds the node up, which is logged."""
 
 process_arguments: Final[ContextVar[RosArguments | None]] = ContextVar(
     "callboard_process_arguments", default=None
@@ -394,6 +395,10 @@ class Node(NodeGraph, NodeParameters):
         finally:
             for task in tuple(self._tasks):
                 task.cancel()
+            if self._tasks:
+                _, stubborn = await asyncio.wait(self._tasks, timeout=self._stop_timeout_sec)
+                if stubborn:
+                    self._core.log.warning(f"{len(stubborn)} callbacks ignore that the node stops")
             group, self._group = self._group, None
             await group.__aexit__(None, None, None)
         if self._cancelled_body is not None:

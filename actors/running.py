@@ -127,8 +127,12 @@ def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
     try:
         with asyncio.Runner(loop_factory=_loop_factory()) as runner:
             return runner.run(guarded())
-    except (asyncio.CancelledError, KeyboardInterrupt):
+    except KeyboardInterrupt:
         return None
+    except asyncio.CancelledError:
+        if stopped:
+            return None
+        raise
     except BaseExceptionGroup as group:
         if stopped and group.subgroup(lambda error: not isinstance(error, asyncio.CancelledError)) is None:
             return None

@@ -44,7 +44,7 @@ READERS_PER_FRAME: Final = 4000
 """Subscriptions named in one DETACHED frame."""
 
 MAX_NOTICES: Final = 16
-"""Incompatible counterparts that one declaration is told of, and that are told of it."""
+"""Incompatible counterparts that one declaration is told of; each of them is told of it in any case."""
 
 
 SETTLE_LANES: Final = 1000
@@ -74,8 +74,9 @@ class Topics:
         self._publishers: dict[int, PublisherRecord] = {}
         self._peers_changed: dict[PublisherRecord | SubscriptionRecord, None] = {}
         self._leaving: dict[tuple[int, bytes], Lane] = {}
-        self._notices = 0
         """By peer and publisher gid, what publishers that have gone have left to be sent."""
+        self._notices = 0
+        self._newcomer: PublisherRecord | SubscriptionRecord | None = None
         self.routed = self.copies = self.unmatched = self.stale = self.retired_dropped = self.abandoned = 0
 
     # Declarations
@@ -85,7 +86,7 @@ class Topics:
         self._publishers[publisher.key] = publisher
         topic = self._topic(publisher.name)
         topic.publishers[publisher.key] = publisher
-        self._notices = 0
+        self._notices, self._newcomer = 0, publisher
         for subscription in topic.subscriptions.values():
             self._match(publisher, subscription)
 
@@ -93,7 +94,7 @@ class Topics:
         """Match a subscription that is new or back."""
         topic = self._topic(subscription.name)
         topic.subscriptions[subscription.key] = subscription
-        self._notices = 0
+        self._notices, self._newcomer = 0, subscription
         for publisher in topic.publishers.values():
             self._match(publisher, subscription)
 
@@ -257,8 +258,9 @@ class Topics:
             self._notify(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text)
 
     def _notify(self, endpoint: PublisherRecord | SubscriptionRecord, kind: NoticeKind, text: str) -> None:
-        self._notices += 1
-        if self._notices <= 2 * MAX_NOTICES:
+        newcomer = endpoint is self._newcomer
+        self._notices += newcomer
+        if not newcomer or self._notices <= MAX_NOTICES:
             self._emit(Send(endpoint.peer.id, frames.Notice(endpoint.id, kind, text)))
 
     def _incompatible_qos(

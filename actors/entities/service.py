@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 import msgpack
 
-from actors.callbacks import name_of, takes
+from actors.callbacks import as_coroutine, name_of, takes
 from actors.core import Core, Server
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
@@ -122,10 +122,11 @@ class Service(Server, Generic[Q, A]):
             except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, sent to the caller
                 self._raised(call, error)
                 continue
-            if not asyncio.iscoroutine(result):
+            coroutine = as_coroutine(result)
+            if coroutine is None:
                 self._reply(call, result)
                 continue
-            turn = self._turn(call, result)
+            turn = self._turn(call, coroutine)
             if not self._concurrent:
                 return turn
             self.core.mailbox.run_beside(turn)

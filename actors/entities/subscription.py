@@ -12,7 +12,7 @@ import time
 from collections import OrderedDict, deque
 from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar, cast
 
-from actors.callbacks import name_of, takes
+from actors.callbacks import as_coroutine, name_of, takes
 from actors.core import Core, Entity
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
@@ -326,9 +326,10 @@ class Subscription(Entity, Generic[M]):
             except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
                 self.core.callback_failed(self._what, error)
                 continue
-            if result is not None and asyncio.iscoroutine(result):
+            coroutine = None if result is None else as_coroutine(result)
+            if coroutine is not None:
                 self._running += 1
-                turn = Turn(self.core.mailbox, result, self._ended, beside=self._concurrent)
+                turn = Turn(self.core.mailbox, coroutine, self._ended, beside=self._concurrent)
                 if not self._concurrent:
                     return turn
                 self.core.mailbox.run_beside(turn)

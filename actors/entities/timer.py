@@ -6,7 +6,7 @@ import asyncio
 import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from actors.callbacks import name_of, takes
+from actors.callbacks import as_coroutine, name_of, takes
 from actors.errors import NodeDestroyed
 from actors.mailbox import Turn
 
@@ -132,9 +132,10 @@ class Timer:
         except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
             self._core.callback_failed(self._what, error)
             return None
-        if not asyncio.iscoroutine(result):
+        coroutine = as_coroutine(result)
+        if coroutine is None:
             return None
-        self._running = Turn(self._core.mailbox, result, self._ended)
+        self._running = Turn(self._core.mailbox, coroutine, self._ended)
         return self._running
 
     def _info(self) -> TimerInfo:

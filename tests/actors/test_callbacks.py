@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 from functools import partial
 from typing import Any
 
 import pytest
 
-from actors.callbacks import takes
+from actors.callbacks import as_coroutine, takes
 
 
 class Handler:
@@ -42,3 +43,13 @@ def test_takes_refuses_what_cannot_be_called(callback: Any) -> None:
     """A callback that fits neither number is refused when it is given, in words."""
     with pytest.raises(RuntimeError, match="A subscription callback takes 1 or 2 arguments"):
         takes(callback, (1, 2), "subscription")
+
+
+async def test_what_can_be_awaited_is_awaited() -> None:
+    """A callback may return a future or a task as well as a coroutine; other values are no work."""
+    future: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+    coroutine = as_coroutine(future)
+    assert coroutine is not None
+    future.set_result(8)
+    assert await coroutine == 8
+    assert as_coroutine(8) is None

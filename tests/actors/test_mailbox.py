@@ -358,3 +358,26 @@ async def test_one_source_does_not_starve_another() -> None:
         await until(lambda: len(order) == 6)
         assert "b" in order[:3]
         assert "a" in order[3:]
+
+
+async def test_a_callback_that_cancels_its_own_task_ends_alone() -> None:
+    """The task belongs to the mailbox: such a cancellation ends the callback, and others go on."""
+    mailbox = Mailbox()
+    async with opened(mailbox) as tasks:
+        source = Recorder(mailbox)
+
+        async def reckless() -> None:
+            task = asyncio.current_task()
+            assert task is not None
+            task.cancel()
+            await asyncio.sleep(0)
+
+        async def fine() -> str:
+            await asyncio.sleep(0)
+            return "fine"
+
+        source.add(reckless)
+        source.add(fine)
+        await until(lambda: source.results == ["fine"])
+        assert isinstance(source.errors[0], asyncio.CancelledError)
+        assert len(tasks) == 1
