@@ -13,12 +13,16 @@ class MinimalPublisher(actors.Node):
 
     @actors.timer(0.5)
     def on_timer(self) -> None:
-        self.publisher.publish(msg := String(data=f"Hi Automatic Addison: {self.i}"))
+        msg = String(data=f"Hi Automatic Addison: {self.i}")
+        self.publisher.publish(msg)
         self.get_logger().info(f'Publishing: "{msg.data}"')
         self.i += 1
 
 
 class MinimalSubscriber(actors.Node):
+    def __init__(self) -> None:
+        super().__init__("minimal_subscriber")
+
     @actors.subscription(String, "addison", 10)
     def on_message(self, msg: String) -> None:
         self.get_logger().info(f'I heard: "{msg.data}"')
@@ -31,30 +35,39 @@ class PublishingSubscriber(actors.Node):
 
     @actors.subscription(String, "addison", 10)
     def on_message(self, msg: String) -> None:
-        self.publisher.publish(String(data=f"I heard {msg.data}"))
+        reply = String(data=f"I heard {msg.data}")
+        self.publisher.publish(reply)
+        self.get_logger().info(f'Publishing: "{reply.data}"')
 
 
 class AddTwoIntsServer(actors.Node):
+    def __init__(self) -> None:
+        super().__init__("add_two_ints_server")
+        self.get_logger().info("Ready to add two ints.")
+
     @actors.service(AddTwoInts, "add_two_ints")
-    def on_request(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+    def on_request(self, request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+        response.sum = request.a + request.b
         self.get_logger().info(f"Incoming request\na: {request.a} b: {request.b}")
-        return AddTwoInts.Response(sum=request.a + request.b)
+        self.get_logger().info(f"sending back response: [{response.sum}]")
+        return response
 
 
 class AddTwoIntsClient(actors.Node):
+    def __init__(self) -> None:
+        super().__init__("add_two_ints_client")
+        self.client = self.create_client(AddTwoInts, "add_two_ints")
+
     @actors.timer(1.0)
     async def on_timer(self) -> None:
-        client = self.create_client(AddTwoInts, "add_two_ints")
-        await client.wait_for_service()
-        self.get_logger().info(f"Sum: {(await client.call(AddTwoInts.Request(a=5, b=3))).sum}")
-        self.destroy_client(client)
+        while not await self.client.wait_for_service(timeout_sec=1.0):
+            self.get_logger().info("service not available, waiting again...")
+        try:
+            response = await self.client.call(AddTwoInts.Request(a=5, b=3))
+            self.get_logger().info(f"Sum: {response.sum}")
+        except actors.CallFailed as error:
+            self.get_logger().error(f"Failed to call service add_two_ints: {error}")
 
 
 if __name__ == "__main__":
-    actors.run(
-        MinimalPublisher,
-        PublishingSubscriber,
-        lambda: MinimalSubscriber("minimal_subscriber"),
-        lambda: AddTwoIntsServer("add_two_ints_server"),
-        lambda: AddTwoIntsClient("add_two_ints_client"),
-    )
+    actors.run(MinimalPublisher, MinimalSubscriber, PublishingSubscriber, AddTwoIntsServer, AddTwoIntsClient)

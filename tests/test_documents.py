@@ -65,12 +65,6 @@ def test_every_make_target_in_the_documents_exists() -> None:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.name)
-def test_examples_are_short(path: Path) -> None:
-    """An example has at most 60 lines: one idea."""
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= 60
-
-
 def test_the_map_names_every_room() -> None:
     """ARCHITECTURE.md knows every package of the distribution's top level."""
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")

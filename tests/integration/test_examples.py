@@ -50,13 +50,15 @@ async def test_decorated_course_runs_all_five(system: System) -> None:
     await relayed.says('I heard: "I heard Hi Automatic Addison: ')
     assert await program.stop() == 0
     assert "Traceback" not in program.output
+    for text in ("Ready to add two ints.", "a: 5 b: 3", "sending back response: [8]"):
+        assert text in program.output
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_are_short_and_say_what_they_are(path: Path) -> None:
-    """At most 60 lines, a docstring, and nothing but the public API."""
+    """At most 60 lines (80 where there are five programs), a docstring, nothing but the public API."""
     text = path.read_text()
-    assert len(text.splitlines()) <= 60
+    assert len(text.splitlines()) <= (80 if path.stem == "course_decorated" else 60)
     assert text.startswith('"""')
     public = r"actors|actors\.interfaces\.\w+\.(msg|srv)|broker"
     imports = re.findall(r"^(?:from|import) ((?:actors|broker|proto)[\w.]*)", text, re.MULTILINE)
