@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from actors.errors import NodeDestroyed, WaitTimeout
 from actors.mailbox import Mailbox, current_turn
@@ -12,7 +12,7 @@ from proto import frames
 from proto.names import full_node_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine
+    from collections.abc import Callable
 
     from actors.link import Link
     from actors.logger import Logger
@@ -52,7 +52,6 @@ class Core:
         self.destroyed = False
         self.entities: dict[Entity, None] = {}
         self.departing: deque[Lane] = deque()
-        self.spawn: Callable[[Coroutine[Any, Any, None]], object] | None = None
         self.stop: Callable[[Exception], None] = _ignore
         self._stop_on_error = stop_on_error
         link.add(self)

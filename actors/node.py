@@ -343,7 +343,6 @@ class Node(NodeGraph, NodeParameters):
         self._group = asyncio.TaskGroup()
         await self._group.__aenter__()
         link.loop = asyncio.get_running_loop()
-        self._core.spawn = self._spawn
         self._spawn(self._keep_link())
         self._core.mailbox.open(self._spawn)
         for timer in self._timers:

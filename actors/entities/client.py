@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import math
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import msgpack
 
 from actors.core import Caller, Core, in_flight
 from actors.deadlines import Deadlines
+from actors.entities.entries import EntryBatch
 from actors.errors import CallFailed, RemoteError, ServiceTimeout, ServiceUnavailable
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
 
 Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)
-
-ENTRY_OVERHEAD_BYTES: Final = 24
-"""Room for an entry's fields beside its body."""
 
 
 class CallFuture(asyncio.Future[A]):
@@ -70,8 +68,7 @@ class Client(Caller, Generic[Q, A]):
         self._pending: dict[int, CallFuture[A]] = {}
         self._deadlines = Deadlines(self._expired)
         self._next_call = 0
-        self._outgoing: list[RequestEntry] = []
-        self._outgoing_bytes = 0
+        self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
         self._cancelled: list[int] = []
         core.link.add(self)
 
@@ -151,25 +148,21 @@ class Client(Caller, Generic[Q, A]):
         return future
 
     def _send(self, entry: RequestEntry) -> None:
-        size = len(entry.body) + ENTRY_OVERHEAD_BYTES
-        if self._outgoing_bytes + size > limits.CALLS_FLUSH_BYTES:
+        if not self._outgoing.has_room(entry):
             self.flush_turn()
-        self._outgoing.append(entry)
-        self._outgoing_bytes += size
-        if len(self._outgoing) >= limits.MAX_CALLS_PER_FRAME:
+        if self._outgoing.add(entry):
             self.flush_turn()
         self.core.link.flush_later(self)
 
     def flush_turn(self) -> None:
         """Put what this loop turn sent into the outbox. Called by the link."""
         channel = self.core.link.channel
-        outgoing, self._outgoing = self._outgoing, []
-        self._outgoing_bytes = 0
+        outgoing = self._outgoing.take()
         cancelled, self._cancelled = self._cancelled, []
         if channel is None or self.destroyed:
             return
         if outgoing:
-            raw = encode(frames.Request(self.id, tuple(outgoing)))
+            raw = encode(frames.Request(self.id, outgoing))
             channel.outbox.put_calls(raw, (self.id, outgoing[0].call))
         gone = [call for call in cancelled if not channel.outbox.drop_call((self.id, call))]
         for start in range(0, len(gone), limits.MAX_CALLS_PER_FRAME):
@@ -225,7 +218,7 @@ class Client(Caller, Generic[Q, A]):
 
     def _take_pending(self) -> Iterator[CallFuture[A]]:
         pending, self._pending = self._pending, {}
-        self._outgoing.clear()
+        self._outgoing.take()
         self._deadlines.clear()
         yield from pending.values()
 

@@ -10,11 +10,12 @@ import msgpack
 
 from actors.callbacks import as_coroutine, name_of, takes
 from actors.core import Core, Server
+from actors.entities.entries import EntryBatch
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, definition, type_hash, type_name
 from actors.mailbox import Turn
-from proto import frames, limits
+from proto import frames
 from proto.codec import encode
 from proto.frames import ReplyEntry, RequestEntry, Status
 
@@ -70,8 +71,7 @@ class Service(Server, Generic[Q, A]):
         self._concurrent = concurrent
         self._waiting: OrderedDict[int, bytes] = OrderedDict()
         self._running: dict[int, Turn] = {}
-        self._outgoing: list[ReplyEntry] = []
-        self._outgoing_bytes = 0
+        self._outgoing: EntryBatch[ReplyEntry] = EntryBatch()
         core.link.add(self)
 
     @property
@@ -185,28 +185,24 @@ class Service(Server, Generic[Q, A]):
 
     def _send(self, entry: ReplyEntry) -> None:
         self.served += 1
-        size = len(entry.body) + 24
-        if self._outgoing_bytes + size > limits.CALLS_FLUSH_BYTES:
+        if not self._outgoing.has_room(entry):
             self.flush_turn()
-        self._outgoing.append(entry)
-        self._outgoing_bytes += size
-        if len(self._outgoing) >= limits.MAX_CALLS_PER_FRAME:
+        if self._outgoing.add(entry):
             self.flush_turn()
         self.core.link.flush_later(self)
 
     def flush_turn(self) -> None:
         """Put what this loop turn answered into the outbox. Called by the link."""
-        outgoing, self._outgoing = self._outgoing, []
-        self._outgoing_bytes = 0
+        outgoing = self._outgoing.take()
         channel = self.core.link.channel
         if outgoing and channel is not None and not self.destroyed:
-            raw = encode(frames.Reply(self.id, tuple(outgoing)))
+            raw = encode(frames.Reply(self.id, outgoing))
             channel.outbox.put_calls(raw, (self.id, outgoing[0].call))
 
     def _abandon(self) -> None:
         """Nobody waits for these replies any more."""
         self._waiting.clear()
-        self._outgoing.clear()
+        self._outgoing.take()
         running, self._running = self._running, {}
         for turn in running.values():
             turn.cancel()

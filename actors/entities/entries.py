@@ -1,0 +1,42 @@
+"""Entries of calls on their way out: collected over a loop turn, so that many travel in one frame."""
+
+from __future__ import annotations
+
+from typing import Final, Generic, TypeVar
+
+from proto import limits
+from proto.frames import ReplyEntry, RequestEntry
+
+ENTRY_OVERHEAD_BYTES: Final = 24
+"""Room for an entry's fields beside its body."""
+
+E = TypeVar("E", RequestEntry, ReplyEntry)
+
+
+class EntryBatch(Generic[E]):
+    """What goes into the next frame, within `limits.CALLS_FLUSH_BYTES` and `MAX_CALLS_PER_FRAME`.
+
+    A single entry may be larger than that; it then travels alone.
+    """
+
+    __slots__ = ("_bytes", "_entries")
+
+    def __init__(self) -> None:
+        self._entries: list[E] = []
+        self._bytes = 0
+
+    def has_room(self, entry: E) -> bool:
+        """Tell whether the entry still belongs into this frame."""
+        return self._bytes + len(entry.body) + ENTRY_OVERHEAD_BYTES <= limits.CALLS_FLUSH_BYTES
+
+    def add(self, entry: E) -> bool:
+        """Collect an entry; True if the frame should go now."""
+        self._entries.append(entry)
+        self._bytes += len(entry.body) + ENTRY_OVERHEAD_BYTES
+        return len(self._entries) >= limits.MAX_CALLS_PER_FRAME
+
+    def take(self) -> tuple[E, ...]:
+        """Return what has been collected, and start anew."""
+        entries, self._entries = tuple(self._entries), []
+        self._bytes = 0
+        return entries
