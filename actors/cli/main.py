@@ -36,6 +36,7 @@ VERBS: Final = {
     "service": Verb("actors.cli.service", "list services and call them"),
     "node": Verb("actors.cli.node", "list nodes"),
     "interface": Verb("actors.cli.interface", "show message types, generate their classes"),
+    "bench": Verb("actors.cli.bench", "measure how fast callboard is on this machine"),
 }
 
 

@@ -1,0 +1,101 @@
+"""What a trial's roles have reported, and the figures it comes to. A trial that lost anything has none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bench.errors import TrialError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+CPU: Final = "cpu_us."
+"""Before a role's name: the key of its CPU time per message, in us. The server's role is `broker`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Played:
+    """A role, what it was told and what it reported."""
+
+    role: str
+    parameters: Mapping[str, Any]
+    figures: Mapping[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """A whole trial. The server's numbers are None if there is none, or nobody can tell."""
+
+    played: tuple[Played, ...]
+    server_cpu_s: float | None
+    server_kib: float | None = None
+    """How its memory has grown while idle connections were made."""
+    window_s: float = 0.0
+    """How long the server was watched while they were held."""
+
+    def all(self, role: str) -> list[Played]:
+        """Return everybody who played a role."""
+        return [each for each in self.played if each.role == role]
+
+    def only(self, role: str) -> Played:
+        """Return the one who played a role."""
+        (found,) = self.all(role)
+        return found
+
+    def broker_cost(self, messages: float) -> dict[str, float]:
+        """Return the server's CPU time for each of `messages`."""
+        return {} if self.server_cpu_s is None else {f"{CPU}broker": 1e6 * self.server_cpu_s / messages}
+
+
+def cost(*players: Played) -> dict[str, float]:
+    """Return the CPU time of those who play one role for each message that they handled."""
+    messages = sum(each.figures["messages"] for each in players)
+    if not messages:
+        raise TrialError(f"{players[0].role} handled nothing")
+    return {f"{CPU}{players[0].role}": 1e6 * sum(each.figures["cpu_s"] for each in players) / messages}
+
+
+def stream(outcome: Outcome) -> dict[str, float]:
+    """Rates of a publisher and its subscribers, together."""
+    publisher, subscribers = outcome.only("publisher"), outcome.all("subscriber")
+    sent: int = publisher.figures["sent"]
+    for each in subscribers:
+        due = sent * each.parameters["subscriptions"]
+        received, lost = each.figures["received"], each.figures["lost"]
+        if received != due or lost or publisher.figures.get("lost"):
+            raise TrialError(f"lost messages: {received} of {due} received, {lost} counted as lost")
+    received = sum(each.figures["received"] for each in subscribers)
+    if received < 2 * len(subscribers):
+        raise TrialError("too few messages to tell a rate: more seconds are needed")
+    rate = received / max(each.figures["elapsed_s"] for each in subscribers)
+    return {
+        "rate": rate,
+        "mb_s": rate * publisher.parameters["size"] / 1e6,
+        **cost(publisher),
+        **outcome.broker_cost(received),
+        **cost(*subscribers),
+    }
+
+
+def requests(outcome: Outcome) -> dict[str, float]:
+    """Rate and latencies of calls."""
+    requester, server = outcome.only("requester"), outcome.only("server")
+    told = {key: requester.figures[key] for key in ("rate", "p50_us", "p99_us", "p999_us")}
+    # What was served has the warm-up calls in it, as the server's CPU time has.
+    served = server.figures["messages"]
+    return {**told, **cost(requester), **outcome.broker_cost(served), **cost(server)}
+
+
+def idle(outcome: Outcome) -> dict[str, float]:
+    """What an idle connection costs the server."""
+    player = outcome.only("idle")
+    wanted, held = player.parameters["connections"], player.figures["messages"]
+    if held != wanted:
+        raise TrialError(f"only {held} of {wanted} idle connections lasted")
+    figures: dict[str, float] = {"connections": held}
+    if outcome.server_kib is not None:
+        figures["kib"] = outcome.server_kib / held
+    if outcome.server_cpu_s is not None:
+        figures["idle_cpu_percent"] = 100 * outcome.server_cpu_s / outcome.window_s
+    return figures

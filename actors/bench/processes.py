@@ -1,0 +1,231 @@
+"""The processes of a trial: started in groups of their own, spoken to in lines, and gone when it ends.
+
+A role says `{"event": "ready"}` when it is set up, begins at `go`, and says `{"event": "done", ...}` with its
+figures. A role that is held does so when its stdin closes. Whatever happens, Ctrl-C included, leaving `Stage`
+kills and reaps them all.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import socket
+import subprocess
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final, Self
+
+import msgspec
+
+from actors.bench.contender import SCRATCH, Contender
+from actors.bench.errors import TrialError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+READY_TIMEOUT_S: Final = 60.0
+"""From a role's start to its `ready`: 10,000 connections take a while."""
+SERVER_TIMEOUT_S: Final = 20.0
+REAP_TIMEOUT_S: Final = 10.0
+_KNOCK_INTERVAL_S: Final = 0.01
+"""Foreign servers do not say when they listen, so their door is knocked at."""
+_LOG_LINES: Final = 5
+"""Last lines of a process's log that an error shows."""
+
+
+class Child:
+    """A process in a group of its own; stderr goes to a file."""
+
+    def __init__(self, name: str, process: asyncio.subprocess.Process, log: Path) -> None:
+        self.name = name
+        self.pid = process.pid
+        self._process = process
+        self._log = log
+
+    @classmethod
+    async def start(cls, name: str, command: Sequence[str], scratch: Path, *, talks: bool) -> Self:
+        """Start a process; `talks` gives it pipes instead of nothing and its log."""
+        log = scratch / f"{name}.log"
+        with log.open("wb") as file:
+            process = await asyncio.create_subprocess_exec(
+                *command,
+                stdin=subprocess.PIPE if talks else subprocess.DEVNULL,
+                stdout=subprocess.PIPE if talks else file,
+                stderr=file,
+                start_new_session=True,
+            )
+        return cls(name, process, log)
+
+    @property
+    def exit_code(self) -> int | None:
+        """The exit code of a process that has ended."""
+        return self._process.returncode
+
+    def failure(self, what: str) -> TrialError:
+        """Return the error that says what happened, with the end of the process's log."""
+        lines = self._log.read_text("utf-8", "replace").splitlines()[-_LOG_LINES:]
+        return TrialError("\n".join([f"{self.name} {what}", *(f"    {line}" for line in lines)]))
+
+    def kill(self) -> None:
+        """End the whole group at once, unless it has been reaped: its id may be another's by now."""
+        if self._process.returncode is not None:
+            return
+        with suppress(ProcessLookupError):
+            if hasattr(os, "killpg"):
+                os.killpg(self.pid, signal.SIGKILL)
+            else:
+                self._process.kill()
+
+    async def reap(self) -> None:
+        """Wait for the end of a process that has been killed."""
+        async with asyncio.timeout(REAP_TIMEOUT_S):
+            await self._process.wait()
+
+
+class RoleProcess(Child):
+    """A process that plays a role: says ready, goes, says what it measured."""
+
+    async def ready(self) -> None:
+        """Wait until it is set up.
+
+        Raises:
+            TrialError: It ended, or said something else, or nothing in time.
+        """
+        await self._event("ready", READY_TIMEOUT_S)
+
+    async def go(self) -> None:
+        """Let it begin."""
+        await self._tell(b"go\n")
+
+    async def release(self) -> None:
+        """Close its stdin: a held role ends."""
+        stdin = self._process.stdin
+        assert stdin is not None
+        stdin.close()
+        with suppress(BrokenPipeError, ConnectionResetError):  # it has ended by itself
+            await stdin.wait_closed()
+
+    async def done(self, timeout_s: float) -> dict[str, Any]:
+        """Wait for its figures.
+
+        Raises:
+            TrialError: It ended without, or failed afterwards, or took longer.
+        """
+        figures = await self._event("done", timeout_s)
+        try:
+            async with asyncio.timeout(REAP_TIMEOUT_S):
+                code = await self._process.wait()
+        except TimeoutError:
+            raise self.failure(f"reported and did not end within {REAP_TIMEOUT_S:g} s") from None
+        if code:
+            raise self.failure(f"reported and then ended with {code}")
+        return figures
+
+    async def _tell(self, line: bytes) -> None:
+        stdin = self._process.stdin
+        assert stdin is not None
+        try:
+            stdin.write(line)
+            await stdin.drain()
+        except (BrokenPipeError, ConnectionResetError):
+            raise self.failure("ended before it was told to go") from None
+
+    async def _event(self, event: str, timeout_s: float) -> dict[str, Any]:
+        stdout = self._process.stdout
+        assert stdout is not None
+        try:
+            async with asyncio.timeout(timeout_s):
+                raw = await stdout.readline()
+                if not raw:
+                    raise self.failure(f"ended with {await self._process.wait()} before it was {event}")
+        except TimeoutError:
+            raise self.failure(f"was not {event} within {timeout_s:g} s") from None
+        try:
+            said = msgspec.json.decode(raw, type=dict[str, Any])
+        except msgspec.DecodeError:
+            said = {}
+        if said.get("event") != event:
+            raise self.failure(f"said {raw!r} where '{event}' was due")
+        return said
+
+
+class Stage:
+    """One trial's processes: a server, if the contender has one, and roles."""
+
+    def __init__(self, contender: Contender, scratch: Path) -> None:
+        self.contender = contender
+        self.server: Child | None = None
+        self.url = ""
+        self._scratch = scratch
+        self._children: list[Child] = []
+
+    async def __aenter__(self) -> Self:
+        """Start the server and wait until it listens."""
+        try:
+            await self._start_server()
+        except BaseException:
+            await self._clear()
+            raise
+        return self
+
+    async def __aexit__(self, *exc: object) -> None:
+        """Kill and reap everything."""
+        await self._clear()
+
+    async def _start_server(self) -> None:
+        contender = self.contender
+        port = free_port()
+        self.url = contender.server_url(port).replace(SCRATCH, str(self._scratch))
+        if contender.server_command is None:
+            return
+        command = contender.server_command(port, self._scratch)
+        self.server = await Child.start("server", command, self._scratch, talks=False)
+        self._children.append(self.server)
+        try:
+            async with asyncio.timeout(SERVER_TIMEOUT_S):
+                while not self._listens(port):
+                    if self.server.exit_code is not None:
+                        raise self.server.failure(f"ended with {self.server.exit_code}")
+                    await asyncio.sleep(_KNOCK_INTERVAL_S)
+        except TimeoutError:
+            raise self.server.failure(f"did not listen within {SERVER_TIMEOUT_S:g} s") from None
+
+    def _listens(self, port: int) -> bool:
+        name = self.contender.socket_name
+        try:
+            if name is None:
+                socket.create_connection(("127.0.0.1", port), 1.0).close()
+                return True
+            with socket.socket(socket.AF_UNIX) as knocker:
+                knocker.connect(str(self._scratch / name))
+            return True
+        except (ConnectionRefusedError, FileNotFoundError):
+            return False
+
+    async def add(self, role: str, parameters: Mapping[str, object]) -> RoleProcess:
+        """Start a role and wait until it is ready."""
+        argument = json.dumps({"role": role, "url": self.url, **parameters})
+        command = (*self.contender.role_command, argument)
+        name = f"{role}{len(self._children)}"
+        process = await RoleProcess.start(name, command, self._scratch, talks=True)
+        self._children.append(process)
+        await process.ready()
+        return process
+
+    async def _clear(self) -> None:
+        # All signals go out before anything is awaited, so that a second Ctrl-C finds nothing left to kill.
+        for child in self._children:
+            child.kill()
+        for child in self._children:
+            await child.reap()
+        self._children.clear()
+
+
+def free_port() -> int:
+    """Return a TCP port that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port

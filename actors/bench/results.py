@@ -1,0 +1,115 @@
+"""What a run has measured: every sample, so that medians can be made again; written and read as JSON."""
+
+from __future__ import annotations
+
+import statistics
+from typing import TYPE_CHECKING, NamedTuple
+
+import msgspec
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
+    from actors.bench.contender import Contender
+
+
+class Sample(msgspec.Struct, frozen=True, kw_only=True):
+    """The figures of one trial."""
+
+    workload: str
+    case: str
+    contender: str
+    repetition: int
+    figures: dict[str, float]
+
+
+class Failure(msgspec.Struct, frozen=True, kw_only=True):
+    """A trial without figures, and why."""
+
+    workload: str
+    case: str
+    contender: str
+    repetition: int
+    reason: str
+
+
+class Entrant(msgspec.Struct, frozen=True, kw_only=True):
+    """A contender as the report names it."""
+
+    name: str
+    version: str
+    brokered: bool
+
+    @classmethod
+    def of(cls, contender: Contender) -> Entrant:
+        """Return what the report needs of a contender."""
+        return cls(name=contender.name, version=contender.version, brokered=contender.brokered)
+
+
+class Spread(NamedTuple):
+    """One figure over all repetitions."""
+
+    median: float
+    least: float
+    most: float
+
+
+class Results(msgspec.Struct, kw_only=True):
+    """A whole run.
+
+    Attributes:
+        machine: What it ran on: CPU, cores, system, Python.
+        date: When it began, ISO 8601, UTC.
+        command: What was typed.
+        seconds: Length of each load.
+        repetitions: Trials of each case by each contender.
+        entrants: Who took part, in order; callboard is the first.
+        skipped: Who or what did not take part, and why.
+    """
+
+    machine: dict[str, str]
+    date: str
+    command: str
+    seconds: float
+    repetitions: int
+    entrants: list[Entrant]
+    skipped: dict[str, str] = {}
+    samples: list[Sample] = []
+    failures: list[Failure] = []
+
+    def figures(self, workload: str, case: str, contender: str) -> dict[str, Spread]:
+        """Return each figure that a contender has in a case, over all repetitions."""
+        found: dict[str, list[float]] = {}
+        for sample in self.samples:
+            if (sample.workload, sample.case, sample.contender) == (workload, case, contender):
+                for key, value in sample.figures.items():
+                    found.setdefault(key, []).append(value)
+        return {key: spread(values) for key, values in found.items()}
+
+    def document(self) -> dict[str, Any]:
+        """Return everything as JSON's types, with the medians beside the samples."""
+        tried = dict.fromkeys((each.workload, each.case, each.contender) for each in self.samples)
+        medians = [
+            {
+                "workload": workload,
+                "case": case,
+                "contender": contender,
+                "figures": {
+                    key: figure._asdict() for key, figure in self.figures(workload, case, contender).items()
+                },
+            }
+            for workload, case, contender in tried
+        ]
+        return {**msgspec.to_builtins(self), "medians": medians}
+
+
+def spread(values: Sequence[float]) -> Spread:
+    """Return median, least and most of one or more values."""
+    return Spread(statistics.median(values), min(values), max(values))
+
+
+def advantage(own: float, other: float, *, more_is_better: bool) -> float:
+    """Return how many times better `own` is than `other`: 2.0 is twice the rate, or half the delay."""
+    better, worse = (own, other) if more_is_better else (other, own)
+    return better / worse if worse else float("inf")

@@ -1,0 +1,19 @@
+"""callboard's roles, one module per family: what a process of a trial does.
+
+A role is a coroutine function `(parameters, parent) -> figures`. `ROLES` says which module has it.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+ROLES: Final = {
+    "publisher": "stream",
+    "subscriber": "stream",
+    "server": "requests",
+    "requester": "requests",
+    "idle": "idle",
+}
+
+HELD: Final = frozenset({"server", "idle"})
+"""The roles that go on until the parent closes their stdin; the others give up then."""

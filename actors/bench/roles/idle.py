@@ -1,0 +1,88 @@
+"""Many idle connections of one process: the handshake is over, keepalive goes on, nothing else happens."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bench.roles.parent import Load
+from proto import frames, limits
+from proto.aio import Channel
+from proto.session import Role
+from proto.url import parse_urls
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from actors.bench.roles.parent import Parent
+    from proto.errors import ProtocolError
+    from proto.frames import Frame
+
+AT_ONCE: Final = 100
+"""Connections that are being made at the same time: a broker's backlog is limited."""
+CONNECT_TIMEOUT_S: Final = 50.0
+
+
+class IdleLink:
+    """A connection that greets and then only answers pings, which its channel does."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self.welcome: asyncio.Future[None] = loop.create_future()
+        self.channel = Channel(Role.CLIENT, self, loop=loop)
+
+    def opened(self) -> None:
+        """ChannelHandler: greet."""
+        identity: dict[str, frames.Scalar] = {
+            "instance": secrets.token_bytes(limits.INSTANCE_BYTES),
+            "token": secrets.token_bytes(limits.INSTANCE_BYTES),
+        }
+        self.channel.send(frames.Hello(limits.PROTOCOL_VERSION, identity))
+
+    def frame_received(self, frame: Frame) -> None:
+        """ChannelHandler: the broker's welcome ends the handshake."""
+        if isinstance(frame, frames.Welcome):
+            self.welcome.set_result(None)
+
+    def batch_received(self) -> None:
+        """ChannelHandler: nothing to do."""
+
+    def room(self) -> None:
+        """ChannelHandler: nothing to do."""
+
+    def failed(self, error: ProtocolError) -> None:
+        """ChannelHandler: `closed` follows."""
+
+    def closed(self, error: Exception | None) -> None:
+        """ChannelHandler: a connection that breaks before its welcome has failed."""
+        if not self.welcome.done():
+            self.welcome.set_exception(error or ConnectionError("the broker has closed the connection"))
+
+
+async def idle(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float]:
+    """Hold `connections` connections until the parent lets go."""
+    loop = asyncio.get_running_loop()
+    url = parse_urls(parameters["url"])[0]
+    limit = asyncio.Semaphore(AT_ONCE)
+    links: list[IdleLink] = []
+
+    async def connect() -> None:
+        async with limit:
+            link = IdleLink(loop)
+            if url.path:
+                await loop.create_unix_connection(lambda: link.channel, url.path)
+            else:
+                await loop.create_connection(lambda: link.channel, url.host, url.port)
+            await link.welcome
+            links.append(link)
+
+    async with asyncio.timeout(CONNECT_TIMEOUT_S), asyncio.TaskGroup() as group:
+        for _ in range(parameters["connections"]):
+            group.create_task(connect())
+    await parent.told_to_go()
+    load = Load()
+    await parent.gone()
+    alive = sum(link.channel.connected for link in links)
+    for link in links:
+        link.channel.abort()
+    return load.figures(alive, connections=alive)

@@ -1,0 +1,66 @@
+"""`callboard bench`: how fast callboard is on this machine."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Final
+
+from actors.cli.errors import FAILURE, OK
+from actors.cli.output import note, say, say_json
+from actors.cli.parsing import add_json_option, count, positive
+
+WORKLOADS: Final = tuple(f"W{number}" for number in range(1, 9))
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the verb."""
+    parser.add_argument(
+        "workloads",
+        nargs="*",
+        type=_workload,
+        metavar="WORKLOAD",
+        help="W1 to W8; default: the parts of them that take about a minute together",
+    )
+    parser.add_argument(
+        "--seconds", type=positive, metavar="SEC", default=0.5, help="length of each load; default: 0.5"
+    )
+    parser.add_argument(
+        "--repetitions", type=count, metavar="N", default=1, help="trials of each case; default: 1"
+    )
+    parser.add_argument("--loop", choices=("uvloop", "asyncio"), default="uvloop", help="default: uvloop")
+    parser.add_argument("--transport", choices=("tcp", "unix"), default="tcp", help="default: tcp")
+    add_json_option(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Measure, and print what came out."""
+    from actors.bench.alone import measure  # noqa: PLC0415 - `--help` needs none of these
+    from actors.bench.tables import report  # noqa: PLC0415
+    from actors.bench.workloads import chosen  # noqa: PLC0415
+    from actors.cli.loop import run_async  # noqa: PLC0415
+
+    workloads = chosen(options.workloads)
+    results = run_async(
+        lambda: measure(
+            workloads,
+            seconds=options.seconds,
+            repetitions=options.repetitions,
+            loop=options.loop,
+            transport=options.transport,
+            command=" ".join(["callboard bench", *options.workloads]),
+        )
+    )
+    if options.json:
+        say_json(results.document())
+    else:
+        say("\n".join(report(results, workloads, results.entrants[0].name)))
+    for failure in results.failures:
+        note(f"{failure.workload} {failure.case} failed: {failure.reason}")
+    return FAILURE if results.failures else OK
+
+
+def _workload(text: str) -> str:
+    """Read a workload's id."""
+    if text.upper() not in WORKLOADS:
+        raise argparse.ArgumentTypeError(f"expected one of {', '.join(WORKLOADS)}, got '{text}'")
+    return text.upper()
