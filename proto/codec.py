@@ -8,12 +8,12 @@ says, or raises ProtocolError, and never anything else.
 
 from __future__ import annotations
 
+import operator
 import sys
 from array import array
-from collections.abc import Callable, Mapping
 from functools import partial
-from operator import lt
-from typing import Any, Final, TypeAlias, cast
+from struct import Struct
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 import msgpack
 
@@ -24,13 +24,21 @@ from proto.frames import (
     SPECS,
     Buffer,
     Frame,
+    Graph,
     GraphEntry,
     Op,
+    Reply,
     ReplyEntry,
+    Request,
     RequestEntry,
+    Run,
 )
+from proto.kinds import KINDS
 
-Check: TypeAlias = Callable[[Any], bool]
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from proto.kinds import Check
 
 BIN_32: Final = 0xC6
 ARRAY_32: Final = 0xDD
@@ -40,29 +48,9 @@ _FIXARRAY: Final = 0x90
 _MAX_MARKER: Final = 0x9F
 _LITTLE_ENDIAN: Final = sys.byteorder == "little"
 
+_prefix: Final = Struct(">BI").pack
+_SHAPES: Final = {kind: (op, len(SPECS[op].kinds), SPECS[op].has_payload) for kind, op in OPCODES.items()}
 _pack = cast("Callable[[object], bytes]", msgpack.Packer(autoreset=True).pack)
-
-_LISTS: Final = frozenset({"u32s", "u64s", "requests", "replies", "graph"})
-
-
-def _unpack_limits(kinds: tuple[str, ...]) -> Mapping[str, Any]:
-    """Return msgpack's limits for a header of these fields.
-
-    It allocates an array as soon as it has read how long it claims to be, at each of 1,024 levels.
-    """
-    return {
-        "use_list": False,
-        "strict_map_key": True,
-        "max_str_len": limits.MAX_HEADER_STRING_BYTES,
-        "max_array_len": limits.MAX_HEADER_MAP if _LISTS.isdisjoint(kinds) else limits.MAX_HEADER_ARRAY,
-        "max_map_len": limits.MAX_HEADER_MAP,
-        "max_ext_len": 0,
-    }
-
-
-_UNPACK_LIMITS: Final[Mapping[int, Mapping[str, Any]]] = {
-    op: _unpack_limits(spec.kinds) for op, spec in SPECS.items()
-}
 
 
 def encode(frame: Frame) -> bytes:
@@ -70,19 +58,17 @@ def encode(frame: Frame) -> bytes:
 
     A frame whose content is over `limits.MAX_FRAME_BYTES` must travel as fragments (see fragments.py).
     """
-    op = OPCODES[type(frame)]
-    fields = len(SPECS[op].kinds)
+    op, fields, has_payload = _SHAPES[type(frame)]
     header = _pack((op, *frame[:fields]))
-    if SPECS[op].has_payload:
+    if has_payload:
         payload = cast("Buffer", frame[fields])
-        size = (len(header) + len(payload)).to_bytes(4, "big")
-        return b"".join((b"\xc6", size, header, payload))
-    return b"\xc6" + len(header).to_bytes(4, "big") + header
+        return b"".join((_prefix(BIN_32, len(header) + len(payload)), header, payload))
+    return _prefix(BIN_32, len(header)) + header
 
 
 def array_head(count: int) -> bytes:
     """Return the five-byte `array 32` head that starts a run's payload."""
-    return b"\xdd" + count.to_bytes(4, "big")
+    return _prefix(ARRAY_32, count)
 
 
 def ends_to_bytes(ends: array[int]) -> bytes:
@@ -101,182 +87,224 @@ def ends_from_bytes(data: bytes) -> array[int]:
     return ends
 
 
-def decode(raw: Buffer) -> Frame:
-    """Return the frame in `raw`: one whole frame, prefix included.
-
-    Raises:
-        ProtocolError: The bytes are not a frame, or a field is missing, out of range or of another type.
-    """
-    if len(raw) < limits.PREFIX_BYTES + 2 or raw[0] != BIN_32:
-        raise _malformed("a frame is a msgpack bin 32 with a header array inside")
-    if int.from_bytes(raw[1 : limits.PREFIX_BYTES], "big") != len(raw) - limits.PREFIX_BYTES:
-        raise _malformed("a frame's prefix does not say its size")
-    marker, op = raw[5], raw[6]
-    spec = SPECS.get(op)
-    if spec is None or not _FIXARRAY < marker <= _MAX_MARKER:
-        raise _malformed(f"no frame has opcode {op} with array marker {marker:#04x}")
-    header, payload = _unpack_header(memoryview(raw)[limits.PREFIX_BYTES :], op, has_payload=spec.has_payload)
-    if len(header) <= len(spec.kinds):
-        raise _malformed(f"{Op(op).name} needs {len(spec.kinds)} fields, got {len(header) - 1}")
-    fields = header[1 : 1 + len(spec.kinds)]
-    for position, (kind, value) in enumerate(zip(spec.kinds, fields, strict=True), 1):
-        if not KINDS[kind](value):
-            raise _malformed(f"{Op(op).name}: field {position} is not a valid {kind}")
-    frame: Frame
-    if not spec.has_payload:
-        make = _DECODERS.get(op)
-        frame = spec.frame(*fields) if make is None else make(fields)
-    elif op == Op.FRAGMENT:
-        frame = spec.frame(*fields, payload)
-    else:
-        _check_run(op, fields[-3], fields[-2], payload)
-        frame = spec.frame(*fields, payload, raw) if op == Op.RUN else spec.frame(*fields, payload)
-    return frame
-
-
-def _unpack_header(content: memoryview, op: int, *, has_payload: bool) -> tuple[tuple[Any, ...], memoryview]:
-    try:
-        if not has_payload:
-            header = msgpack.unpackb(content, max_bin_len=len(content), **_UNPACK_LIMITS[op])
-            return header, content[:0]
-        # The unpacker copies what it is fed, so it does not get a large payload.
-        start = content[: limits.MAX_HEADER_BYTES]
-        unpacker = msgpack.Unpacker(
-            None, max_buffer_size=len(start), max_bin_len=len(start), **_UNPACK_LIMITS[op]
-        )
-        unpacker.feed(start)
-        header = unpacker.unpack()
-        return header, content[unpacker.tell() :]
-    except (ValueError, msgpack.UnpackException) as error:
-        raise _malformed(f"header: {error!s:.200} ({type(error).__name__})") from error
-
-
-def _check_run(op: int, count: int, ends: bytes | None, payload: memoryview) -> None:
-    """A run can be cut later without another look: its ends rise and the last is the payload's end."""
-    if bytes(payload[:ARRAY_HEAD_BYTES]) != array_head(count):
-        raise _malformed(f"{Op(op).name}: the payload does not start with an array 32 of {count} messages")
-    body_bytes = len(payload) - ARRAY_HEAD_BYTES
-    if count == 1:
-        if ends is not None or body_bytes == 0:
-            raise _malformed(f"{Op(op).name}: a single message has a body and no ends")
-        return
-    if ends is None or len(ends) != 4 * count:
-        raise _malformed(f"{Op(op).name}: {count} messages need {4 * count} bytes of ends")
-    offsets = ends_from_bytes(ends).tolist()
-    if offsets[0] == 0 or offsets[-1] != body_bytes or not all(map(lt, offsets, offsets[1:])):
-        raise _malformed(f"{Op(op).name}: the ends do not rise to the payload's end")
-
-
-def _malformed(text: str) -> ProtocolError:
-    return ProtocolError(ErrorCode.MALFORMED, text[: limits.MAX_ERROR_TEXT])
-
-
-def _is_uint(limit: int) -> Check:
-    def check(value: Any) -> bool:
-        return type(value) is int and 0 <= value <= limit
-
-    return check
-
-
-def _optional(check: Check) -> Check:
-    return lambda value: value is None or check(value)
-
-
-def _sequence_of(check: Check) -> Check:
-    return lambda value: value.__class__ is tuple and all(map(check, value))
-
-
-def _is_flat_map(value: Any) -> bool:
-    return value.__class__ is dict and all(
-        type(key) is str and type(item) in _SCALARS for key, item in value.items()
-    )
-
-
-def _is_definition(value: Any) -> bool:
-    return type(value) is bytes and len(value) <= limits.MAX_DEFINITION_BYTES
-
-
-_SCALARS: Final = frozenset({str, bytes, int, float, bool, type(None)})
-_is_u32 = _is_uint(limits.MAX_U32)
-_is_u64 = _is_uint(limits.MAX_U64)
-
-
-def _is_request(value: Any) -> bool:
-    if value.__class__ is not tuple or len(value) < 4:
-        return False
-    call, remaining, attributes, body = value if len(value) == 4 else value[:4]
-    return (
-        type(body) is bytes
-        and type(call) is int
-        and call >= 0
-        and (remaining is None or _is_u32(remaining))
-        and (attributes is None or _is_flat_map(attributes))
-    )
-
-
-def _is_reply(value: Any) -> bool:
-    if value.__class__ is not tuple or len(value) < 5:
-        return False
-    call, status, more, attributes, body = value if len(value) == 5 else value[:5]
-    return (
-        type(body) is bytes
-        and type(call) is int
-        and call >= 0
-        and _is_u32(status)
-        and more is False
-        and (attributes is None or _is_flat_map(attributes))
-    )
-
-
-def _is_graph_entry(value: Any) -> bool:
-    if value.__class__ is not tuple or len(value) < 7:
-        return False
-    key, kind, *texts, qos = value[:7]
-    return _is_u64(key) and _is_u32(kind) and all(type(text) is str for text in texts) and _is_flat_map(qos)
-
-
-KINDS: Mapping[str, Check] = {
-    "u32": _is_u32,
-    "u32?": _optional(_is_u32),
-    "u32s": _sequence_of(_is_u32),
-    "u64": _is_u64,
-    "u64?": _optional(_is_u64),
-    "u64s": _sequence_of(_is_u64),
-    "length": lambda value: type(value) is int and 1 <= value <= limits.MAX_RUN_COUNT,
-    "bool": lambda value: type(value) is bool,
-    "str": lambda value: type(value) is str,
-    "str?": lambda value: value is None or type(value) is str,
-    "bin?": lambda value: value is None or type(value) is bytes,
-    "bin16": lambda value: type(value) is bytes and len(value) == limits.INSTANCE_BYTES,
-    "definition?": _optional(_is_definition),
-    "map": _is_flat_map,
-    "map?": _optional(_is_flat_map),
-    "requests": _sequence_of(_is_request),
-    "replies": _sequence_of(_is_reply),
-    "graph": _sequence_of(_is_graph_entry),
-}
-"""The kinds of header fields, and what a value of each must be."""
-
+_call = cast("Callable[[Check, Any], bool]", operator.call)
 
 # Half the time of calling the class: entries come by the hundred.
 _new_tuple = cast("Callable[[Any, Any], Any]", getattr(tuple, "__new__"))  # noqa: B009 - its type is lost
 
 
-def _nested(op: Op, entry: Callable[..., Any], width: int, where: int) -> Callable[[tuple[Any, ...]], Frame]:
-    """Make a decoder for a frame whose field `where` holds entries of `width` fields each."""
-    frame = SPECS[op].frame
-    new: Callable[[Any], Any] = partial(_new_tuple, entry)
-
-    def make(fields: tuple[Any, ...]) -> Frame:
-        entries = tuple([new(item) if len(item) == width else new(item[:width]) for item in fields[where]])
-        made: Frame = frame(*fields[:where], entries, *fields[where + 1 :])
-        return made
-
-    return make
+def _entries(kind: type[Any], width: int) -> Callable[[Any], tuple[Any, ...]]:
+    """Make a maker of entries of `width` fields each; what a later version put behind them is cut off."""
+    new: Callable[[Any], Any] = partial(_new_tuple, kind)
+    return lambda items: tuple([new(item) if len(item) == width else new(item[:width]) for item in items])
 
 
-_DECODERS: Mapping[int, Callable[[tuple[Any, ...]], Frame]] = {
-    Op.REQUEST: _nested(Op.REQUEST, RequestEntry, 4, 1),
-    Op.REPLY: _nested(Op.REPLY, ReplyEntry, 5, 1),
-    Op.GRAPH: _nested(Op.GRAPH, GraphEntry, 7, 2),
+_requests: Final = _entries(RequestEntry, 4)
+_replies: Final = _entries(ReplyEntry, 5)
+_graph_entries: Final = _entries(GraphEntry, 7)
+
+
+def _request(endpoint: int, entries: Any) -> Frame:
+    return Request(endpoint, _requests(entries))
+
+
+def _reply(endpoint: int, entries: Any) -> Frame:
+    return Reply(endpoint, _replies(entries))
+
+
+def _graph(watch: int, more: bool, added: Any, removed: tuple[int, ...]) -> Frame:  # noqa: FBT001 - in order
+    return Graph(watch, more, _graph_entries(added), removed)
+
+
+_NESTED: Final[Mapping[int, Callable[..., Frame]]] = {
+    Op.REQUEST: _request,
+    Op.REPLY: _reply,
+    Op.GRAPH: _graph,
 }
+
+_LISTS: Final = frozenset({"u32s", "u64s", "requests", "replies", "graph"})
+
+
+class _Plan(NamedTuple):
+    """How to decode one kind of frame."""
+
+    name: str
+    width: int
+    checks: tuple[Check, ...]
+    make: Callable[..., Frame]
+    has_payload: bool
+    max_array_len: int
+
+
+_PLANS: Final[Mapping[int, _Plan]] = {
+    op: _Plan(
+        Op(op).name,
+        len(spec.kinds),
+        tuple(KINDS[kind] for kind in spec.kinds),
+        _NESTED.get(op) or cast("Callable[..., Frame]", spec.frame),
+        spec.has_payload,
+        limits.MAX_HEADER_MAP if _LISTS.isdisjoint(spec.kinds) else limits.MAX_HEADER_ARRAY,
+    )
+    for op, spec in SPECS.items()
+}
+
+_RUN_SHAPES: Final = frozenset(
+    (int, int, int, int, ends, attributes) for ends in (bytes, type(None)) for attributes in (type(None),)
+)
+"""What the fields of nearly every RUN are: these need a look at their ranges only."""
+
+_WINDOWS: Final = (1024, limits.MAX_HEADER_BYTES)
+"""How much of a frame with a payload the unpacker is shown: what it is fed, it copies."""
+
+_MAX_FED_BYTES: Final = 64 * 1024
+"""Larger headers are unpacked where they lie."""
+
+
+class Decoder:
+    """Decodes frames, keeping what that needs from one to the next. Not for two threads at once."""
+
+    __slots__ = ("_unpackers",)
+
+    def __init__(self) -> None:
+        self._unpackers: dict[int, msgpack.Unpacker] = {}
+
+    def decode(self, raw: Buffer) -> Frame:
+        """Return the frame in `raw`: one whole frame, prefix included.
+
+        Raises:
+            ProtocolError: The bytes are not a frame, or a field is missing, out of range or of another type.
+        """
+        if len(raw) < limits.PREFIX_BYTES or raw[0] != BIN_32:
+            raise _malformed("a frame is a msgpack bin 32 with a header array inside")
+        if int.from_bytes(raw[1 : limits.PREFIX_BYTES], "big") != len(raw) - limits.PREFIX_BYTES:
+            raise _malformed("a frame's prefix does not say its size")
+        return self.decode_content(raw)
+
+    def decode_content(self, raw: Buffer) -> Frame:
+        """Do the same for bytes whose prefix is known to be right."""
+        if len(raw) < limits.PREFIX_BYTES + 2:
+            raise _malformed("a frame has a header array inside")
+        marker, op = raw[5], raw[6]
+        plan = _PLANS.get(op)
+        if plan is None or not _FIXARRAY < marker <= _MAX_MARKER:
+            raise _malformed(f"no frame has opcode {op} with array marker {marker:#04x}")
+        content = memoryview(raw)[limits.PREFIX_BYTES :]
+        try:
+            if not plan.has_payload:
+                return plan.make(*_checked(plan, self._whole(content, plan.max_array_len)))
+            header, size = self._head(content, plan.max_array_len)
+        except (ValueError, msgpack.UnpackException) as error:
+            self._unpackers.clear()  # they have kept a piece of what is wrong
+            raise _malformed(f"header: {error!s:.200} ({type(error).__name__})") from error
+        payload = content[size:]
+        fields = _checked(plan, header)
+        if op == Op.RUN:
+            _check_run(plan.name, fields[-3], fields[-2], payload)
+            return Run(*fields, payload, raw)  # type: ignore[call-arg]  # the checkers count fields as one
+        if op == Op.REPLAY:
+            _check_run(plan.name, fields[-3], fields[-2], payload)
+        return plan.make(*fields, payload)
+
+    def _whole(self, content: memoryview, max_array_len: int) -> tuple[Any, ...]:
+        """Return a header that fills the whole frame."""
+        if len(content) > _MAX_FED_BYTES:
+            found: tuple[Any, ...] = msgpack.unpackb(
+                content, max_bin_len=len(content), **_limits(max_array_len)
+            )
+            return found
+        unpacker = self._unpacker(max_array_len)
+        before = unpacker.tell()
+        unpacker.feed(content)
+        header: tuple[Any, ...] = unpacker.unpack()
+        if unpacker.tell() - before != len(content):
+            raise ValueError("bytes follow the header array")
+        return header
+
+    def _head(self, content: memoryview, max_array_len: int) -> tuple[tuple[Any, ...], int]:
+        """Return the header at the start of a frame with a payload, and its size."""
+        unpacker = self._unpacker(max_array_len)
+        before = unpacker.tell()
+        fed = 0
+        for window in _WINDOWS:
+            piece = content[fed:window]
+            unpacker.feed(piece)
+            fed += len(piece)
+            try:
+                header: tuple[Any, ...] = unpacker.unpack()
+            except msgpack.OutOfData:
+                if fed == len(content):
+                    raise
+                continue
+            size = unpacker.tell() - before
+            unpacker.read_bytes(fed - size)
+            return header, size
+        raise ValueError(f"longer than {limits.MAX_HEADER_BYTES} bytes")
+
+    def _unpacker(self, max_array_len: int) -> msgpack.Unpacker:
+        unpacker = self._unpackers.get(max_array_len)
+        if unpacker is None:
+            unpacker = self._unpackers[max_array_len] = msgpack.Unpacker(
+                None, read_size=4096, max_buffer_size=2 * _MAX_FED_BYTES, **_limits(max_array_len)
+            )
+        return unpacker
+
+
+def decode(raw: Buffer) -> Frame:
+    """Return the frame in `raw`, as `Decoder.decode` does."""
+    return Decoder().decode(raw)
+
+
+def _limits(max_array_len: int) -> dict[str, Any]:
+    """Return msgpack's limits for a header.
+
+    It allocates an array as soon as it has read how long it claims to be, at each of 1,024 levels.
+    """
+    return {
+        "use_list": False,
+        "strict_map_key": True,
+        "max_str_len": limits.MAX_HEADER_STRING_BYTES,
+        "max_array_len": max_array_len,
+        "max_map_len": limits.MAX_HEADER_MAP,
+        "max_ext_len": 0,
+    }
+
+
+def _checked(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return a header's fields, each of them what it must be."""
+    width = plan.width
+    if len(header) <= width:
+        raise _malformed(f"{plan.name} needs {width} fields, got {len(header) - 1}")
+    fields = header[1 : 1 + width]
+    if plan.make is Run and tuple(map(type, fields)) in _RUN_SHAPES and _in_range(fields):
+        return fields
+    if not all(map(_call, plan.checks, fields)):
+        valid = list(map(_call, plan.checks, fields))
+        position = valid.index(False)
+        kind = SPECS[Op[plan.name]].kinds[position]
+        raise _malformed(f"{plan.name}: field {position + 1} is not a valid {kind}")
+    return fields
+
+
+def _in_range(run_fields: tuple[Any, ...]) -> bool:
+    publisher, sequence, stamp, length, _, _ = run_fields
+    return bool(publisher >= 0 and sequence >= 0 and stamp >= 0 and 1 <= length <= limits.MAX_RUN_COUNT)
+
+
+def _check_run(name: str, count: int, ends: bytes | None, payload: memoryview) -> None:
+    """A run can be cut later without another look: its ends rise and the last is the payload's end."""
+    if bytes(payload[:ARRAY_HEAD_BYTES]) != array_head(count):
+        raise _malformed(f"{name}: the payload does not start with an array 32 of {count} messages")
+    body_bytes = len(payload) - ARRAY_HEAD_BYTES
+    if count == 1:
+        if ends is not None or body_bytes == 0:
+            raise _malformed(f"{name}: a single message has a body and no ends")
+        return
+    if ends is None or len(ends) != 4 * count:
+        raise _malformed(f"{name}: {count} messages need {4 * count} bytes of ends")
+    offsets = ends_from_bytes(ends).tolist()
+    if offsets[0] == 0 or offsets[-1] != body_bytes or not all(map(operator.lt, offsets, offsets[1:])):
+        raise _malformed(f"{name}: the ends do not rise to the payload's end")
+
+
+def _malformed(text: str) -> ProtocolError:
+    return ProtocolError(ErrorCode.MALFORMED, text[: limits.MAX_ERROR_TEXT])

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proto import codec, frames, limits
+from proto import frames, kinds, limits
 from proto.codec import array_head, decode, encode, ends_from_bytes, ends_to_bytes
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import SPECS, Frame, GraphEntry, Op, ReplyEntry, RequestEntry
@@ -213,7 +213,7 @@ def test_each_field_missing_extra_or_of_another_type(op: int) -> None:
     for place, kind in enumerate(SPECS[op].kinds):
         for value in ANYTHING:
             raw = header_of(op, [*fields[:place], value, *fields[place + 1 :]], payload)
-            if codec.KINDS[kind](value):
+            if kinds.KINDS[kind](value):
                 continue
             error = refused(raw)
             assert error.code is ErrorCode.MALFORMED

@@ -6,7 +6,7 @@ from typing import cast, get_args
 
 import pytest
 
-from proto import codec, frames, limits
+from proto import frames, kinds, limits
 from proto.frames import OPCODES, SPECS, Frame, Op
 
 PAYLOADS = {Op.RUN: ("payload", "raw"), Op.REPLAY: ("payload",), Op.FRAGMENT: ("payload",)}
@@ -33,7 +33,7 @@ def test_specs_name_each_field_of_the_class(op: Op) -> None:
     assert len(fields) == len(spec.kinds) + len(PAYLOADS.get(op, ()))
     assert fields[len(spec.kinds) :] == PAYLOADS.get(op, ())
     assert spec.has_payload == (op in PAYLOADS)
-    assert set(spec.kinds) <= set(codec.KINDS)
+    assert set(spec.kinds) <= set(kinds.KINDS)
 
 
 def test_class_names_are_the_opcodes_names() -> None:
@@ -43,7 +43,7 @@ def test_class_names_are_the_opcodes_names() -> None:
 
 def test_every_kind_is_used() -> None:
     """No kind is left over."""
-    assert {kind for spec in SPECS.values() for kind in spec.kinds} == set(codec.KINDS)
+    assert {kind for spec in SPECS.values() for kind in spec.kinds} == set(kinds.KINDS)
 
 
 def test_limits_fit_together() -> None:

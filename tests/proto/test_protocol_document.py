@@ -19,8 +19,9 @@ from actors.interfaces.arrays import ARRAYS
 from actors.interfaces.message import type_hash, type_name
 from actors.interfaces.std_msgs.msg import String
 from proto import errors, frames, limits
-from proto.codec import KINDS, decode, encode
+from proto.codec import decode, encode
 from proto.frames import SPECS, Frame, Op
+from proto.kinds import KINDS
 from proto.runs import RunBuilder
 from proto.session import FROM_BROKER, FROM_CLIENT, Role, Session, diagram
 
