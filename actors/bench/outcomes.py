@@ -87,6 +87,38 @@ def requests(outcome: Outcome) -> dict[str, float]:
     return {**told, **cost(requester), **outcome.broker_cost(served), **cost(server)}
 
 
+def mixed(outcome: Outcome) -> dict[str, float]:
+    """How late small messages come, and how much of the stream beside them there was."""
+    listener, pacer = outcome.only("listener"), outcome.only("pacer")
+    received, sent = listener.figures["received"], pacer.figures["sent"]
+    if received != sent:
+        raise TrialError(f"lost messages: {received} of {sent} received")
+    told = {key: listener.figures[key] for key in ("p50_us", "p99_us")}
+    beside = stream(outcome)["mb_s"] if outcome.all("subscriber") else 0.0
+    return {**told, "mb_s": beside, **cost(pacer), **cost(listener)}
+
+
+def growth(outcome: Outcome) -> dict[str, float]:
+    """What one delivered message or call costs everybody together, but for those who only hold something."""
+    working = [each for each in outcome.played if each.role not in {"holder", "hoarder"}]
+    for each in outcome.all("hoarder"):
+        if each.figures["messages"] != each.parameters["pending"]:
+            raise TrialError("pending requests have ended before the load has")
+    takers = [each for each in working if each.role in {"subscriber", "topics_subscriber", "server"}]
+    for giver in outcome.all("topics_publisher"):
+        received = takers[0].figures["received"]
+        if received != giver.figures["sent"] or takers[0].figures["lost"]:
+            raise TrialError(f"lost messages: {received} of {giver.figures['sent']} received")
+    if outcome.all("publisher"):
+        stream(outcome)  # raises if something was lost
+    handled = sum(each.figures["messages"] for each in takers)
+    if not handled:
+        raise TrialError("nothing was handled")
+    used_s = sum(each.figures["cpu_s"] for each in working) + (outcome.server_cpu_s or 0.0)
+    rates = [each.figures["rate"] for each in working if "rate" in each.figures]
+    return {"cost_us": 1e6 * used_s / handled, "rate": sum(rates), **outcome.broker_cost(handled)}
+
+
 def idle(outcome: Outcome) -> dict[str, float]:
     """What an idle connection costs the server."""
     player = outcome.only("idle")

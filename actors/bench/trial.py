@@ -57,10 +57,10 @@ async def _load(stage: Stage, case: Case, seconds: float) -> Outcome:
     limit_s = seconds + DONE_TIMEOUT_S
     played = await _ends([each for each in playing if not each[0].held], limit_s)
     after_s = _server_cpu_s(stage)
-    held = [each for each in playing if each[0].held]
-    for _, process in held:
-        await process.release()
-    played += await _ends(held, limit_s)
+    for part, process in reversed(playing):  # who was there first may serve those who came later
+        if part.held:
+            await process.release()
+            played += await _ends([(part, process)], limit_s)
     used_s = None if before_s is None or after_s is None else after_s - before_s
     return Outcome(played=tuple(played), server_cpu_s=used_s)
 
@@ -79,7 +79,7 @@ async def _ends(playing: list[tuple[Part, RoleProcess]], limit_s: float) -> list
 
 
 async def _hold(stage: Stage, case: Case, seconds: float) -> Outcome:
-    """Make idle connections and watch the server while they are held. How long does not depend on `seconds`."""
+    """Make idle connections and watch the server while they are held, which no load's length changes."""
     (part,) = case.parts
     server = stage.server
     if server is None:

@@ -43,6 +43,8 @@ class Case:
     """Idle connections: the server is measured while they are held, instead of a load."""
     extra_s: float = 0.0
     """What it takes beyond the load, for the progress bar."""
+    curve: tuple[str, int] | None = None
+    """A point of a curve: what there is many of, and how many."""
     quick: bool = True
     """Belongs to what `callboard bench` does when nobody says what."""
 
@@ -61,6 +63,17 @@ RATE: Final = Figure(key="rate", title="msg/s")
 MB_S: Final = Figure(key="mb_s", title="MB/s")
 SIZES: Final = {"16 B": 16, "256 B": 256, "4 KiB": 4096, "64 KiB": 65_536, "1 MiB": 1_048_576}
 IN_FLIGHT: Final = 100
+IMU_BYTES: Final = 324
+"""An Imu's content: 37 numbers of 8 bytes, a time stamp and its frame's name."""
+PER_SECOND: Final = 1000
+STREAM_MB_S: Final = 50
+FILLING: Final = 48
+"""Characters that make a small message 64 bytes."""
+GROWTH: Final = (1, 10, 100, 1000)
+BURST: Final = 200
+"""Messages that are published before the loop gets its turn."""
+DELIVERIES: Final = 400_000
+"""Of a trial with many subscribers, all of them together: a 1,000th of them to each of 1,000."""
 
 
 def _stream(name: str, *, readers: int = 1, copies: int = 1, **message: object) -> Case:
@@ -88,6 +101,52 @@ def _idle(connections: int) -> Case:
         extra_s=9.0,
         quick=connections <= 1000,
     )
+
+
+def _mixed(name: str, size: int = 0) -> Case:
+    """Small messages at a pace; `size` is that of the stream's messages, 0 for none."""
+    small: dict[str, object] = {"per_second": PER_SECOND, "filling": FILLING}
+    parts = (Part(role="listener"), Part(role="pacer", parameters=small))
+    beside = _stream(name, size=size, mb_s=STREAM_MB_S).parts if size else ()
+    return Case(name=name, parts=(*beside, *parts), measure=outcomes.mixed)
+
+
+def _grown(what: str, count: int, *parts: Part) -> Case:
+    return Case(
+        name=f"{what}: {count:,}", parts=parts, measure=outcomes.growth, curve=(what, count), quick=False
+    )
+
+
+def _topics(what: str, topics: int, burst: int) -> Case:
+    """Topics in turn. With one message a burst each travels alone, be there one topic or many."""
+    parameters = {"topics": topics, "size": 256, "burst": burst}
+    hearing = Part(role="topics_subscriber", parameters=parameters)
+    return _grown(what, topics, hearing, Part(role="topics_publisher", parameters=parameters))
+
+
+def _crowd(readers: int) -> Case:
+    """Subscribers that are nodes of their own, in two processes, and the same deliveries however many."""
+    processes = min(2, readers)
+    share = readers // processes
+    hearing = _stream(
+        "", readers=processes, copies=share, nodes=share, size=256, messages=DELIVERIES // readers
+    )
+    return _grown("subscribers", readers, *hearing.parts)
+
+
+def _services(what: str, services: int, in_flight: int) -> Case:
+    """Services in turn. With one call in flight each travels alone, be there one service or many."""
+    parameters = {"services": services, "in_flight": in_flight}
+    serving = Part(role="server", parameters=parameters, held=True)
+    return _grown(what, services, serving, Part(role="requester", parameters=parameters))
+
+
+def _pending(pending: int) -> Case:
+    waiting = (
+        Part(role="holder", held=True),
+        Part(role="hoarder", parameters={"pending": pending}, held=True),
+    )
+    return _grown("pending requests", pending, *waiting, *_requests("", IN_FLIGHT).parts)
 
 
 WORKLOADS: Final = (
@@ -128,6 +187,43 @@ WORKLOADS: Final = (
             Figure(key="idle_cpu_percent", title="idle CPU %", more_is_better=False),
         ),
         cases=(_idle(1000), _idle(10_000)),
+    ),
+    Workload(
+        id="W6",
+        title="typed messages",
+        figures=(RATE, MB_S),
+        cases=(
+            _stream("std_msgs/String 256 B", size=256),
+            _stream("sensor_msgs/Imu", size=IMU_BYTES, kind="imu"),
+            _stream("sensor_msgs/Image 1 MB", size=1_000_000, kind="image"),
+            _stream("sensor_msgs/PointCloud2 1 MB", size=1_000_000, kind="point_cloud"),
+        ),
+    ),
+    Workload(
+        id="W7",
+        title=f"{PER_SECOND:,} messages/s of 64 B beside a stream of {STREAM_MB_S} MB/s",
+        figures=(
+            Figure(key="p50_us", title="delay p50 us", more_is_better=False),
+            Figure(key="p99_us", title="delay p99 us", more_is_better=False),
+            Figure(key="mb_s", title="stream MB/s"),
+        ),
+        cases=(_mixed("no stream"), _mixed("64 KiB messages", 65_536), _mixed("1 MiB messages", 1_048_576)),
+    ),
+    Workload(
+        id="W8",
+        title="growth: CPU of all roles together for each message or call",
+        figures=(
+            Figure(key="cost_us", title="us CPU in all", more_is_better=False),
+            Figure(key="rate", title="per second"),
+        ),
+        cases=(
+            *(_topics("topics", topics, 1) for topics in GROWTH),
+            *(_topics("topics in bursts", topics, BURST) for topics in GROWTH),
+            *(_crowd(readers) for readers in GROWTH),
+            *(_services("services", services, 1) for services in GROWTH),
+            *(_services("services, 100 in flight", services, IN_FLIGHT) for services in GROWTH),
+            *(_pending(pending) for pending in (1, 1000, 10_000, 100_000)),
+        ),
     ),
 )
 

@@ -13,7 +13,13 @@ ROLES: Final = {
     "server": "requests",
     "requester": "requests",
     "idle": "idle",
+    "pacer": "mixed",
+    "listener": "mixed",
+    "topics_publisher": "growth",
+    "topics_subscriber": "growth",
+    "holder": "growth",
+    "hoarder": "growth",
 }
 
-HELD: Final = frozenset({"server", "idle"})
+HELD: Final = frozenset({"server", "idle", "holder", "hoarder"})
 """The roles that go on until the parent closes their stdin; the others give up then."""

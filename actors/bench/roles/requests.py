@@ -1,4 +1,4 @@
-"""add_two_ints: a server, and a requester that keeps some calls in flight."""
+"""add_two_ints: a server, and a requester that keeps some calls in flight, on one service or many in turn."""
 
 from __future__ import annotations
 
@@ -27,33 +27,39 @@ async def server(parameters: Mapping[str, Any], parent: Parent) -> dict[str, flo
         return AddTwoInts.Response(sum=request.a + request.b)
 
     async with actors.Node("bench_server", url=parameters["url"]) as node:
-        service = node.create_service(AddTwoInts, SERVICE, add)
+        services = [node.create_service(AddTwoInts, name, add) for name in _names(parameters)]
         await node.get_graph()  # behind our declarations: the service is there
         await parent.told_to_go()
         load = Load()
         await parent.gone()
-        return load.figures(service.served, served=service.served)
+        served = sum(service.served for service in services)
+        return load.figures(served, served=served)
 
 
 async def requester(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float]:
     """Keep `in_flight` calls in flight for `seconds`; check every sum."""
     times_s: list[float] = []
+    calls = 0
     async with actors.Node("bench_requester", url=parameters["url"]) as node:
-        client = node.create_client(AddTwoInts, SERVICE)
+        clients = [node.create_client(AddTwoInts, name) for name in _names(parameters)]
 
         async def call(number: int) -> None:
+            client = clients[number % len(clients)]
             response = await client.call(AddTwoInts.Request(a=number, b=3))
             if response.sum != number + 3:
                 raise RuntimeError(f"{number} + 3 is not {response.sum}")
 
         async def call_in_turn(stop: float) -> None:
+            nonlocal calls
             while (began := time.perf_counter()) < stop:
-                await call(len(times_s))
+                calls += 1
+                await call(calls)
                 times_s.append(time.perf_counter() - began)
 
         await parent.told_to_go()
-        if not await client.wait_for_service(WAIT_S):
-            raise RuntimeError("the server is not there")
+        for client in clients:
+            if not await client.wait_for_service(WAIT_S):
+                raise RuntimeError(f"nobody serves {client.srv_name}")
         for number in range(WARM_UP_CALLS):
             await call(number)
         load = Load()
@@ -62,9 +68,12 @@ async def requester(parameters: Mapping[str, Any], parent: Parent) -> dict[str, 
             for _ in range(parameters["in_flight"]):
                 group.create_task(call_in_turn(stop))
         elapsed_s = load.elapsed_s
-        calls = len(times_s)
         rate = calls / elapsed_s
         return load.figures(calls, calls=calls, elapsed_s=elapsed_s, rate=rate, **percentiles_us(times_s))
+
+
+def _names(parameters: Mapping[str, Any]) -> list[str]:
+    return [f"{SERVICE}_{number}" for number in range(parameters.get("services", 1))]
 
 
 def percentiles_us(times_s: Sequence[float]) -> dict[str, float]:

@@ -1,9 +1,11 @@
-"""One publisher, its subscribers: as fast as KEEP_ALL lets it, and nothing may be lost."""
+"""One publisher, its subscribers: as fast as KEEP_ALL lets it or at a pace, and nothing may be lost."""
 
 from __future__ import annotations
 
 import asyncio
+import math
 import time
+from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Any, Final
 
 import actors
@@ -12,7 +14,7 @@ from actors.bench.roles.parent import Load
 from actors.interfaces.std_msgs.msg import UInt64
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from actors.bench.roles.parent import Parent
 
@@ -26,11 +28,64 @@ GRACE_S: Final = 30.0
 """What consumers wait beyond the load's length."""
 
 
+class Count:
+    """Counts messages on `copies` subscriptions, and takes the time of the first and the last of them."""
+
+    def __init__(self, copies: int) -> None:
+        self._copies = copies
+        self.received = 0
+        self._alarm = 1
+        """The count at which to look at the clock."""
+        self._expected = 0
+        self._began = self._ended = 0.0
+        self._finished = asyncio.Event()
+
+    def on_message(self, _: object) -> None:
+        """Count one."""
+        self.received += 1
+        if self.received == self._alarm:
+            self._look()
+
+    def _look(self) -> None:
+        self._ended = time.perf_counter()
+        if self.received == 1:
+            self._began = self._ended
+        self._alarm = self._expected
+        if self.received == self._expected:
+            self._finished.set()
+
+    def on_end(self, msg: UInt64) -> None:
+        """Learn how many there are: may come before the last of them, as topics have no common order."""
+        self._expected = self._copies * msg.data
+        if self.received >= self._expected:
+            self._look()
+        elif self.received:
+            self._alarm = self._expected
+
+    async def wait(self, timeout_s: float) -> None:
+        """Wait until all are there.
+
+        Raises:
+            TimeoutError: They are not within `timeout_s`.
+        """
+        async with asyncio.timeout(timeout_s):
+            await self._finished.wait()
+
+    def figures(self, subscriptions: Sequence[actors.Subscription[Any]]) -> dict[str, float]:
+        """Return what a subscriber reports."""
+        lost = sum(each.lost + each.lost_on_break + each.dropped + each.undecodable for each in subscriptions)
+        elapsed_s = self._ended - self._began
+        rate = self.received / elapsed_s if elapsed_s else 0.0
+        return {"received": self.received, "elapsed_s": elapsed_s, "rate": rate, "lost": lost}
+
+
 async def publisher(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float]:
-    """Publish for `seconds`; then say how many there were."""
+    """Publish for `seconds`, at most `messages` of them, at most `mb_s`; then say how many there were."""
     size: int = parameters["size"]
     message = KINDS[parameters.get("kind", "plain")](size)
     burst = min(BURST_MESSAGES, max(1, BURST_BYTES // size))
+    most = parameters.get("messages", math.inf)
+    pause_s = burst * size / (1e6 * parameters["mb_s"]) if "mb_s" in parameters else 0.0
     async with actors.Node("bench_publisher", url=parameters["url"]) as node:
         pub = node.create_publisher(type(message), TOPIC, KEEP_ALL)
         end = node.create_publisher(UInt64, END_TOPIC, KEEP_ALL)
@@ -39,14 +94,16 @@ async def publisher(parameters: Mapping[str, Any], parent: Parent) -> dict[str, 
         if pub.get_subscription_count() < parameters["readers"]:
             raise RuntimeError(f"only {pub.get_subscription_count()} subscriptions are matched")
         load = Load()
-        stop = time.perf_counter() + parameters["seconds"]
+        began = time.perf_counter()
+        stop = began + parameters["seconds"]
         sent = 0
-        while time.perf_counter() < stop:
+        while (now := time.perf_counter()) < stop and sent < most:
             for _ in range(burst):
                 pub.publish(message)
             sent += burst
             await pub.ready()
-            await asyncio.sleep(0)
+            due = began + pause_s * (sent // burst)
+            await asyncio.sleep(max(0.0, due - now))
         end.publish(UInt64(data=sent))
         await pub.flush()
         await end.flush()
@@ -54,44 +111,25 @@ async def publisher(parameters: Mapping[str, Any], parent: Parent) -> dict[str, 
 
 
 async def subscriber(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float]:
-    """Count what comes on each of `subscriptions` subscriptions until everything is there."""
+    """Count what comes on `subscriptions` subscriptions, held by `nodes` nodes, until everything is there."""
     copies: int = parameters["subscriptions"]
     message_type = type(KINDS[parameters.get("kind", "plain")](parameters["size"]))
-    finished = asyncio.Event()
-    count = 0
-    alarm = 1
-    expected = 0
-    began = ended = 0.0
-
-    def on_message(_: actors.Message) -> None:
-        nonlocal count
-        count += 1
-        if count == alarm:
-            first_or_last()
-
-    def first_or_last() -> None:
-        nonlocal alarm, began, ended
-        ended = time.perf_counter()
-        if alarm == 1:
-            began = ended
-        alarm = 0
-        if count == expected:
-            finished.set()
-
-    def on_end(msg: UInt64) -> None:
-        nonlocal alarm, expected
-        alarm = expected = copies * msg.data
-        if count >= expected:
-            first_or_last()
-
-    async with actors.Node(f"bench_subscriber_{parameters.get('number', 0)}", url=parameters["url"]) as node:
-        held = [node.create_subscription(message_type, TOPIC, on_message, KEEP_ALL) for _ in range(copies)]
-        node.create_subscription(UInt64, END_TOPIC, on_end, KEEP_ALL)
-        await node.get_graph()  # behind our declarations: they are in force
+    count = Count(copies)
+    async with AsyncExitStack() as stack:
+        nodes = [
+            await stack.enter_async_context(
+                actors.Node(f"bench_subscriber_{parameters.get('number', 0)}_{index}", url=parameters["url"])
+            )
+            for index in range(parameters.get("nodes", 1))
+        ]
+        held = [
+            nodes[index % len(nodes)].create_subscription(message_type, TOPIC, count.on_message, KEEP_ALL)
+            for index in range(copies)
+        ]
+        nodes[0].create_subscription(UInt64, END_TOPIC, count.on_end, KEEP_ALL)
+        for node in nodes:
+            await node.get_graph()  # behind its declarations: they are in force
         await parent.told_to_go()
         load = Load()
-        async with asyncio.timeout(parameters["seconds"] + GRACE_S):
-            await finished.wait()
-        lost = sum(each.lost + each.lost_on_break + each.dropped + each.undecodable for each in held)
-        elapsed_s = ended - began
-        return load.figures(count, received=count, elapsed_s=elapsed_s, rate=count / elapsed_s, lost=lost)
+        await count.wait(parameters["seconds"] + GRACE_S)
+        return {**load.figures(count.received), **count.figures(held)}
