@@ -56,6 +56,61 @@ def report(parent: Parent, times_s: list[float], elapsed_s: float) -> None:
     )
 
 
+class Turns:
+    """The same without tasks, for replies that come to a callback or out of a socket.
+
+    Args:
+        parent: told when the load begins.
+        parameters: seconds and in_flight.
+        send: sends the request of that number; the reply, with its number, goes to `take`.
+    """
+
+    def __init__(self, parent: Parent, parameters: Parameters, send: Callable[[int], object]) -> None:
+        self.finished = False
+        self._parent = parent
+        self._parameters = parameters
+        self._send = send
+        self._number = 0
+        self._begun_s: dict[int, float] = {}
+        self._times_s: list[float] = []
+        self._start_s = self._stop_s = self._elapsed_s = 0.0
+
+    def begin(self) -> None:
+        """Fill the flight."""
+        for _ in range(self._parameters.in_flight):
+            self._call()
+
+    def take(self, number: int, data: bytes) -> None:
+        """Take a reply, check it and call again; then see whether `finished`."""
+        now_s = time.perf_counter()
+        check(number, data)
+        self._times_s.append(now_s - self._begun_s.pop(number))
+        if self._number < WARM_UP_CALLS or now_s < self._stop_s:
+            self._call()
+        elif not self._begun_s:
+            self._end(now_s)
+
+    def report(self) -> None:
+        """Give the parent the figures."""
+        report(self._parent, self._times_s, self._elapsed_s)
+
+    def _call(self) -> None:
+        self._number = number = self._number + 1
+        self._begun_s[number] = time.perf_counter()
+        self._send(number)
+
+    def _end(self, now_s: float) -> None:
+        if self._stop_s:
+            self._elapsed_s = now_s - self._start_s
+            self.finished = True
+            return
+        self._times_s.clear()
+        self._parent.mark()
+        self._start_s = time.perf_counter()
+        self._stop_s = self._start_s + self._parameters.seconds
+        self.begin()
+
+
 async def call_in_turns(
     parent: Parent, parameters: Parameters, call: Callable[[bytes], Awaitable[bytes]]
 ) -> None:

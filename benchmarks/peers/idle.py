@@ -20,11 +20,15 @@ HANDSHAKE_S = 30
 Handshake = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
 
 
+def allow_files(connections: int) -> None:
+    """Raise this process's file limit, as far as it may be raised."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, connections + SPARE_FILES)), hard))
+
+
 async def hold_connections(parent: Parent, parameters: Parameters, handshake: Handshake) -> None:
     """Open the connections, say `ready`, and hold them until the parent closes our stdin."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    wanted = parameters.connections + SPARE_FILES
-    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, wanted)), hard))
+    allow_files(parameters.connections)
     writers: list[asyncio.StreamWriter] = []
 
     async def connect() -> None:

@@ -75,7 +75,7 @@ async def publisher(parent: Parent, parameters: Parameters) -> None:
 async def subscriber(parent: Parent, parameters: Parameters) -> None:
     """Count on each of the subscriptions, and acknowledge."""
     client = await connect(parameters.url)
-    tally = stream.Tally(parameters)
+    tally = stream.Tally(parameters, windowed=True)
     finished = asyncio.Event()
 
     async def on_message(message: Any) -> None:

@@ -9,7 +9,9 @@ its subscriptions has had.
 from __future__ import annotations
 
 import asyncio
+import math
 import os
+import queue
 import struct
 import time
 from typing import TYPE_CHECKING
@@ -52,17 +54,20 @@ class Tally:
     """What a subscriber process counts, over all its subscriptions.
 
     `take` is on the hot path: one comparison, one sum, one comparison.
+
+    Args:
+        parameters: size and subscriptions.
+        windowed: whether the publisher needs to know how far we are, not only that we have all.
     """
 
-    def __init__(self, parameters: Parameters) -> None:
+    def __init__(self, parameters: Parameters, *, windowed: bool = False) -> None:
         self.finished = False
         self._size = parameters.size
         self._subscriptions = parameters.subscriptions
-        self._step = (
-            window_messages(parameters.size) // ACKNOWLEDGEMENTS_PER_WINDOW * parameters.subscriptions
-        )
+        step = window_messages(parameters.size) // ACKNOWLEDGEMENTS_PER_WINDOW * parameters.subscriptions
+        self._step: float = step if windowed else math.inf
         self._count = 0
-        self._milestone = 1
+        self._milestone: float = 1
         self._ends = 0
         self._sent = 0
         self._first_s = 0.0
@@ -137,6 +142,49 @@ class Readers:
         """Wait for the next acknowledgement."""
         self._changed.clear()
         await self._changed.wait()
+
+
+class Acknowledgements:
+    """The acknowledgements of a system that pushes back by itself: only the first and the last matter.
+
+    Other threads may put them into `received`.
+    """
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.received: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self._readers = Readers(parameters)
+
+    def match(self, probe: Callable[[], None]) -> None:
+        """Probe until every subscriber process has answered."""
+        deadline_s = time.monotonic() + MATCHING_S
+        while not self._readers.matched:
+            if time.monotonic() > deadline_s:
+                raise TimeoutError("not every subscriber process answers")
+            probe()
+            try:
+                self._readers.take(self.received.get(timeout=PROBE_INTERVAL_S))
+            except queue.Empty:
+                continue
+
+    def wait_for_end(self, sent: int) -> None:
+        """Wait until every subscription has had all, or the role's time is up."""
+        while self._readers.slowest < sent:
+            self._readers.take(self.received.get())
+
+
+def publish_blocking(parent: Parent, parameters: Parameters, send: Callable[[bytes], object]) -> int:
+    """Publish for the time of the load with a call that waits when the system is full; say how often."""
+    parent.mark()
+    payload = bytes(parameters.size)
+    burst = burst_messages(parameters.size)
+    sent = 0
+    stop_s = time.perf_counter() + parameters.seconds
+    while time.perf_counter() < stop_s:
+        for _ in range(burst):
+            send(payload)
+        sent += burst
+    send(end_mark(sent))
+    return sent
 
 
 async def publish_in_window(
