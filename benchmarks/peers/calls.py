@@ -21,6 +21,7 @@ CALL_S = 20
 """How long one call may take."""
 
 _REQUEST = struct.Struct("<qq")
+_NUMBER = struct.Struct("<Q")
 _REPLY = struct.Struct("<q")
 
 
@@ -33,6 +34,22 @@ def reply(data: bytes) -> bytes:
     """Answer a request."""
     a, b = _REQUEST.unpack(data)
     return _REPLY.pack(a + b)
+
+
+def numbered_request(number: int) -> bytes:
+    """A request for systems whose replies need a number to be told apart."""
+    return _NUMBER.pack(number) + request(number)
+
+
+def numbered_reply(data: bytes) -> bytes:
+    """Answer a numbered request."""
+    return data[: _NUMBER.size] + reply(data[_NUMBER.size :])
+
+
+def split_number(data: bytes) -> tuple[int, bytes]:
+    """Take the number from a numbered reply."""
+    (number,) = _NUMBER.unpack_from(data)
+    return number, data[_NUMBER.size :]
 
 
 def check(number: int, data: bytes) -> None:

@@ -14,12 +14,13 @@ import os
 import queue
 import struct
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from benchmarks.peers.roles import MATCHING_S, Parameters, Parent
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable
 
 PROBE = b""
 PROBE_INTERVAL_S = 0.1
@@ -144,32 +145,40 @@ class Readers:
         await self._changed.wait()
 
 
-class Acknowledgements:
-    """The acknowledgements of a system that pushes back by itself: only the first and the last matter.
+Receive = Callable[[float], bytes | None]
+"""Waits so many seconds for an acknowledgement, for peers whose publisher blocks."""
 
-    Other threads may put them into `received`.
-    """
 
-    def __init__(self, parameters: Parameters) -> None:
-        self.received: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        self._readers = Readers(parameters)
+def match_readers(readers: Readers, probe: Callable[[], object], receive: Receive) -> None:
+    """Probe until every subscriber process has answered."""
+    deadline_s = time.monotonic() + MATCHING_S
+    while not readers.matched:
+        if time.monotonic() > deadline_s:
+            raise TimeoutError("not every subscriber process answers")
+        probe()
+        acknowledgement = receive(PROBE_INTERVAL_S)
+        if acknowledgement is not None:
+            readers.take(acknowledgement)
 
-    def match(self, probe: Callable[[], None]) -> None:
-        """Probe until every subscriber process has answered."""
-        deadline_s = time.monotonic() + MATCHING_S
-        while not self._readers.matched:
-            if time.monotonic() > deadline_s:
-                raise TimeoutError("not every subscriber process answers")
-            probe()
-            try:
-                self._readers.take(self.received.get(timeout=PROBE_INTERVAL_S))
-            except queue.Empty:
-                continue
 
-    def wait_for_end(self, sent: int) -> None:
-        """Wait until every subscription has had all, or the role's time is up."""
-        while self._readers.slowest < sent:
-            self._readers.take(self.received.get())
+def wait_for_end(readers: Readers, sent: int, receive: Receive) -> None:
+    """Wait until every subscription has had all, or the role's time is up."""
+    while readers.slowest < sent:
+        acknowledgement = receive(PROBE_INTERVAL_S)
+        if acknowledgement is not None:
+            readers.take(acknowledgement)
+
+
+def receive_from(mailbox: queue.SimpleQueue[bytes]) -> Receive:
+    """Receive what another thread puts into a queue."""
+
+    def receive(timeout_s: float) -> bytes | None:
+        try:
+            return mailbox.get(timeout=timeout_s)
+        except queue.Empty:
+            return None
+
+    return receive
 
 
 def publish_blocking(parent: Parent, parameters: Parameters, send: Callable[[bytes], object]) -> int:

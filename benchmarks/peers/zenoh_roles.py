@@ -16,6 +16,7 @@ passes payloads of 3 KiB and more through shared memory.
 from __future__ import annotations
 
 import json
+import queue
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -62,19 +63,21 @@ def declare_publisher(session: Any, key: str, *, express: bool) -> Any:
 
 def publisher(parent: Parent, parameters: Parameters, open_session: Open) -> None:
     """Put as fast as BLOCK lets us."""
-    acknowledgements = stream.Acknowledgements(parameters)
+    readers = stream.Readers(parameters)
+    mailbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    receive = stream.receive_from(mailbox)
 
     def on_acknowledgement(sample: Any) -> None:
-        acknowledgements.received.put(sample.payload.to_bytes())
+        mailbox.put(sample.payload.to_bytes())
 
     with open_session(parameters) as session:
         session.declare_subscriber(ACKNOWLEDGEMENTS, on_acknowledgement)
         publication = declare_publisher(session, KEY, express=False)
         parent.ready()
         parent.go.result()
-        acknowledgements.match(lambda: publication.put(stream.PROBE))
+        stream.match_readers(readers, lambda: publication.put(stream.PROBE), receive)
         sent = stream.publish_blocking(parent, parameters, publication.put)
-        acknowledgements.wait_for_end(sent)
+        stream.wait_for_end(readers, sent, receive)
         parent.done(messages=sent, sent=sent)
 
 
