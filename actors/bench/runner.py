@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from actors.bench.results import Results
     from actors.bench.workloads import Case, Workload
 
-OVERHEAD_S: Final = 1.5
+OVERHEAD_S: Final = 0.7
 """A first guess of what starting and stopping a trial's processes takes."""
 
 
@@ -76,7 +76,7 @@ def plan(workloads: Iterable[Workload], contenders: Iterable[Contender], repetit
         for workload in workloads
         for case in workload.cases
         for contender in contenders
-        if not missing(contender, case)
+        if not missing(contender, case) and not (case.once and repetition)
     ]
 
 

@@ -45,6 +45,8 @@ class Case:
     """What it takes beyond the load, for the progress bar."""
     curve: tuple[str, int] | None = None
     """A point of a curve: what there is many of, and how many."""
+    once: bool = False
+    """Is not repeated: takes long, or has many points."""
     quick: bool = True
     """Belongs to what `callboard bench` does when nobody says what."""
 
@@ -70,6 +72,7 @@ STREAM_MB_S: Final = 50
 FILLING: Final = 48
 """Characters that make a small message 64 bytes."""
 GROWTH: Final = (1, 10, 100, 1000)
+PENDING: Final = (1, 1000, 10_000, 100_000)
 BURST: Final = 200
 """Messages that are published before the loop gets its turn."""
 DELIVERIES: Final = 400_000
@@ -99,6 +102,7 @@ def _idle(connections: int) -> Case:
         measure=outcomes.idle,
         connections=connections,
         extra_s=9.0,
+        once=True,
         quick=connections <= 1000,
     )
 
@@ -112,8 +116,14 @@ def _mixed(name: str, size: int = 0) -> Case:
 
 
 def _grown(what: str, count: int, *parts: Part) -> Case:
+    ends = count in {1, PENDING[-1] if what == "pending requests" else GROWTH[-1]}
     return Case(
-        name=f"{what}: {count:,}", parts=parts, measure=outcomes.growth, curve=(what, count), quick=False
+        name=f"{what}: {count:,}",
+        parts=parts,
+        measure=outcomes.growth,
+        curve=(what, count),
+        once=True,
+        quick=ends,
     )
 
 
@@ -222,7 +232,7 @@ WORKLOADS: Final = (
             *(_crowd(readers) for readers in GROWTH),
             *(_services("services", services, 1) for services in GROWTH),
             *(_services("services, 100 in flight", services, IN_FLIGHT) for services in GROWTH),
-            *(_pending(pending) for pending in (1, 1000, 10_000, 100_000)),
+            *(_pending(pending) for pending in PENDING),
         ),
     ),
 )

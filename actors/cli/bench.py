@@ -19,13 +19,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         type=_workload,
         metavar="WORKLOAD",
-        help="W1 to W8; default: the parts of them that take about a minute together",
+        help="W1 to W8; default: what of them takes a minute together",
     )
     parser.add_argument(
         "--seconds", type=positive, metavar="SEC", default=0.5, help="length of each load; default: 0.5"
     )
     parser.add_argument(
-        "--repetitions", type=count, metavar="N", default=1, help="trials of each case; default: 1"
+        "--repetitions",
+        type=count,
+        metavar="N",
+        default=3,
+        help="trials of each case but those of W5 and W8; default: 3",
     )
     parser.add_argument("--loop", choices=("uvloop", "asyncio"), default="uvloop", help="default: uvloop")
     parser.add_argument("--transport", choices=("tcp", "unix"), default="tcp", help="default: tcp")

@@ -1,0 +1,139 @@
+"""callboard and its peers, measured together: every role a process, trials interleaved, results in docs/.
+
+    python benchmarks/suite.py                      everything, about ten minutes
+    python benchmarks/suite.py W1 W3 --peers nats_py,zenoh_router --repetitions 5
+    python benchmarks/suite.py --report-only        tables and plot again, from docs/performance.json
+
+Writes docs/performance.json, and from it docs/performance.svg and what stands between the markers in
+docs/performance.md.
+"""
+
+# ruff: noqa: E402 - the path comes before the imports that need it
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import shlex
+import sys
+import time
+from datetime import UTC, datetime
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from actors.bench.contender import Contender
+
+ROOT = Path(__file__).resolve().parent.parent
+# Not this folder itself: its modules must hide nobody's.
+sys.path[0] = str(ROOT)
+
+import msgspec
+
+from actors.bench import machine
+from actors.bench.own import callboard
+from actors.bench.progress import line
+from actors.bench.results import Entrant, Results
+from actors.bench.runner import Progress, plan, run
+from actors.bench.workloads import WORKLOADS
+from benchmarks import plot, report
+from benchmarks.peers import PEERS
+
+JSON = ROOT / "docs" / "performance.json"
+PAGE = ROOT / "docs" / "performance.md"
+PLOT = ROOT / "docs" / "performance.svg"
+
+
+def main() -> int:
+    """Measure and report, or report only; return the exit code."""
+    options = _options()
+    if not options.report_only:
+        results = _measured(options)
+        JSON.write_text(
+            msgspec.json.format(msgspec.json.encode(results.document()), indent=1).decode() + "\n"
+        )
+    results = msgspec.json.decode(JSON.read_bytes(), type=Results)
+    PAGE.write_text(report.updated(PAGE.read_text("utf-8"), results), "utf-8")
+    if find_spec("matplotlib") is None:
+        print("no plot: matplotlib is not installed (make bench installs it)")
+    else:
+        plot.draw(results, PLOT)
+    print(f"written: {PAGE.relative_to(ROOT)}, {JSON.relative_to(ROOT)}, {PLOT.relative_to(ROOT)}")
+    return 0
+
+
+def _options() -> argparse.Namespace:
+    ids = [workload.id for workload in WORKLOADS]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("workloads", nargs="*", metavar="WORKLOAD", help="of W1 to W8; default: all")
+    parser.add_argument("--peers", default=",".join(PEERS), help=f"default: {','.join(PEERS)}")
+    parser.add_argument("--repetitions", type=int, default=3, help="of each case; default: 3")
+    parser.add_argument("--seconds", type=float, default=1.0, help="length of each load; default: 1")
+    parser.add_argument("--report-only", action="store_true", help="measure nothing")
+    options = parser.parse_args()
+    unknown = {*options.workloads} - {*ids} or {*filter(None, options.peers.split(","))} - {*PEERS}
+    if unknown:
+        parser.error(f"unknown: {', '.join(sorted(unknown))}")
+    return options
+
+
+def _measured(options: argparse.Namespace) -> Results:
+    """Run the trials; say who is skipped, how far it is, and what fails."""
+    contenders, skipped = _contenders([name for name in options.peers.split(",") if name])
+    for name, reason in skipped.items():
+        print(f"skipped: {name}: {reason}")
+    workloads = [each for each in WORKLOADS if not options.workloads or each.id in options.workloads]
+    turns = plan(workloads, contenders, options.repetitions)
+    results = Results(
+        machine=machine.describe(),
+        date=datetime.now(UTC).isoformat(timespec="seconds"),
+        command=shlex.join(["python", "benchmarks/suite.py", *sys.argv[1:]]),
+        seconds=options.seconds,
+        repetitions=options.repetitions,
+        entrants=[Entrant.of(contender) for contender in contenders],
+        skipped=skipped,
+    )
+    began = time.monotonic()
+    asyncio.run(run(turns, results, _Log(results)))
+    print(
+        f"{len(results.samples)} trials in {time.monotonic() - began:.0f} s, {len(results.failures)} failed"
+    )
+    return results
+
+
+class _Log:
+    """Prints a line for each trial, and why a trial before it has failed."""
+
+    def __init__(self, results: Results) -> None:
+        self._results = results
+        self._told = 0
+
+    def __call__(self, progress: Progress) -> None:
+        for failure in self._results.failures[self._told :]:
+            print(f"failed: {failure.workload} {failure.case} {failure.contender}: {failure.reason}")
+        self._told = len(self._results.failures)
+        print(line(progress), flush=True)
+
+
+def _contenders(peers: list[str]) -> tuple[list[Contender], dict[str, str]]:
+    """Return callboard in its forms and the peers that are there; and the others, with the reason."""
+    plain, unix = callboard(loop="asyncio"), callboard(transport="unix")
+    found = [callboard(), plain, unix]
+    skipped: dict[str, str] = {}
+    for name in peers:
+        module: Any = import_module(f"benchmarks.peers.{name}")
+        peer: Contender | str = module.find()
+        if isinstance(peer, str):
+            skipped[name] = peer
+        else:
+            found.append(peer)
+    return found, skipped
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(130)

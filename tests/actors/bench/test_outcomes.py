@@ -1,0 +1,60 @@
+"""What reports come to, and that a trial which lost something has no figures."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors.bench import outcomes
+from actors.bench.errors import TrialError
+from actors.bench.outcomes import Outcome, Played
+
+
+def streamed(*received: int, sent: int = 100, lost: int = 0) -> Outcome:
+    """A publisher and subscribers with two subscriptions each."""
+    speaking = Played(
+        role="publisher",
+        parameters={"size": 1000},
+        figures={"sent": sent, "messages": sent, "cpu_s": 0.001},
+    )
+    hearing = [
+        Played(
+            role="subscriber",
+            parameters={"subscriptions": 2},
+            figures={"received": n, "messages": n, "cpu_s": 0.004, "elapsed_s": 2.0, "lost": lost},
+        )
+        for n in received
+    ]
+    return Outcome(played=(*hearing, speaking), server_cpu_s=0.02)
+
+
+def test_a_stream_counts_every_delivery() -> None:
+    """Publishers cost by messages sent, brokers and subscribers by deliveries."""
+    figures = outcomes.stream(streamed(200, 200))
+    assert figures["rate"] == 200.0
+    assert figures["mb_s"] == pytest.approx(0.2)
+    assert figures["cpu_us.publisher"] == pytest.approx(10.0)
+    assert figures["cpu_us.broker"] == pytest.approx(50.0)
+    assert figures["cpu_us.subscriber"] == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize("outcome", [streamed(200, 199), streamed(201, 200), streamed(200, lost=1)])
+def test_a_stream_with_losses_has_no_figures(outcome: Outcome) -> None:
+    """One message too few, one too many, or one that a counter knows of."""
+    with pytest.raises(TrialError, match="lost messages"):
+        outcomes.stream(outcome)
+
+
+def test_without_a_server_there_is_no_brokers_cost() -> None:
+    """Rather than a zero."""
+    direct = Outcome(played=streamed(200).played, server_cpu_s=None)
+    assert "cpu_us.broker" not in outcomes.stream(direct)
+
+
+def test_idle_connections_must_last() -> None:
+    """A connection that was lost is no idle connection."""
+    held = Played(role="idle", parameters={"connections": 10}, figures={"messages": 10})
+    outcome = Outcome(played=(held,), server_cpu_s=0.05, server_kib=40.0, window_s=5.0)
+    assert outcomes.idle(outcome) == {"connections": 10, "kib": 4.0, "idle_cpu_percent": 1.0}
+    broken = Played(role="idle", parameters={"connections": 10}, figures={"messages": 9})
+    with pytest.raises(TrialError, match="9 of 10"):
+        outcomes.idle(Outcome(played=(broken,), server_cpu_s=0.0))

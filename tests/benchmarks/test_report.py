@@ -1,0 +1,89 @@
+"""The page that the suite writes."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors.bench.results import Entrant, Failure, Results, Sample
+from benchmarks import report
+from benchmarks.targets import verdicts
+
+
+def results() -> Results:
+    """callboard and a peer, in W1 and W8."""
+    rates = [("callboard", 0, 100.0), ("callboard", 1, 300.0), ("peer", 0, 50.0), ("peer", 1, 50.0)]
+    samples = [
+        Sample(workload="W1", case="16 B", contender=who, repetition=n, figures={"rate": rate, "mb_s": 1.0})
+        for who, n, rate in rates
+    ]
+    samples += [
+        Sample(
+            workload="W8",
+            case=f"topics: {count}",
+            contender="callboard",
+            repetition=0,
+            figures={"cost_us": cost, "rate": 1.0, "cpu_us.broker": 2.5},
+        )
+        for count, cost in (("1", 2.0), ("1,000", 4.0))
+    ]
+    return Results(
+        machine={"CPU": "abacus"},
+        date="2030-01-01T00:00:00+00:00",
+        command="python benchmarks/suite.py",
+        seconds=1.0,
+        repetitions=2,
+        entrants=[
+            Entrant(name="callboard", version="1", brokered=True),
+            Entrant(name="peer", version="2", brokered=True),
+        ],
+        skipped={"other": "not installed"},
+        samples=samples,
+        failures=[Failure(workload="W2", case="256 B", contender="peer", repetition=0, reason="fell over")],
+    )
+
+
+PAGE = f"# Title\n\nby hand\n\n{report.BEGIN}\nold\n{report.END}\n\nby hand, too\n"
+
+
+def test_only_what_is_between_the_markers_changes() -> None:
+    """And the same results give the same page, however often."""
+    page = report.updated(PAGE, results())
+    assert page.startswith(f"# Title\n\nby hand\n\n{report.BEGIN}\n")
+    assert page.endswith(f"{report.END}\n\nby hand, too\n")
+    assert "\nold\n" not in page
+    assert report.updated(page, results()) == page
+
+
+@pytest.mark.parametrize("page", ["", report.BEGIN, report.END, f"{report.END}{report.BEGIN}"])
+def test_a_page_without_its_markers_is_refused(page: str) -> None:
+    """Rather than overwritten."""
+    with pytest.raises(ValueError, match="markers"):
+        report.updated(page, results())
+
+
+def test_figures_stand_with_their_spread_and_the_ratio() -> None:
+    """callboard's median is four times the peer's."""
+    page = report.updated(PAGE, results())
+    assert "| **callboard** | 200 (100 to 300) | 1.0 | 1.00 |" in page
+    assert "| peer | 50.0 | 1.0 | 4.00 |" in page
+    assert "| W1 16 B | **4.00** |" in page
+
+
+def test_curves_are_compared_with_their_first_point() -> None:
+    """1,000 topics cost twice what one costs."""
+    assert "| topics: 1,000 | 4.0 | 1.0 | 2.50 | 2.0 |" in report.updated(PAGE, results())
+
+
+def test_who_was_skipped_and_what_failed_is_said() -> None:
+    """With the reason."""
+    page = report.updated(PAGE, results())
+    assert "Skipped: other: not installed." in page
+    assert "Failed: W2 256 B, peer: fell over." in page
+
+
+def test_targets_are_judged() -> None:
+    """One is reached, one is not."""
+    assert [(each.what, each.reached) for each in verdicts(results())] == [
+        ("W1 16 B", True),
+        ("W8 topics", False),
+    ]
