@@ -13,7 +13,6 @@ docs/performance.md.
 from __future__ import annotations
 
 import argparse
-import asyncio
 import shlex
 import sys
 import time
@@ -32,11 +31,12 @@ sys.path[0] = str(ROOT)
 
 import msgspec
 
+import actors
 from actors.bench import machine
 from actors.bench.own import callboard
 from actors.bench.progress import line
 from actors.bench.results import Entrant, Results
-from actors.bench.runner import Progress, plan, run
+from actors.bench.runner import Progress, lacking, plan, run
 from actors.bench.workloads import WORKLOADS
 from benchmarks import plot, report
 from benchmarks.peers import PEERS
@@ -44,13 +44,16 @@ from benchmarks.peers import PEERS
 JSON = ROOT / "docs" / "performance.json"
 PAGE = ROOT / "docs" / "performance.md"
 PLOT = ROOT / "docs" / "performance.svg"
+INTERRUPTED = 130
 
 
 def main() -> int:
     """Measure and report, or report only; return the exit code."""
     options = _options()
     if not options.report_only:
-        results = _measured(options)
+        results = actors.run(lambda: _measured(options), args=[])
+        if results is None:  # a signal has ended it, and every process with it
+            return INTERRUPTED
         JSON.write_text(
             msgspec.json.format(msgspec.json.encode(results.document()), indent=1).decode() + "\n"
         )
@@ -79,12 +82,13 @@ def _options() -> argparse.Namespace:
     return options
 
 
-def _measured(options: argparse.Namespace) -> Results:
+async def _measured(options: argparse.Namespace) -> Results:
     """Run the trials; say who is skipped, how far it is, and what fails."""
     contenders, skipped = _contenders([name for name in options.peers.split(",") if name])
+    workloads = [each for each in WORKLOADS if not options.workloads or each.id in options.workloads]
+    skipped |= lacking(workloads, [each for each in contenders if not each.name.startswith("callboard")])
     for name, reason in skipped.items():
         print(f"skipped: {name}: {reason}")
-    workloads = [each for each in WORKLOADS if not options.workloads or each.id in options.workloads]
     turns = plan(workloads, contenders, options.repetitions)
     results = Results(
         machine=machine.describe(),
@@ -96,7 +100,7 @@ def _measured(options: argparse.Namespace) -> Results:
         skipped=skipped,
     )
     began = time.monotonic()
-    asyncio.run(run(turns, results, _Log(results)))
+    await run(turns, results, _Log(results))
     print(
         f"{len(results.samples)} trials in {time.monotonic() - began:.0f} s, {len(results.failures)} failed"
     )
@@ -133,7 +137,4 @@ def _contenders(peers: list[str]) -> tuple[list[Contender], dict[str, str]]:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.exit(130)
+    sys.exit(main())

@@ -80,6 +80,20 @@ def plan(workloads: Iterable[Workload], contenders: Iterable[Contender], repetit
     ]
 
 
+def lacking(workloads: Iterable[Workload], contenders: Iterable[Contender]) -> dict[str, str]:
+    """Return which contenders cannot play in a workload that some of them can play in, and why."""
+    contenders = list(contenders)
+    said: dict[str, str] = {}
+    for workload in workloads:
+        lacks = {each.name: missing(each, workload.cases[0]) for each in contenders}
+        if all(lacks.values()):
+            continue
+        for name, roles in lacks.items():
+            if roles:
+                said[f"{name} in {workload.id}"] = f"it has no role {', '.join(roles)}"
+    return said
+
+
 async def run(turns: list[Turn], results: Results, tell: Callable[[Progress], None]) -> None:
     """Run trials, put what they give into `results`, and tell before each how far we are."""
     pace = _Pace(sum(_expected_s(turn, results.seconds) for turn in turns))

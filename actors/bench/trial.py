@@ -24,6 +24,7 @@ SETTLE_S: Final = 3.0
 """After the last idle connection was made, before the server is watched."""
 WINDOW_S: Final = 5.0
 """How long it is watched."""
+ENOUGH_FILES: Final = 65_536
 SPARE_FILES: Final = 256
 """Descriptors that a process needs beside its connections."""
 
@@ -34,6 +35,8 @@ async def run_trial(contender: Contender, case: Case, seconds: float) -> dict[st
     Raises:
         TrialError: A process failed or hung, or messages were lost.
     """
+    if case.connections:
+        raise_file_limit()  # before the server starts, which inherits it
     with TemporaryDirectory(prefix="bench-") as folder:
         async with Stage(contender, Path(folder)) as stage:
             play = _hold if case.connections else _load
@@ -112,8 +115,13 @@ def raise_file_limit() -> int:
     try:
         resource: Any = import_module("resource")
     except ImportError:  # Windows has no such limit
-        return 1_000_000
-    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    limit = 1_000_000 if hard == resource.RLIM_INFINITY else hard
-    resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))
-    return int(limit)
+        return ENOUGH_FILES
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    limit: int = ENOUGH_FILES if hard == resource.RLIM_INFINITY else min(hard, ENOUGH_FILES)
+    if soft == resource.RLIM_INFINITY or soft >= limit:
+        return limit
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))
+    except (ValueError, OSError):  # macOS has a lower limit beside the one it tells
+        return int(soft)
+    return limit
