@@ -20,6 +20,7 @@ from actors.interfaces.errors import InvalidMessageError
 from proto import frames, limits
 from proto.aio import Channel
 from proto.errors import ErrorCode, ProtocolError
+from proto.liveness import Finding, Liveness
 from proto.session import Role
 
 if TYPE_CHECKING:
@@ -145,10 +146,11 @@ class Link:
         self._pongs: dict[int, asyncio.Future[None]] = {}
         self._next_token = 1
         self._fatal: Exception | None = None
+        self._matched: set[int] = set()
         self._handlers: dict[type[Any], Callable[[Any], None]] = {
             frames.Accepted: lambda frame: self._tell(frame.id, "accepted", frame.number),
             frames.Refused: self._on_refused,
-            frames.Matched: lambda frame: self._tell(frame.id, "matched", frame.peers),
+            frames.Matched: self._on_matched,
             frames.Notice: lambda frame: self._tell(frame.id, "notice", frame.kind, frame.text),
             frames.Run: self.feeds.run_received,
             frames.Replay: self.feeds.replay_received,
@@ -187,15 +189,20 @@ class Link:
 
     def remove(self, endpoint: Endpoint, *, announce: bool = True) -> None:
         """Forget an endpoint; tell the broker unless the endpoint does so itself."""
+        self._matched.discard(endpoint.id)
         if self.endpoints.pop(endpoint.id, None) is not None and announce and self.channel is not None:
             self.channel.send(frames.Undeclare(endpoint.id))
 
     def flush_later(self, source: FlushSource) -> None:
         """Call the source's `flush_turn` at the end of this loop turn, then write."""
         self._dirty[source] = None
-        if not self._flush_due and self.loop is not None:
+        if not self._flush_due and self.loop is not None and not (self.channel and self.channel.reading):
             self._flush_due = True
-            self.loop.call_soon(self.flush)
+            self.loop.call_soon(self._flush_if_due)
+
+    def _flush_if_due(self) -> None:
+        if self._flush_due:
+            self.flush()
 
     def flush(self) -> None:
         """Write everything collected."""
@@ -323,8 +330,9 @@ class Link:
         assert self.loop is not None
         channel = self.channel
         assert channel is not None
-        tick = self._keepalive_sec / 3
+        tick = self._keepalive_sec / 6
         last_tick = self.loop.time()
+        pulse = _Pulse(last_tick)
         try:
             while not self._ended.is_set():
                 try:
@@ -333,17 +341,23 @@ class Link:
                 except TimeoutError:
                     now = self.loop.time()
                     stalled, last_tick = now - last_tick > 2 * tick, now
-                    if now - channel.last_sent >= tick:
-                        channel.send(frames.Ping(0))
-                    if now - channel.last_received > self._keepalive_sec and not stalled:
-                        self._log.warning(
-                            f"The broker has been silent for {self._keepalive_sec:g} s; connecting again"
-                        )
-                        channel.abort()
-                        self._lost()
+                    if not stalled:
+                        self._judge(channel, pulse, now)
         finally:
             if not self._ended.is_set() and not self._closing:
                 channel.abort()
+
+    def _judge(self, channel: Channel, pulse: _Pulse, now: float) -> None:
+        """Give a sign of life, and look for the broker's: seldom while nothing here depends on the other."""
+        relies = bool(self._matched or self._changed or self._pongs)
+        limit = self._keepalive_sec if relies else max(self._keepalive_sec, limits.IDLE_KEEPALIVE_SEC)
+        finding = pulse.liveness.look(now, channel.bytes_received, limit)
+        if finding is Finding.SILENT:
+            self._log.warning(f"The broker has been silent for {limit:g} s; connecting again")
+            channel.abort()
+            self._lost()
+        elif finding is Finding.ASK or (relies and pulse.quiet(now, channel.bytes_sent, limit / 3)):
+            channel.send(frames.Ping(0))
 
     async def close(self, *, timeout_sec: float) -> None:
         """Send what is queued, say goodbye and close; give up after `timeout_sec`."""
@@ -432,6 +446,13 @@ class Link:
             return
         self._tell(frame.id, "refused", frame.code, frame.text)
 
+    def _on_matched(self, frame: frames.Matched) -> None:
+        if frame.peers and frame.id in self.endpoints:
+            self._matched.add(frame.id)
+        else:
+            self._matched.discard(frame.id)
+        self._tell(frame.id, "matched", frame.peers)
+
     def _on_credit(self, frame: frames.Credit) -> None:
         publisher = self.publishers.get(frame.publisher)
         if publisher is not None:
@@ -467,6 +488,7 @@ class Link:
             for endpoint in tuple(self.endpoints.values()):
                 endpoint.link_lost()
         self.publishers.clear()
+        self._matched.clear()
         for waiter in self._pongs.values():
             if not waiter.done():
                 waiter.set_exception(BrokerUnreachable("The link broke before the broker answered"))
@@ -484,6 +506,25 @@ def _largest(max_message_bytes: int) -> int:
     """Return the bytes that one message may have. What needs no fragments is never too large."""
     most = max(min(max_message_bytes, limits.MAX_MESSAGE_BYTES), limits.MAX_FRAME_BYTES)
     return most - HEADER_ROOM_BYTES
+
+
+class _Pulse:
+    """Both directions' signs of life.
+
+    Ours do not wait to be asked for: behind much that we are slow to read, the question would come late.
+    """
+
+    def __init__(self, now: float) -> None:
+        self.liveness = Liveness(now)
+        self._sent_bytes = 0
+        self._sent_at = now
+
+    def quiet(self, now: float, bytes_sent: int, limit_s: float) -> bool:
+        """Tell whether we have sent nothing for so long."""
+        if bytes_sent != self._sent_bytes:
+            self._sent_bytes = bytes_sent
+            self._sent_at = now
+        return now - self._sent_at >= limit_s
 
 
 class _Hearing:

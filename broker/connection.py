@@ -8,15 +8,20 @@ from typing import TYPE_CHECKING, Final
 from proto import frames, limits
 from proto.aio import Channel
 from proto.errors import ErrorCode, ProtocolError, shown
+from proto.liveness import Finding, Liveness
 from proto.session import Role, State
 
 if TYPE_CHECKING:
+    from broker.records import Peer
     from broker.router import Router
     from broker.server import Broker
 
 logger: Final = logging.getLogger("callboard.broker")
 
 AGENT: Final = "callboard-broker"
+
+TICKS_PER_KEEPALIVE: Final = 6
+"""Looks at a peer within the time that it may be silent."""
 
 
 class Connection:
@@ -26,7 +31,9 @@ class Connection:
         channel: The connection's bytes.
         router: The graph it has joined; None before the handshake.
         peer: Its number in that graph.
+        record: What the router knows of the peer; None before the handshake.
         opened_at: Loop time of the first moment.
+        look_at: Loop time at which to look at it even if nobody relies on it.
         suspended_at: Loop time since which it has been silent too long, or None.
     """
 
@@ -34,11 +41,14 @@ class Connection:
         self._broker = broker
         self.router: Router | None = None
         self.peer = 0
+        self.record: Peer | None = None
         self.channel = Channel(
             Role.BROKER, self, loop=broker.loop, max_message_bytes=broker.options.max_message_bytes
         )
         self.opened_at = broker.loop.time()
+        self.look_at = 0.0
         self.suspended_at: float | None = None
+        self._liveness = Liveness(self.opened_at)
         self._agent = "?"
 
     def opened(self) -> None:
@@ -85,6 +95,7 @@ class Connection:
         router = self._broker.router(domain)
         self.peer, deliveries = router.connect(_identity(options, "instance"), _identity(options, "token"))
         self.router = router
+        self.record = router.record(self.peer)
         self._broker.joined(self)
         self._broker.deliver(router, deliveries)
 
@@ -134,7 +145,7 @@ class Connection:
         outbox = self.channel.outbox
         return outbox.urgent_bytes + outbox.ordered_bytes > self._broker.options.max_queue_bytes
 
-    def judge(self, now: float) -> None:
+    def judge(self, now: float, *, relied_on: bool) -> None:
         """Look at the clock: handshake, keepalive, suspension. Called by the broker's ticker."""
         options, channel = self._broker.options, self.channel
         if self.router is None:
@@ -142,17 +153,26 @@ class Connection:
                 seconds = f"{options.handshake_timeout_sec:g} s"
                 self.end(ErrorCode.TIMEOUT, f"no finished handshake within {seconds}")
             return
-        if now - channel.last_sent >= options.keepalive_sec / 3:
-            channel.send(frames.Ping(0))
-        silent = now - channel.last_received
         if self.suspended_at is not None:
             if now - self.suspended_at > options.suspend_close_sec:
-                self.end(ErrorCode.TIMEOUT, f"silent for {silent:.0f} s")
+                self.end(ErrorCode.TIMEOUT, f"silent for {now - self._liveness.heard_at:.0f} s")
                 channel.abort()
-        elif silent > options.keepalive_sec:
+            return
+        limit = options.keepalive_sec
+        if not relied_on:
+            limit = max(limit, options.idle_keepalive_sec)
+        finding = self._liveness.look(now, channel.bytes_received, limit)
+        if finding is Finding.ASK:
+            channel.send(frames.Ping(0))
+        elif finding is Finding.SILENT:
+            silent = now - self._liveness.heard_at
             logger.warning("%s has been silent for %.1f s: suspended", self, silent)
             self.suspended_at = now
             self._broker.deliver(self.router, self.router.suspend(self.peer))
+        else:
+            self.look_at = now + limit / TICKS_PER_KEEPALIVE
+            return
+        self.look_at = now
 
     def restore(self) -> None:
         """The peer has been heard of again."""

@@ -44,6 +44,11 @@ class Graph:
     def __len__(self) -> int:
         return len(self._entries)
 
+    @property
+    def watched(self) -> bool:
+        """Whether somebody is told of every change."""
+        return bool(self._watches)
+
     def add(self, endpoint: Endpoint) -> None:
         """Somebody is there."""
         entry = endpoint.entry()

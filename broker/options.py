@@ -39,6 +39,14 @@ class BrokerOptions:
             "most": 3600,
         },
     )
+    idle_keepalive_sec: float = field(
+        default=limits.IDLE_KEEPALIVE_SEC,
+        metadata={
+            "help": "the same for a link that nobody relies on: none of its endpoints is matched",
+            "least": 0.1,
+            "most": 86_400,
+        },
+    )
     handshake_timeout_sec: float = field(
         default=limits.HANDSHAKE_TIMEOUT_SEC,
         metadata={"help": "seconds a new connection has for its handshake", "least": 0.1, "most": 3600},

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 from proto.frames import EntryKind, Frame, GraphEntry, Options, Run, Scalar
 
 if TYPE_CHECKING:
+    from broker.pool import Pool
     from broker.qos import Qos
     from proto.outbox import Lane
 
@@ -74,6 +75,8 @@ class Peer:
     pending_calls: int = 0
     latched_bytes: int = 0
     """Bytes kept for late joiners of its publishers."""
+    relied_on: int = 0
+    """Endpoints with counterparts: somebody must be told soon when this peer is not there any more."""
 
 
 @dataclass(slots=True, eq=False, kw_only=True)
@@ -98,6 +101,11 @@ class Endpoint:
     def node_name(self) -> str:
         """The full name of its node."""
         return self.node.name if self.node is not None else self.name
+
+    def set_peers(self, peers: int) -> None:
+        """It has this many counterparts now."""
+        self.peer.relied_on += (peers > 0) - (self.peers > 0)
+        self.peers = peers
 
     def entry(self) -> GraphEntry:
         """Return it as everybody may see it."""
@@ -202,6 +210,8 @@ class ServiceRecord(Endpoint):
     """A server of a service; `pending` are the calls it owes an answer."""
 
     pending: dict[int, PendingCall] = field(default_factory=dict["int", "PendingCall"])
+    pool: Pool | None = None
+    """Who it shares the requests with, while it takes part."""
 
 
 @dataclass(slots=True, eq=False, kw_only=True)
@@ -227,5 +237,5 @@ class ServiceGroup:
     name: str
     servers: dict[int, ServiceRecord] = field(default_factory=dict["int", "ServiceRecord"])
     clients: dict[int, ClientRecord] = field(default_factory=dict["int", "ClientRecord"])
-    turn: int = 0
-    """Where the search for the least busy server starts: moves on, so that ties rotate."""
+    pools: dict[tuple[str, str], Pool] = field(default_factory=dict["tuple[str, str]", "Pool"])
+    """The servers of each type and hash: who may answer whom."""

@@ -101,8 +101,7 @@ class Router:
         self.topics.flush()
         self.services.flush()
         self.graph.flush()
-        out = self._out[:]
-        self._out.clear()
+        out, self._out = self._out, []
         return out
 
     # Peers
@@ -141,6 +140,10 @@ class Router:
         for endpoint in tuple(peer.endpoints.values()):
             self._remove(endpoint)
         self.topics.forget_peer(peer.id)
+
+    def record(self, peer_id: int) -> Peer:
+        """Return what is known of a connected peer."""
+        return self._peers[peer_id]
 
     def suspend(self, peer_id: int) -> list[Delivery]:
         """A peer is silent: out of the graph, its calls fail, its credit does not count."""

@@ -17,10 +17,10 @@ import stat
 from itertools import count
 from typing import TYPE_CHECKING, Final, Self
 
-from broker.connection import Connection, logger
+from broker.connection import TICKS_PER_KEEPALIVE, Connection, logger
 from broker.errors import AddressInUseError, ListenError, listen_error
 from broker.options import BrokerOptions
-from broker.records import Close, Discard, DropCall, Queue, Send, SendCalls
+from broker.records import Discard, DropCall, Queue, Send, SendCalls
 from broker.router import Router
 from broker.stats import BrokerStats, collect
 from proto import limits
@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from broker.records import Delivery
-
-TICKS_PER_KEEPALIVE: Final = 6
+    from proto.outbox import Outbox
 
 BACKLOG: Final = 1024
 
@@ -56,7 +55,7 @@ class Broker:
         self._sessions = count(1)
         self._routers: dict[int, Router] = {}
         self._connections: dict[Connection, None] = {}
-        self._joined: dict[tuple[Router, int], Connection] = {}
+        self._joined: dict[Router, dict[int, Connection]] = {}
         self._dirty: dict[Connection, None] = {}
         self._server: asyncio.Server | None = None
         self._ticker: asyncio.Task[None] | None = None
@@ -172,9 +171,17 @@ class Broker:
             stalled, expected = now - expected > tick, now + tick
             if stalled:
                 continue
-            for connection in tuple(self._connections):
-                connection.judge(now)
+            self._judge(now)
             self.flush()
+
+    def _judge(self, now: float) -> None:
+        """Look at those that somebody relies on, and from time to time at the others: they may be many."""
+        watched = any(router.graph.watched for router in self._routers.values())
+        for connection in tuple(self._connections):
+            record = connection.record
+            relied_on = watched or (record is not None and record.relied_on > 0)
+            if relied_on or connection.look_at <= now:
+                connection.judge(now, relied_on=relied_on)
 
     # What connections need
 
@@ -206,26 +213,29 @@ class Broker:
                 max_message_bytes=self.options.max_message_bytes,
                 max_lane_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
             )
+            self._joined[router] = {}
         return router
 
     def joined(self, connection: Connection) -> None:
         """A connection has finished its handshake."""
         assert connection.router is not None
-        self._joined[connection.router, connection.peer] = connection
+        self._joined[connection.router][connection.peer] = connection
 
     def left(self, router: Router, peer: int) -> None:
         """A connection has left its graph."""
-        self._joined.pop((router, peer), None)
+        self._joined[router].pop(peer, None)
 
     def deliver(self, router: Router, deliveries: list[Delivery]) -> None:
         """Put deliveries into their links' outboxes; `flush` sends them."""
+        joined, dirty, most = self._joined[router], self._dirty, self.options.max_queue_bytes
         for delivery in deliveries:
-            connection = self._joined.get((router, delivery.peer))
+            connection = joined.get(delivery.peer)
             if connection is None or not connection.channel.connected:
                 continue
-            self._dirty[connection] = None
-            _put(connection, delivery)
-            if connection.overdue():
+            dirty[connection] = None
+            outbox = connection.channel.outbox
+            _put(connection, outbox, delivery)
+            if outbox.urgent_bytes + outbox.ordered_bytes > most:
                 self._cut_off(connection)
 
     def flush(self) -> None:
@@ -245,25 +255,23 @@ class Broker:
             connection.channel.abort()
 
 
-def _put(connection: Connection, delivery: Delivery) -> None:
-    """Put one delivery where it waits for its turn."""
-    outbox = connection.channel.outbox
-    match delivery:
-        case Queue(_, lane, item):
-            outbox.put_lane(lane, item)
-        case SendCalls(_, raw, key):
-            outbox.put_calls(raw, key)
-        case Send(_, frame):
-            connection.channel.send(frame)
-        case DropCall(_, key, cancel):
-            if not outbox.drop_call(key):
-                outbox.put_calls(cancel)
-        case Discard(_, lane):
-            outbox.drop_lane(lane)
-        case Close(_, code, text):
-            connection.end(ErrorCode(code), text)
-            if code == ErrorCode.LIMIT:  # what waits is the trouble: do not wait for it to leave
-                connection.channel.abort()
+def _put(connection: Connection, outbox: Outbox, delivery: Delivery) -> None:
+    """Put one delivery where it waits for its turn; the commonest kinds are asked for first."""
+    if isinstance(delivery, Queue):
+        outbox.put_lane(delivery.lane, delivery.item)
+    elif isinstance(delivery, SendCalls):
+        outbox.put_calls(delivery.raw, delivery.key)
+    elif isinstance(delivery, Send):
+        connection.channel.send(delivery.frame)
+    elif isinstance(delivery, DropCall):
+        if not outbox.drop_call(delivery.key):
+            outbox.put_calls(delivery.cancel)
+    elif isinstance(delivery, Discard):
+        outbox.drop_lane(delivery.lane)
+    else:
+        connection.end(ErrorCode(delivery.code), delivery.text)
+        if delivery.code == ErrorCode.LIMIT:  # what waits is the trouble: do not wait for it to leave
+            connection.channel.abort()
 
 
 def _absolute(path: Path) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from broker.pool import Pool
 from broker.records import ClientRecord, DropCall, PendingCall, Send, SendCalls, ServiceGroup, ServiceRecord
 from proto import frames, limits
 from proto.codec import encode
@@ -35,6 +36,7 @@ class Services:
         max_bytes: Size of a frame that a link takes; our call ids may make one longer than it came.
 
     Attributes:
+        pending: Calls without an answer.
         calls: Requests routed to a server.
         refused: Requests answered here, because there was no server or too many were pending.
         late: Replies to calls that were no longer pending.
@@ -45,15 +47,10 @@ class Services:
         self._max_bytes = max_bytes
         self._max_pending = max_pending
         self._groups: dict[str, ServiceGroup] = {}
-        self._pending: dict[int, PendingCall] = {}
+        self.pending = 0
         self._next_call = 0
         self._peers_changed: dict[ClientRecord | ServiceRecord, None] = {}
         self.calls = self.refused = self.late = 0
-
-    @property
-    def pending(self) -> int:
-        """Calls without an answer."""
-        return len(self._pending)
 
     # Declarations
 
@@ -65,6 +62,8 @@ class Services:
             pairs = [(endpoint, server) for server in group.servers.values()]
         else:
             group.servers[endpoint.key] = endpoint
+            endpoint.pool = group.pools.setdefault((endpoint.type_name, endpoint.type_hash), Pool())
+            endpoint.pool.add(endpoint)
             pairs = [(client, endpoint) for client in group.clients.values()]
         for client, server in pairs:
             if _same_type(client, server):
@@ -85,6 +84,7 @@ class Services:
             self._abandon(endpoint)
         else:
             del group.servers[endpoint.key]
+            self._leave_pool(group, endpoint)
             counterparts = group.clients.values()
             self._fail_pending(endpoint)
         for other in counterparts:
@@ -93,6 +93,13 @@ class Services:
         self._count(endpoint, -endpoint.peers)
         if not group.clients and not group.servers:
             del self._groups[endpoint.name]
+
+    def _leave_pool(self, group: ServiceGroup, server: ServiceRecord) -> None:
+        pool, server.pool = server.pool, None
+        assert pool is not None
+        pool.remove(server)
+        if not pool:
+            del group.pools[server.type_name, server.type_hash]
 
     def _abandon(self, client: ClientRecord) -> None:
         """End a client's calls at their servers, and tell it, in case it still listens."""
@@ -123,11 +130,13 @@ class Services:
 
     def _count(self, endpoint: ClientRecord | ServiceRecord, change: int) -> None:
         if change:
-            endpoint.peers += change
+            endpoint.set_peers(endpoint.peers + change)
             self._peers_changed[endpoint] = None
 
     def flush(self) -> None:
         """Tell every endpoint whose number of counterparts has changed."""
+        if not self._peers_changed:
+            return
         changed, self._peers_changed = self._peers_changed, {}
         for endpoint in changed:
             self._emit(Send(endpoint.peer.id, frames.Matched(endpoint.id, endpoint.peers)))
@@ -143,6 +152,7 @@ class Services:
         routed: dict[ServiceRecord, list[RequestEntry]] = {}
         refused: list[ReplyEntry] = []
         group = self._groups.get(client.name)
+        pool = None if group is None else group.pools.get((client.type_name, client.type_hash))
         for entry in entries:
             if entry.call in client.pending:
                 raise ProtocolError(ErrorCode.UNEXPECTED, f"REQUEST: the call id {entry.call} is in use")
@@ -150,12 +160,13 @@ class Services:
                 text = f"{self._max_pending} calls of this link wait already"
                 refused.append(_answer(entry.call, Status.OVERLOADED, text))
                 continue
-            server = None if group is None else _choose(group, client)
-            if server is None:
+            server = None if pool is None else pool.least_busy()
+            if pool is None or server is None:
                 refused.append(_answer(entry.call, Status.UNAVAILABLE, NONE))
                 continue
             call = self._open(client, entry.call, server)
-            routed.setdefault(server, []).append(entry._replace(call=call))
+            pool.moved(server)
+            routed.setdefault(server, []).append(RequestEntry(call, *entry[1:]))
         self.refused += len(refused)
         if refused:
             self._send_replies(client, refused)
@@ -177,15 +188,18 @@ class Services:
     def _open(self, client: ClientRecord, client_call: int, server: ServiceRecord) -> int:
         call = self._next_call = self._next_call + 1
         pending = PendingCall(call, client, client_call, server)
-        self._pending[call] = pending
+        self.pending += 1
         server.pending[call] = pending
         client.pending[client_call] = pending
         client.peer.pending_calls += 1
         return call
 
     def _settle(self, pending: PendingCall) -> None:
-        del self._pending[pending.call]
-        del pending.server.pending[pending.call]
+        server = pending.server
+        del server.pending[pending.call]
+        if server.pool is not None:
+            server.pool.moved(server)
+        self.pending -= 1
         del pending.client.pending[pending.client_call]
         pending.client.peer.pending_calls -= 1
 
@@ -198,7 +212,7 @@ class Services:
                 self.late += 1
                 continue
             self._settle(pending)
-            answered.setdefault(pending.client, []).append(entry._replace(call=pending.client_call))
+            answered.setdefault(pending.client, []).append(ReplyEntry(pending.client_call, *entry[1:]))
         for client, chosen in answered.items():
             self._send_replies(client, chosen)
 
@@ -228,13 +242,3 @@ def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceR
 
 def _answer(call: int, status: Status, text: str) -> ReplyEntry:
     return ReplyEntry(call, status, more=False, attributes=None, body=text.encode())
-
-
-def _choose(group: ServiceGroup, client: ClientRecord) -> ServiceRecord | None:
-    """Return the matched server with the fewest calls pending; of several, the next in turn."""
-    fitting = [server for server in group.servers.values() if _same_type(client, server)]
-    if len(fitting) < 2:
-        return fitting[0] if fitting else None
-    group.turn += 1
-    start = group.turn % len(fitting)
-    return min(fitting[start:] + fitting[:start], key=lambda server: len(server.pending))

@@ -281,11 +281,13 @@ class Topics:
 
     def _count(self, endpoint: PublisherRecord | SubscriptionRecord, peers: int) -> None:
         if endpoint.peers != peers:
-            endpoint.peers = peers
+            endpoint.set_peers(peers)
             self._peers_changed[endpoint] = None
 
     def flush(self) -> None:
         """Tell every endpoint whose number of counterparts has changed."""
+        if not self._peers_changed:
+            return
         changed, self._peers_changed = self._peers_changed, {}
         for endpoint in changed:
             self._emit(Send(endpoint.peer.id, frames.Matched(endpoint.id, endpoint.peers)))

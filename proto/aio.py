@@ -15,25 +15,40 @@ import threading
 from typing import TYPE_CHECKING, Final, Protocol, cast
 
 from proto import frames, limits
-from proto.codec import BIN_32, decode, encode
+from proto.codec import BIN_32, Decoder, encode
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import Reassembler
 from proto.outbox import Outbox
 from proto.session import Role, Session, State
 
 if TYPE_CHECKING:
-    from proto.frames import Frame
+    from proto.frames import Buffer, Frame
 
 _SCRATCH_BYTES: Final = 2 * (limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES)
-_GATHER_BYTES: Final = limits.HIGH_WATER_BYTES // 2
-"""Small frames are written together up to this size: a system call costs more than the copy."""
+
+_OWN_BYTES: Final = 96 * 1024
+"""A frame from this size on is received into a buffer of its own; copying a smaller one out of the scratch
+buffer costs less than a read of its own."""
+
+_CLAIM_RATIO: Final = 8
+"""It gets one when this part of it has come: a claim alone must cost the peer something."""
+
+_BEHIND_BYTES: Final = 4 * 1024
+"""Room behind a frame in a buffer of its own, so that the read that ends it also gets the next one's start."""
+
+_GATHER_BYTES: Final = 2 * limits.HIGH_WATER_BYTES
+"""Frames are written together up to this size."""
+
+_JOIN_BYTES: Final = 64 * 1024
+"""Up to this size copying frames together costs less than handing them to the kernel one by one."""
 
 
 class _Scratch(threading.local):
-    """The thread's read buffer: while one thread's loop is in recv, another's may run."""
+    """What a thread's channels share: while one thread's loop is in recv, another's may run."""
 
     def __init__(self) -> None:
         self.view = memoryview(bytearray(_SCRATCH_BYTES))
+        self.decoder = Decoder()
 
 
 _scratch: Final = _Scratch()
@@ -75,9 +90,29 @@ class Channel(asyncio.BufferedProtocol):
     Attributes:
         outbox: What waits to be sent; put things in, then call `flush`.
         session: The state of the session.
-        last_received, last_sent: Loop times of the last bytes, for the owner's keepalive.
+        reading: Whether frames are being handed over: a flush follows anyway.
         bytes_received, bytes_sent: Totals since the connection was made.
     """
+
+    __slots__ = (
+        "_decoder",
+        "_flush_due",
+        "_handler",
+        "_held",
+        "_linger",
+        "_loop",
+        "_own",
+        "_paused",
+        "_reassembler",
+        "_rest",
+        "_scratch",
+        "_transport",
+        "bytes_received",
+        "bytes_sent",
+        "outbox",
+        "reading",
+        "session",
+    )
 
     def __init__(
         self,
@@ -89,15 +124,21 @@ class Channel(asyncio.BufferedProtocol):
     ) -> None:
         self.outbox = Outbox()
         self.session = Session(role)
+        self.reading = False
         self.bytes_received = 0
         self.bytes_sent = 0
         self._handler = handler
         self._loop = loop
-        self.last_received = self.last_sent = loop.time()
         self._reassembler = Reassembler(max_message_bytes)
         self._transport: asyncio.Transport | None = None
         self._scratch = _scratch.view
+        self._decoder = _scratch.decoder
         self._rest = b""
+        """The start of a frame that is not there whole."""
+        self._own: memoryview | None = None
+        """The buffer of a large frame that is being received, and ..."""
+        self._held = 0
+        """... how much of that is filled."""
         self._paused = False
         self._flush_due = False
         self._linger: asyncio.TimerHandle | None = None
@@ -105,6 +146,7 @@ class Channel(asyncio.BufferedProtocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Called by asyncio."""
         self._scratch = _scratch.view
+        self._decoder = _scratch.decoder
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(high=limits.HIGH_WATER_BYTES, low=limits.LOW_WATER_BYTES)
         _tune(transport.get_extra_info("socket"))
@@ -122,52 +164,95 @@ class Channel(asyncio.BufferedProtocol):
         return False
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
-        """Called by asyncio: the scratch buffer behind what is left of an incomplete frame."""
+        """Called by asyncio: where a large frame goes on, or the scratch buffer behind half a small one."""
+        if self._own is not None:
+            return self._own[self._held :]
         start = len(self._rest)
         if start:
             self._scratch[:start] = self._rest
-        return self._scratch[start:]
+            return self._scratch[start:]
+        return self._scratch
 
     def buffer_updated(self, nbytes: int) -> None:
         """Called by asyncio: take the frames out and hand them over."""
         if not self.connected:
             return
-        self.last_received = self._loop.time()
         self.bytes_received += nbytes
-        start, end = 0, len(self._rest) + nbytes
-        self._rest = b""
+        self.reading = True
         try:
-            while stop := self._frame_end(start, end):
-                raw = bytes(self._scratch[start:stop])
-                start = stop
-                self._take(decode(raw))
-                if not self.connected:
-                    self.close()
-                    return
-            self._rest = bytes(self._scratch[start:end])
+            if self._own is None:
+                end = len(self._rest) + nbytes
+                self._rest = b""
+            else:
+                end = self._fill_own(nbytes)
+            self._take_all(end)
         except ProtocolError as error:
             self.fail(error)
         finally:
+            self.reading = False
             self._handler.batch_received()
+            if self._flush_due:
+                self.flush()
+
+    def _fill_own(self, nbytes: int) -> int:
+        """Go on with a large frame; return how many bytes behind it are in the scratch buffer now."""
+        own = self._own
+        assert own is not None
+        self._held += nbytes
+        size = len(own) - _BEHIND_BYTES
+        behind = self._held - size
+        if behind < 0:
+            return 0
+        self._own = None
+        self._scratch[:behind] = own[size : self._held]
+        return behind if self._hand_over(own[:size]) else 0
+
+    def _take_all(self, end: int) -> None:
+        """Hand over the frames in the scratch buffer up to `end`; keep what is left of the last."""
+        scratch, start = self._scratch, 0
+        while start < end:
+            stop = self._frame_end(start, end)
+            if stop > end:
+                self._keep(start, end, stop)
+                return
+            if not self._hand_over(bytes(scratch[start:stop])):
+                return
+            start = stop
+
+    def _keep(self, start: int, end: int, stop: int) -> None:
+        """Keep the start of a frame of which not all is there."""
+        size, here = stop - start, end - start
+        if size < _OWN_BYTES or here < size // _CLAIM_RATIO:
+            self._rest = bytes(self._scratch[start:end])
+            return
+        own = self._own = memoryview(bytearray(size + _BEHIND_BYTES))
+        own[:here] = self._scratch[start:end]
+        self._held = here
+
+    def _hand_over(self, raw: Buffer) -> bool:
+        """Hand over one frame; False if that has ended the connection."""
+        self._take(self._decoder.decode_content(raw))
+        if self.connected:
+            return True
+        self.close()
+        return False
 
     def _frame_end(self, start: int, end: int) -> int:
-        """Return where the frame at `start` ends, or 0 if it is not there whole.
+        """Return where the frame at `start` ends: beyond `end` if it is not there whole.
 
         The limit is looked up frame by frame: the first of a read may be the one that opens the session.
         """
-        if start == end:
-            return 0
         scratch = self._scratch
         if scratch[start] != BIN_32:
             raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {scratch[start]:#04x}")
-        if end - start < limits.PREFIX_BYTES:
-            return 0
-        size = int.from_bytes(scratch[start + 1 : start + limits.PREFIX_BYTES], "big")
+        body = start + limits.PREFIX_BYTES
+        if body > end:
+            return body
+        size = int.from_bytes(scratch[start + 1 : body], "big")
         most = limits.MAX_FRAME_BYTES if self.session.is_open else limits.MAX_HELLO_BYTES
         if size > most:
             raise ProtocolError(ErrorCode.TOO_LARGE, f"a frame of {size} bytes is over the limit of {most}")
-        stop = start + limits.PREFIX_BYTES + size
-        return stop if stop <= end else 0
+        return body + size
 
     def _take(self, frame: Frame) -> None:
         self.session.received(frame)
@@ -175,7 +260,7 @@ class Channel(asyncio.BufferedProtocol):
             raw = self._reassembler.add(frame)
             if raw is None:
                 return
-            frame = decode(raw)
+            frame = self._decoder.decode(raw)
             if not isinstance(frame, _FRAGMENTABLE):
                 name = type(frame).__name__.upper()
                 raise ProtocolError(ErrorCode.UNEXPECTED, f"{name} must not travel in fragments")
@@ -198,7 +283,12 @@ class Channel(asyncio.BufferedProtocol):
         """Flush at the end of this loop turn, once, however often this is called."""
         if not self._flush_due:
             self._flush_due = True
-            self._loop.call_soon(self.flush)
+            if not self.reading:
+                self._loop.call_soon(self._flush_if_due)
+
+    def _flush_if_due(self) -> None:
+        if self._flush_due:
+            self.flush()
 
     def flush(self) -> None:
         """Write what waits, as far as the transport has room; trim the rest to its depth."""
@@ -207,24 +297,19 @@ class Channel(asyncio.BufferedProtocol):
         if transport is None:
             return
         while not self._paused and not transport.is_closing():
-            raw = self._gather()
-            if not raw:
+            parts, size = outbox.take(_GATHER_BYTES)
+            if not parts:
                 break
-            self.last_sent = self._loop.time()
-            self.bytes_sent += len(raw)
-            transport.write(raw)
+            self.bytes_sent += size
+            if len(parts) == 1:
+                transport.write(parts[0])
+            elif size <= _JOIN_BYTES:
+                transport.write(b"".join(parts))
+            else:
+                transport.writelines(parts)
+            if size < _GATHER_BYTES:
+                break
         outbox.trim()
-
-    def _gather(self) -> bytes:
-        """Take what is to be written next out of the outbox: one frame, or several small ones."""
-        frame = self.outbox.next()
-        parts: list[bytes] = []
-        size = 0
-        while frame is not None:
-            parts.append(frame)
-            size += len(frame)
-            frame = self.outbox.next() if size < _GATHER_BYTES else None
-        return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def pause_writing(self) -> None:
         """Called by asyncio: the transport is full."""

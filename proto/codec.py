@@ -23,10 +23,12 @@ from proto.frames import (
     OPCODES,
     SPECS,
     Buffer,
+    Fragment,
     Frame,
     Graph,
     GraphEntry,
     Op,
+    Replay,
     Reply,
     ReplyEntry,
     Request,
@@ -64,6 +66,13 @@ def encode(frame: Frame) -> bytes:
         payload = cast("Buffer", frame[fields])
         return b"".join((_prefix(BIN_32, len(header) + len(payload)), header, payload))
     return _prefix(BIN_32, len(header)) + header
+
+
+def encode_head(frame: Run | Replay | Fragment) -> bytes:
+    """Return the frame as it goes on the wire up to its payload, which must follow."""
+    op, fields, _ = _SHAPES[type(frame)]
+    header = _pack((op, *frame[:fields]))
+    return _prefix(BIN_32, len(header) + len(frame.payload)) + header
 
 
 def array_head(count: int) -> bytes:

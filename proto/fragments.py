@@ -6,7 +6,7 @@ The buffer grows with what has come, not with what was announced: a total costs 
 from __future__ import annotations
 
 from proto import limits
-from proto.codec import encode
+from proto.codec import encode_head
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import Abort, Buffer, Fragment
 
@@ -26,13 +26,14 @@ class Transfer:
         self._raw = memoryview(raw)
         self._offset = 0
 
-    def next(self) -> tuple[bytes, bool]:
-        """Return the next FRAGMENT frame, encoded, and whether it was the last."""
+    def next(self) -> tuple[bytes, memoryview, bool]:
+        """Return the next FRAGMENT frame, its payload apart and not copied, and whether it was the last."""
         start, total = self._offset, len(self._raw)
         stop = min(start + limits.FRAGMENT_BYTES, total)
         self._offset = stop
-        piece = Fragment(self.id, total if start == 0 else None, stop < total, self._raw[start:stop])
-        return encode(piece), stop == total
+        payload = self._raw[start:stop]
+        piece = Fragment(self.id, total if start == 0 else None, stop < total, payload)
+        return encode_head(piece), payload, stop == total
 
 
 class Reassembler:

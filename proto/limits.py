@@ -88,6 +88,9 @@ NOTSENT_LOWAT_BYTES: Final = 128 * 1024
 DEFAULT_KEEPALIVE_SEC: Final = 3.0
 """A peer from which no byte came for this long is taken for frozen or unplugged."""
 
+IDLE_KEEPALIVE_SEC: Final = 180.0
+"""The same for a peer that nobody relies on, so that thousands of idle links cost nothing."""
+
 HANDSHAKE_TIMEOUT_SEC: Final = 5.0
 """From the connection's first moment to a finished handshake, whatever bytes drip in between."""
 

@@ -201,23 +201,28 @@ class Lane:
         elif item is not None:
             self.control_bytes -= len(item)
 
-    def next_piece(self, transfers: Transfers) -> bytes | None:
-        """Return the next frame to send, or None when no transfer may start now. Needs `sendable`."""
+    def next_piece(self, transfers: Transfers, parts: list[Buffer]) -> int:
+        """Append the next frame to send to `parts`; return its size, or 0 when no transfer may start now.
+
+        Needs `sendable`.
+        """
         if self._transfer is None:
             raw = self._prepare()
             if is_large(raw):
                 self._transfer = transfers.start(raw)
                 if self._transfer is None:
-                    return None
+                    return 0
             self._start_leaving()
             if self._transfer is None:
                 self._has_left()
-                return bytes(raw)
-        piece, last = self._transfer.next()
+                parts.append(raw)
+                return len(raw)
+        head, payload, last = self._transfer.next()
         if last:
             transfers.end(self._transfer)
             self._has_left()
-        return piece
+        parts += (head, payload)
+        return len(head) + len(payload)
 
     def restart(self, publisher: int) -> None:
         """Prepare for a new link: another publisher id, no credit yet, half-sent messages whole again.
@@ -401,26 +406,42 @@ class Outbox:
             lane.scheduled = True
             self._ready.append(lane)
 
-    def next(self) -> bytes | None:
-        """Return the next encoded frame to write, or None if nothing may go now."""
-        for urgent in (self._control, self._calls):
+    def take(self, room: int) -> tuple[list[Buffer], int]:
+        """Return the next encoded frames to write, and their size: `room` bytes or a frame more.
+
+        Less than `room` means that nothing else may go now.
+        """
+        parts: list[Buffer] = []
+        size = 0
+        while size < room:
+            urgent = self._control or self._calls
             if urgent:
                 raw = urgent.popleft()
                 self.urgent_bytes -= len(raw)
-                return raw
+                parts.append(raw)
+                size += len(raw)
+                continue
+            taken = self._next_of_lanes(parts)
+            if not taken:
+                break
+            size += taken
+        return parts, size
+
+    def _next_of_lanes(self, parts: list[Buffer]) -> int:
+        """Append the next frame of the lane whose turn it is; return its size, 0 if none may go now."""
         for _ in range(len(self._ready)):
             lane = self._ready.popleft()
             lane.scheduled = False
             if not lane.sendable:
                 continue
             before = lane.control_bytes
-            piece = lane.next_piece(self._transfers)
+            size = lane.next_piece(self._transfers, parts)
             if lane.control_bytes != before:
                 self._control_has_left(lane, before - lane.control_bytes)
             self._schedule(lane)
-            if piece is not None:
-                return piece
-        return None
+            if size:
+                return size
+        return 0
 
     def _control_has_left(self, lane: Lane, size: int) -> None:
         if not isinstance(lane, _LargeCall):

@@ -80,7 +80,7 @@ class Switch:
     def read_all(self, peer: int) -> list[frames.Frame]:
         """Return everything that waits for a peer, whole, in the order in which it would leave."""
         read: list[frames.Frame] = []
-        while (raw := self._outboxes[peer].next()) is not None:
+        while raw := b"".join(self._outboxes[peer].take(1)[0]):
             assert len(raw) <= limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES
             frame = decode(raw)
             if isinstance(frame, frames.Fragment):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
-QUICK = BrokerOptions(port=0, keepalive_sec=0.3, drain_timeout_sec=0.2)
+QUICK = BrokerOptions(port=0, keepalive_sec=0.3, idle_keepalive_sec=0.3, drain_timeout_sec=0.2)
 
 
 @pytest.fixture
@@ -162,7 +162,9 @@ async def keep_alive(client: RawClient) -> None:
 
 async def test_a_client_suspended_for_long_is_closed() -> None:
     """After the second limit the link ends, and nothing of it is left."""
-    options = BrokerOptions(port=0, keepalive_sec=0.1, suspend_close_sec=0.1, drain_timeout_sec=0.2)
+    options = BrokerOptions(
+        port=0, keepalive_sec=0.1, idle_keepalive_sec=0.1, suspend_close_sec=0.1, drain_timeout_sec=0.2
+    )
     async with Broker(options) as quick, link(quick, "/frozen") as frozen:
         frozen.stop_reading()
         await until(lambda: not quick.stats().connections)

@@ -21,7 +21,8 @@ def pieces(transfer_id: int, raw: bytes) -> list[Fragment]:
     found: list[Fragment] = []
     last = False
     while not last:
-        encoded, last = transfer.next()
+        head, payload, last = transfer.next()
+        encoded = head + payload
         assert not is_large(encoded)
         fragment = decode(encoded)
         assert isinstance(fragment, Fragment)

@@ -38,10 +38,17 @@ def request(call: int, size: int) -> bytes:
     return encode(Request(1, (RequestEntry(call, None, None, bytes(size)),)))
 
 
+def take_one(outbox: Outbox) -> bytes | None:
+    """Take the next frame."""
+    parts, size = outbox.take(1)
+    assert size == sum(map(len, parts))
+    return b"".join(parts) or None
+
+
 def drain(outbox: Outbox) -> list[bytes]:
     """Take everything that may go."""
     found: list[bytes] = []
-    while (raw := outbox.next()) is not None:
+    while (raw := take_one(outbox)) is not None:
         found.append(raw)
     return found
 
@@ -241,7 +248,7 @@ class OutboxMachine(RuleBasedStateMachine):
 
     def pull(self) -> bool:
         """Take one frame and check it as its receiver would."""
-        raw = self.outbox.next()
+        raw = take_one(self.outbox)
         for urgent in (self.control, self.calls):
             if urgent:
                 assert raw == urgent.pop(0)
@@ -359,7 +366,7 @@ def test_the_newest_message_stays_while_an_old_one_leaves() -> None:
     """§6: a message that has begun to leave does not count against the depth: the newest is kept."""
     outbox, lane = Outbox(), Lane(1, 1)
     outbox.put_lane(lane, make_run(0, [bytes(limits.MAX_FRAME_BYTES)]))
-    assert outbox.next() is not None
+    assert take_one(outbox) is not None
     for sequence in (1, 2, 3):
         outbox.put_lane(lane, make_run(sequence, [b"x"]))
         outbox.trim()
@@ -374,7 +381,8 @@ def test_a_run_is_forwarded_without_a_copy() -> None:
     outbox, lane = Outbox(), Lane(1, 10)
     run = make_run(0, [b"a", b"b"])
     outbox.put_lane(lane, run)
-    assert outbox.next() is run.raw
+    parts, _ = outbox.take(1)
+    assert parts[0] is run.raw
 
 
 def test_a_long_run_is_trimmed_to_its_last_messages() -> None:
@@ -418,7 +426,7 @@ def test_a_keep_last_lane_out_of_credit_is_trimmed() -> None:
     lane.sequence_limit = 0
     for sequence in range(5):
         outbox.put_lane(lane, make_run(sequence, [b"x"]))
-    assert outbox.next() is None
+    assert take_one(outbox) is None
     outbox.trim()
     assert (lane.pending, lane.dropped) == (2, 3)
 
@@ -427,12 +435,12 @@ def test_credit_beyond_a_gap_lets_one_message_through() -> None:
     """§6: messages dropped for want of credit cannot leave the next one out of every limit's reach."""
     outbox, lane = Outbox(), Lane(1, 1)
     outbox.put_lane(lane, make_run(0, [b"a"]))
-    assert outbox.next() is not None
+    assert take_one(outbox) is not None
     lane.sequence_limit = 1
     for sequence in range(1, 100):
         outbox.put_lane(lane, make_run(sequence, [b"x"]))
         outbox.trim()
-    assert outbox.next() is None
+    assert take_one(outbox) is None
     lane.sequence_limit = 2
     outbox.wake(lane)
     frame = decode(drain(outbox)[0])
@@ -479,7 +487,7 @@ def test_a_large_call_is_forgotten_as_soon_as_it_has_left() -> None:
     for sequence in range(20):
         outbox.put_lane(lane, make_run(sequence, [b"x"]))
     for _ in range(10):
-        outbox.next()
+        take_one(outbox)
     assert lane.pending
     assert outbox.urgent_bytes == 0
 
@@ -513,7 +521,7 @@ def test_a_restart_resends_the_half_sent_and_not_the_dropped() -> None:
     """§6: a run half of which had left goes whole on the next link, and what was dropped stays dropped."""
     outbox, lane = Outbox(), Lane(1, 2)
     outbox.put_lane(lane, make_run(0, [bytes(limits.MAX_FRAME_BYTES), b"b"]))
-    outbox.next()
+    take_one(outbox)
     outbox.put_lane(lane, make_run(2, [b"c", b"d", b"e"]))
     outbox.trim()
     lane.restart(9)

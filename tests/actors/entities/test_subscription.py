@@ -14,6 +14,7 @@ import pytest
 import actors
 from actors.interfaces.codec import codec_for
 from actors.interfaces.std_msgs.msg import Int64, String
+from proto.aio import Channel
 from proto.frames import Attached, Replay, Run
 from proto.runs import RunBuilder
 from tests.actors.meeting import KEEP_ALL, matched, turns, until
@@ -323,7 +324,7 @@ async def test_credit_goes_to_the_publisher_it_is_meant_for(
     link = listener._core.link
     assert link.channel is not None
     granted: list[Any] = []
-    monkeypatch.setattr(link.channel, "send", granted.append)
+    monkeypatch.setattr(Channel, "send", lambda _channel, frame: granted.append(frame))
     link.feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
     link.feeds.run_received(run_of(1, range(4)))
     link.feeds.clear()

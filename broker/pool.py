@@ -1,0 +1,74 @@
+"""The servers that share the requests of one service: the one with the fewest calls pending is found at once.
+
+They stand on levels, by how many calls each owes an answer; of those on the lowest level the one that has
+stood there longest is next, so ties rotate. A lone server needs no levels, and that is the usual case.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from broker.records import ServiceRecord
+
+
+class Pool:
+    """Servers of one type at one service name. A server's `pending` says how many calls it owes."""
+
+    __slots__ = ("_levels", "_lowest", "_servers")
+
+    def __init__(self) -> None:
+        self._servers: dict[ServiceRecord, int] = {}
+        """Each server and its level."""
+        self._levels: dict[int, dict[ServiceRecord, None]] = {}
+        self._lowest = 0
+
+    def __len__(self) -> int:
+        return len(self._servers)
+
+    def __iter__(self) -> Iterator[ServiceRecord]:
+        return iter(self._servers)
+
+    def add(self, server: ServiceRecord) -> None:
+        """Let a server take part."""
+        self._servers[server] = 0
+        if len(self._servers) == 2:
+            for each in self._servers:
+                self._put(each)
+        elif len(self._servers) > 2:
+            self._put(server)
+
+    def remove(self, server: ServiceRecord) -> None:
+        """Let it take part no longer."""
+        level = self._servers.pop(server)
+        if self._levels:
+            self._take_off(server, level)
+            if len(self._servers) == 1:
+                self._levels.clear()
+
+    def least_busy(self) -> ServiceRecord | None:
+        """Return the server that is next, None without any."""
+        if not self._levels:
+            return next(iter(self._servers), None)
+        while self._lowest not in self._levels:
+            self._lowest += 1
+        return next(iter(self._levels[self._lowest]))
+
+    def moved(self, server: ServiceRecord) -> None:
+        """A server has got a call, or has ended one."""
+        if self._levels and server in self._servers:
+            self._take_off(server, self._servers[server])
+            self._put(server)
+
+    def _put(self, server: ServiceRecord) -> None:
+        level = self._servers[server] = len(server.pending)
+        self._levels.setdefault(level, {})[server] = None
+        self._lowest = min(self._lowest, level)
+
+    def _take_off(self, server: ServiceRecord, level: int) -> None:
+        on_level = self._levels[level]
+        del on_level[server]
+        if not on_level:
+            del self._levels[level]
