@@ -17,7 +17,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Coroutine, Iterable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
@@ -104,18 +104,23 @@ class Parent:
         print(json.dumps({"event": "done", "cpu_s": cpu_s, "messages": messages, **figures}), flush=True)
 
     def _listen(self) -> None:
-        for line in sys.stdin:
-            if line.strip() == "go":
+        # Not sys.stdin: the interpreter cannot end while a thread holds that one's lock.
+        with open(0, "rb", buffering=0, closefd=False) as stdin:
+            self._obey(stdin)
+        if self._ends_with_stdin:
+            self.closed.set_result(None)
+        elif not self._reported:
+            self._give_up("the parent has gone")
+
+    def _obey(self, stdin: Iterable[bytes]) -> None:
+        for line in stdin:
+            if line.strip() == b"go":
                 self.mark()
                 if not self._ends_with_stdin:
                     limit = threading.Timer(self._limit_s, self._give_up, ["not done in time"])
                     limit.daemon = True
                     limit.start()
                 self.go.set_result(None)
-        if self._ends_with_stdin:
-            self.closed.set_result(None)
-        elif not self._reported:
-            self._give_up("the parent has gone")
 
     def _give_up(self, reason: str) -> None:
         # From a thread, while the load may be in a native call: no gentler way ends for certain.

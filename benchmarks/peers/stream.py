@@ -201,6 +201,8 @@ async def publish_in_window(
     parameters: Parameters,
     readers: Readers,
     send: Callable[[bytes, int], Awaitable[None]],
+    *,
+    bursts: int = 1,
 ) -> None:
     """Be a publisher of a system that drops what its subscribers are too slow for.
 
@@ -209,6 +211,7 @@ async def publish_in_window(
         parameters: size, seconds, readers.
         readers: which the caller feeds with acknowledgements.
         send: sends a payload so many times; when it returns all may still be in the library's own buffer.
+        bursts: how many of the usual bursts go at once, where each has to be waited for.
     """
     async with asyncio.timeout(MATCHING_S):
         while not readers.matched:
@@ -219,7 +222,7 @@ async def publish_in_window(
                 continue
     parent.mark()
     payload = bytes(parameters.size)
-    window, burst = window_messages(parameters.size), burst_messages(parameters.size)
+    window, burst = window_messages(parameters.size), bursts * burst_messages(parameters.size)
     sent = 0
     stop_s = time.perf_counter() + parameters.seconds
     while time.perf_counter() < stop_s:
