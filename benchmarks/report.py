@@ -108,7 +108,8 @@ def _targets(results: Results) -> str:
         [verdict.what, verdict.target, verdict.found, "yes" if verdict.reached else "**no**"]
         for verdict in verdicts(results)
     ]
-    return table(["", "target", "found", "reached"], rows) if rows else ""
+    note = "What `benchmarks/targets.py` asks for, and whether these results reach it."
+    return note + "\n\n" + table(["", "target", "found", "reached"], rows) if rows else ""
 
 
 def _workload(results: Results, workload: Workload) -> list[str]:

@@ -1,0 +1,49 @@
+"""The workloads as data agree with the roles, the figures and the command line."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+import pytest
+
+from actors.bench.own import callboard
+from actors.bench.roles import HELD, ROLES
+from actors.bench.trial import missing
+from actors.bench.workloads import WORKLOADS, chosen
+from actors.cli import bench
+
+
+def test_the_command_line_knows_every_workload() -> None:
+    """By its id, in order."""
+    assert tuple(workload.id for workload in WORKLOADS) == bench.WORKLOADS
+
+
+def test_callboard_plays_every_role() -> None:
+    """And who is held is held in every case."""
+    for workload in WORKLOADS:
+        for case in workload.cases:
+            assert missing(callboard(), case) == []
+            assert [part.held for part in case.parts] == [part.role in HELD for part in case.parts]
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_every_role_is_where_it_is_said_to_be(role: str) -> None:
+    """Under its own name."""
+    assert callable(getattr(import_module(f"actors.bench.roles.{ROLES[role]}"), role))
+
+
+def test_case_names_are_unique_in_a_workload() -> None:
+    """Results are found by them."""
+    for workload in WORKLOADS:
+        names = [case.name for case in workload.cases]
+        assert len({*names}) == len(names)
+
+
+def test_a_choice_is_whole_and_no_choice_is_quick() -> None:
+    """10,000 connections must be asked for."""
+    (whole,) = chosen(["W5"])
+    assert [case.name for case in whole.cases] == ["1,000", "10,000"]
+    quick = {workload.id: [case.name for case in workload.cases] for workload in chosen([])}
+    assert quick["W5"] == ["1,000"]
+    assert "topics: 1,000" in quick["W8"]
+    assert "topics: 100" not in quick["W8"]
