@@ -20,6 +20,7 @@ from actors.arguments import InvalidRosArgumentError, RosArguments, parse_ros_ar
 from actors.log_output import configure_logging
 from actors.logger import LoggingSeverity, get_logger
 from actors.node import Node, process_arguments
+from proto import process
 from proto.errors import CallboardError
 
 Program = Node | Callable[[], Node] | Callable[[], Coroutine[Any, Any, Any]]
@@ -84,6 +85,7 @@ def _run(programs: Sequence[Program], argv: list[str]) -> Any:
         print(error, file=sys.stderr)  # noqa: T201 - there is no logging yet
         raise SystemExit(USAGE) from None
     token = process_arguments.set(arguments)
+    process.settle()
     try:
         return run_until_signal(lambda: _run_all(programs))
     except CallboardError as error:
@@ -125,7 +127,7 @@ def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
         return await main()
 
     try:
-        with asyncio.Runner(loop_factory=_loop_factory()) as runner:
+        with asyncio.Runner(loop_factory=process.new_event_loop) as runner:
             return runner.run(guarded())
     except KeyboardInterrupt:
         return None
@@ -144,14 +146,6 @@ def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], 
         loop.add_signal_handler(number, stop)
     except NotImplementedError:  # Windows
         signal.signal(number, lambda _number, _frame: loop.call_soon_threadsafe(stop))
-
-
-def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
-    try:
-        import uvloop  # noqa: PLC0415 - not on every platform
-    except ImportError:
-        return None
-    return uvloop.new_event_loop
 
 
 async def _run_all(programs: Sequence[Program]) -> Any:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from broker.options import BrokerOptions
+from proto import process
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     _set_up_logging(arguments.log_level, json_lines=arguments.json_logs)
     try:
         options = BrokerOptions(**{f.name: getattr(arguments, f.name) for f in fields(BrokerOptions)})
-        with asyncio.Runner(loop_factory=_loop_factory()) as runner:
+        with asyncio.Runner(loop_factory=process.new_event_loop) as runner:
             runner.run(_serve(options, arguments.url_file))
     except CallboardError as error:
         print(error, file=sys.stderr)  # noqa: T201 - what people read when it does not start
@@ -66,6 +67,7 @@ async def _serve(options: BrokerOptions, url_file: Path | None) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         _on_signal(loop, number, task.cancel)
     async with Broker(options) as broker:
+        process.settle()
         print(f"callboard broker listening on {broker.url}", flush=True)  # noqa: T201 - scripts read it
         if url_file is not None:
             _write_atomically(url_file, broker.url + "\n")
@@ -96,14 +98,6 @@ def _write_atomically(path: Path, text: str) -> None:
     except OSError as error:
         reason = error.strerror or str(error)
         raise CallboardError(f"Cannot write the URL to {path}: {reason}") from error
-
-
-def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
-    try:
-        import uvloop  # noqa: PLC0415 - not on every platform
-    except ImportError:
-        return None
-    return uvloop.new_event_loop
 
 
 class _JsonLines(logging.Formatter):

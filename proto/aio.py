@@ -34,7 +34,7 @@ _CLAIM_RATIO: Final = 8
 """It gets one when this part of it has come: a claim alone must cost the peer something."""
 
 _BEHIND_BYTES: Final = 4 * 1024
-"""Room behind a frame in a buffer of its own, so that the read that ends it also gets the next one's start."""
+"""Room behind a frame in a buffer of its own: the read that ends it may get the next one's start, too."""
 
 _GATHER_BYTES: Final = 2 * limits.HIGH_WATER_BYTES
 """Frames are written together up to this size."""
