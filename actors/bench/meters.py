@@ -1,4 +1,4 @@
-"""What a process has used, told by the system: CPU time and memory of another process, by its id.
+"""What another process uses, told by the system: CPU time, memory and open files, by its id.
 
 Linux tells both; elsewhere psutil does, if it is there. Where nobody tells, the answer is None.
 """
@@ -38,6 +38,15 @@ def memory_kib(pid: int) -> float | None:
     return None if memory is None else memory.rss / 1024
 
 
+def open_files(pid: int) -> int | None:
+    """Return how many descriptors a process has open: its connections are among them."""
+    try:
+        return sum(1 for _ in Path(f"/proc/{pid}/fd").iterdir())
+    except OSError:
+        count = _asked(pid, "num_fds")
+        return None if count is None else int(count)
+
+
 def _asked(pid: int, what: str) -> Any:
     try:
         psutil: Any = import_module("psutil")
@@ -45,5 +54,5 @@ def _asked(pid: int, what: str) -> Any:
         return None
     try:
         return getattr(psutil.Process(pid), what)()
-    except psutil.Error:
+    except (psutil.Error, AttributeError):  # not everything is told everywhere
         return None

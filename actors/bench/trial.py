@@ -89,19 +89,21 @@ async def _hold(stage: Stage, case: Case, seconds: float) -> Outcome:
         raise TrialError("there is no server whose connections could be counted")
     connections = min(case.connections, raise_file_limit() - SPARE_FILES)
     parameters = {**part.parameters, "connections": connections}
-    empty_kib = meters.memory_kib(server.pid)
+    empty_kib, few = meters.memory_kib(server.pid), meters.open_files(server.pid)
     process = await stage.add(part.role, {**parameters, "seconds": seconds})
     await process.go()
     await asyncio.sleep(SETTLE_S)
     before_s = meters.cpu_s(server.pid)
     await asyncio.sleep(WINDOW_S)
     after_s, full_kib = meters.cpu_s(server.pid), meters.memory_kib(server.pid)
+    many = meters.open_files(server.pid)
     await process.release()
     figures = await process.done(DONE_TIMEOUT_S)
     return Outcome(
         played=(Played(role=part.role, parameters=parameters, figures=figures),),
         server_cpu_s=None if before_s is None or after_s is None else after_s - before_s,
         server_kib=None if empty_kib is None or full_kib is None else full_kib - empty_kib,
+        server_files=None if few is None or many is None else many - few,
         window_s=WINDOW_S,
     )
 

@@ -51,10 +51,14 @@ def test_without_a_server_there_is_no_brokers_cost() -> None:
 
 
 def test_idle_connections_must_last() -> None:
-    """A connection that was lost is no idle connection."""
-    held = Played(role="idle", parameters={"connections": 10}, figures={"messages": 10})
-    outcome = Outcome(played=(held,), server_cpu_s=0.05, server_kib=40.0, window_s=5.0)
-    assert outcomes.idle(outcome) == {"connections": 10, "kib": 4.0, "idle_cpu_percent": 1.0}
-    broken = Played(role="idle", parameters={"connections": 10}, figures={"messages": 9})
-    with pytest.raises(TrialError, match="9 of 10"):
-        outcomes.idle(Outcome(played=(broken,), server_cpu_s=0.0))
+    """A connection that either side has lost is no idle connection."""
+
+    def held(alive: int, files: int | None) -> Outcome:
+        player = Played(role="idle", parameters={"connections": 10}, figures={"connections": alive})
+        return Outcome(played=(player,), server_cpu_s=0.05, server_kib=40.0, server_files=files, window_s=5.0)
+
+    for files in (None, 10):
+        assert outcomes.idle(held(10, files)) == {"connections": 10, "kib": 4.0, "idle_cpu_percent": 1.0}
+    for outcome in (held(9, None), held(10, 9)):
+        with pytest.raises(TrialError, match="9 of 10"):
+            outcomes.idle(outcome)
