@@ -53,6 +53,9 @@ class _Scratch(threading.local):
 
 _scratch: Final = _Scratch()
 
+_OWN_FRAMES: Final = frozenset({frames.Fragment, frames.Abort, frames.Ping})
+"""What a channel deals with itself."""
+
 _FRAGMENTABLE: Final = (frames.Run, frames.Replay, frames.Request, frames.Reply)
 
 
@@ -90,6 +93,7 @@ class Channel(asyncio.BufferedProtocol):
     Attributes:
         outbox: What waits to be sent; put things in, then call `flush`.
         session: The state of the session.
+        connected: Whether there is a connection that this end has not ended.
         reading: Whether frames are being handed over: a flush follows anyway.
         bytes_received, bytes_sent: Totals since the connection was made.
     """
@@ -109,6 +113,7 @@ class Channel(asyncio.BufferedProtocol):
         "_transport",
         "bytes_received",
         "bytes_sent",
+        "connected",
         "outbox",
         "reading",
         "session",
@@ -124,6 +129,7 @@ class Channel(asyncio.BufferedProtocol):
     ) -> None:
         self.outbox = Outbox()
         self.session = Session(role)
+        self.connected = False
         self.reading = False
         self.bytes_received = 0
         self.bytes_sent = 0
@@ -148,6 +154,7 @@ class Channel(asyncio.BufferedProtocol):
         self._scratch = _scratch.view
         self._decoder = _scratch.decoder
         self._transport = cast("asyncio.Transport", transport)
+        self.connected = True
         self._transport.set_write_buffer_limits(high=limits.HIGH_WATER_BYTES, low=limits.LOW_WATER_BYTES)
         _tune(transport.get_extra_info("socket"))
         self._handler.opened()
@@ -155,6 +162,7 @@ class Channel(asyncio.BufferedProtocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Called by asyncio."""
         self._transport = None
+        self.connected = False
         if self._linger is not None:
             self._linger.cancel()
         self._handler.closed(exc)
@@ -205,18 +213,18 @@ class Channel(asyncio.BufferedProtocol):
             return 0
         self._own = None
         self._scratch[:behind] = own[size : self._held]
-        return behind if self._hand_over(own[:size]) else 0
+        self._take(own[:size])
+        return behind
 
     def _take_all(self, end: int) -> None:
         """Hand over the frames in the scratch buffer up to `end`; keep what is left of the last."""
         scratch, start = self._scratch, 0
-        while start < end:
+        while start < end and self.connected:
             stop = self._frame_end(start, end)
             if stop > end:
                 self._keep(start, end, stop)
                 return
-            if not self._hand_over(bytes(scratch[start:stop])):
-                return
+            self._take(bytes(scratch[start:stop]))
             start = stop
 
     def _keep(self, start: int, end: int, stop: int) -> None:
@@ -228,14 +236,6 @@ class Channel(asyncio.BufferedProtocol):
         own = self._own = memoryview(bytearray(size + _BEHIND_BYTES))
         own[:here] = self._scratch[start:end]
         self._held = here
-
-    def _hand_over(self, raw: Buffer) -> bool:
-        """Hand over one frame; False if that has ended the connection."""
-        self._take(self._decoder.decode_content(raw))
-        if self.connected:
-            return True
-        self.close()
-        return False
 
     def _frame_end(self, start: int, end: int) -> int:
         """Return where the frame at `start` ends: beyond `end` if it is not there whole.
@@ -254,23 +254,30 @@ class Channel(asyncio.BufferedProtocol):
             raise ProtocolError(ErrorCode.TOO_LARGE, f"a frame of {size} bytes is over the limit of {most}")
         return body + size
 
-    def _take(self, frame: Frame) -> None:
+    def _take(self, raw: Buffer) -> None:
+        """Hand over one frame."""
+        frame = self._decoder.decode_content(raw)
         self.session.received(frame)
-        if isinstance(frame, frames.Fragment):
-            raw = self._reassembler.add(frame)
-            if raw is None:
-                return
-            frame = self._decoder.decode(raw)
-            if not isinstance(frame, _FRAGMENTABLE):
-                name = type(frame).__name__.upper()
-                raise ProtocolError(ErrorCode.UNEXPECTED, f"{name} must not travel in fragments")
-            self.session.received(frame)
+        if type(frame) not in _OWN_FRAMES:
+            self._handler.frame_received(frame)
+        elif isinstance(frame, frames.Fragment):
+            self._take_fragment(frame)
         elif isinstance(frame, frames.Abort):
             self._reassembler.abort(frame)
-            return
         elif isinstance(frame, frames.Ping):
             self.send(frames.Pong(frame.token))
+        if self.session.state is State.CLOSED:
+            self.close()
+
+    def _take_fragment(self, fragment: frames.Fragment) -> None:
+        raw = self._reassembler.add(fragment)
+        if raw is None:
             return
+        frame = self._decoder.decode(raw)
+        if not isinstance(frame, _FRAGMENTABLE):
+            name = type(frame).__name__.upper()
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"{name} must not travel in fragments")
+        self.session.received(frame)
         self._handler.frame_received(frame)
 
     def send(self, frame: Frame) -> None:
@@ -327,12 +334,6 @@ class Channel(asyncio.BufferedProtocol):
         """Whether the transport is full, so that what is queued waits."""
         return self._paused
 
-    @property
-    def connected(self) -> bool:
-        """Whether there is a connection that may still carry frames."""
-        transport = self._transport
-        return transport is not None and self.session.state is not State.CLOSED and not transport.is_closing()
-
     def fileno(self) -> int | None:
         """Return the socket's descriptor, or None without a connection."""
         sock = None if self._transport is None else self._transport.get_extra_info("socket")
@@ -340,7 +341,7 @@ class Channel(asyncio.BufferedProtocol):
 
     def fail(self, error: ProtocolError) -> None:
         """Tell the peer why, and close."""
-        if self._transport is None or not self.connected:
+        if self._transport is None or not self.connected or self._transport.is_closing():
             return
         farewell = frames.Error(error.code, str(error)[: limits.MAX_ERROR_TEXT])
         self.session.sent(farewell)
@@ -350,6 +351,7 @@ class Channel(asyncio.BufferedProtocol):
 
     def close(self) -> None:
         """Close once everything written so far has gone out, or after `limits.CLOSE_TIMEOUT_SEC`."""
+        self.connected = False
         transport = self._transport
         if transport is not None and not transport.is_closing():
             self._linger = self._loop.call_later(limits.CLOSE_TIMEOUT_SEC, transport.abort)
@@ -357,6 +359,7 @@ class Channel(asyncio.BufferedProtocol):
 
     def abort(self) -> None:
         """Close now, whatever is still unsent."""
+        self.connected = False
         if self._transport is not None:
             self._transport.abort()
 

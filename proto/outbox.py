@@ -421,8 +421,7 @@ class Outbox:
                 parts.append(raw)
                 size += len(raw)
                 continue
-            taken = self._next_of_lanes(parts)
-            if not taken:
+            if not self._ready or not (taken := self._next_of_lanes(parts)):
                 break
             size += taken
         return parts, size
