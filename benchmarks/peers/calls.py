@@ -23,6 +23,8 @@ CALL_S = 20
 _REQUEST = struct.Struct("<qq")
 _NUMBER = struct.Struct("<Q")
 _REPLY = struct.Struct("<q")
+NUMBERED_REQUEST_BYTES = _NUMBER.size + _REQUEST.size
+NUMBERED_REPLY_BYTES = _NUMBER.size + _REPLY.size
 
 
 def request(number: int) -> bytes:
