@@ -30,6 +30,6 @@ class Contender:
     server_url: Callable[[int], str]
     """(port) -> what roles get as "url"; may be "", may contain `SCRATCH`."""
     roles: frozenset[str]
-    """The roles it has; a trial that needs another one is skipped."""
+    """The roles it has, and what they understand beyond what all do; trials that need more are skipped."""
     socket_name: str | None = None
     """The server listens on this unix socket in the scratch directory instead of on the port."""

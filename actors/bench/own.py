@@ -7,6 +7,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Final, Literal
 
 from actors.bench.contender import SCRATCH, Contender
+from actors.bench.roles import ABILITIES, ROLES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,8 +34,6 @@ def callboard(*, loop: Loop = "uvloop", transport: Transport = "tcp") -> Contend
             else f"callboard://127.0.0.1:{port}"
         )
 
-    from actors.bench.roles import ROLES  # noqa: PLC0415 - takes time
-
     return Contender(
         name=f"callboard ({', '.join(variant)})" if variant else "callboard",
         version=version("callboard"),
@@ -42,6 +41,6 @@ def callboard(*, loop: Loop = "uvloop", transport: Transport = "tcp") -> Contend
         role_command=(*python, "actors.bench"),
         server_command=command,
         server_url=url,
-        roles=frozenset(ROLES),
+        roles=ABILITIES | ROLES.keys(),
         socket_name=_SOCKET if transport == "unix" else None,
     )

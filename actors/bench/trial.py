@@ -44,8 +44,8 @@ async def run_trial(contender: Contender, case: Case, seconds: float) -> dict[st
 
 
 def missing(contender: Contender, case: Case) -> list[str]:
-    """Return the roles of a case that a contender does not have."""
-    return sorted({part.role for part in case.parts} - contender.roles)
+    """Return what a case needs and a contender does not have: roles, or what they must understand."""
+    return sorted(({part.role for part in case.parts} | case.needs) - contender.roles)
 
 
 async def _load(stage: Stage, case: Case, seconds: float) -> Outcome:

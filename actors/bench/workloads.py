@@ -39,6 +39,8 @@ class Case:
     name: str
     parts: tuple[Part, ...]
     measure: Callable[[Outcome], dict[str, float]]
+    needs: frozenset[str] = frozenset()
+    """What the roles must understand beyond the parameters that all contenders know."""
     connections: int = 0
     """Idle connections: the server is measured while they are held, instead of a load."""
     extra_s: float = 0.0
@@ -94,6 +96,11 @@ def _requests(name: str, in_flight: int) -> Case:
     return Case(name=name, parts=(Part(role="server", held=True), asking), measure=outcomes.requests)
 
 
+def _typed(name: str, size: int, kind: str) -> Case:
+    """One publisher, one subscriber of a message type that only callboard knows."""
+    return replace(_stream(name, size=size, kind=kind), needs=frozenset({"types"}))
+
+
 def _idle(connections: int) -> Case:
     part = Part(role="idle", parameters={"connections": connections}, held=True)
     return Case(
@@ -121,6 +128,7 @@ def _grown(what: str, count: int, *parts: Part) -> Case:
         name=f"{what}: {count:,}",
         parts=parts,
         measure=outcomes.growth,
+        needs=frozenset({"growth"}),
         curve=(what, count),
         once=True,
         quick=ends,
@@ -203,10 +211,10 @@ WORKLOADS: Final = (
         title="typed messages",
         figures=(RATE, MB_S),
         cases=(
-            _stream("std_msgs/String 256 B", size=256),
-            _stream("sensor_msgs/Imu", size=IMU_BYTES, kind="imu"),
-            _stream("sensor_msgs/Image 1 MB", size=1_000_000, kind="image"),
-            _stream("sensor_msgs/PointCloud2 1 MB", size=1_000_000, kind="point_cloud"),
+            _typed("std_msgs/String 256 B", 256, "plain"),
+            _typed("sensor_msgs/Imu", IMU_BYTES, "imu"),
+            _typed("sensor_msgs/Image 1 MB", 1_000_000, "image"),
+            _typed("sensor_msgs/PointCloud2 1 MB", 1_000_000, "point_cloud"),
         ),
     ),
     Workload(

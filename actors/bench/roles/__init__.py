@@ -21,5 +21,8 @@ ROLES: Final = {
     "hoarder": "growth",
 }
 
+ABILITIES: Final = frozenset({"growth", "types"})
+"""What these roles understand beside what all contenders' roles do: many of everything, message types."""
+
 HELD: Final = frozenset({"server", "idle", "holder", "hoarder"})
 """The roles that go on until the parent closes their stdin; the others give up then."""

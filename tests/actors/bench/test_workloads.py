@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import import_module
 
 import pytest
@@ -30,6 +31,14 @@ def test_callboard_plays_every_role() -> None:
 def test_every_role_is_where_it_is_said_to_be(role: str) -> None:
     """Under its own name."""
     assert callable(getattr(import_module(f"actors.bench.roles.{ROLES[role]}"), role))
+
+
+def test_peers_are_only_asked_what_they_understand() -> None:
+    """Whose roles have the same names and know nothing of message types and the like."""
+    common = frozenset({"publisher", "subscriber", "server", "requester", "idle"})
+    peer = replace(callboard(), name="peer", roles=common)
+    played = {each.id for each in WORKLOADS for case in each.cases if not missing(peer, case)}
+    assert played == {"W1", "W2", "W3", "W4", "W5"}
 
 
 def test_case_names_are_unique_in_a_workload() -> None:
