@@ -33,10 +33,11 @@ def updated(page: str, results: Results) -> str:
     _, end, tail = rest.partition(END)
     if not begin or not end:
         raise ValueError(f"the page needs the markers {BEGIN!r} and {END!r}")
-    return f"{head}{BEGIN}\n\n{_body(results)}\n\n{END}{tail}"
+    return f"{head}{BEGIN}\n\n{body(results)}\n\n{END}{tail}"
 
 
-def _body(results: Results) -> str:
+def body(results: Results) -> str:
+    """Return all tables."""
     parts = ["![callboard and its peers](performance.svg)", _about(results)]
     parts += ["### Against each peer", _ratios(results), "### Targets", _targets(results)]
     for workload in WORKLOADS:

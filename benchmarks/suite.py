@@ -4,8 +4,8 @@
     python benchmarks/suite.py W1 W3 --peers nats_py,zenoh_router --repetitions 5
     python benchmarks/suite.py --report-only        tables and plot again, from docs/performance.json
 
-Writes docs/performance.json, and from it docs/performance.svg and what stands between the markers in
-docs/performance.md.
+A whole run, or one with --write, writes docs/performance.json, and from it docs/performance.svg and what stands
+between the markers in docs/performance.md. A run of some workloads or peers only prints its tables.
 """
 
 # ruff: noqa: E402 - the path comes before the imports that need it
@@ -54,6 +54,9 @@ def main() -> int:
         results = actors.run(lambda: _measured(options), args=[])
         if results is None:  # a signal has ended it, and every process with it
             return INTERRUPTED
+        if not options.write:
+            print(report.body(results))
+            return 0
         JSON.write_text(
             msgspec.json.format(msgspec.json.encode(results.document()), indent=1).decode() + "\n"
         )
@@ -74,11 +77,13 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--peers", default=",".join(PEERS), help=f"default: {','.join(PEERS)}")
     parser.add_argument("--repetitions", type=int, default=3, help="of each case; default: 3")
     parser.add_argument("--seconds", type=float, default=1.0, help="length of each load; default: 1")
+    parser.add_argument("--write", action="store_true", help="into docs/, also if it is not a whole run")
     parser.add_argument("--report-only", action="store_true", help="measure nothing")
     options = parser.parse_args()
     unknown = {*options.workloads} - {*ids} or {*filter(None, options.peers.split(","))} - {*PEERS}
     if unknown:
         parser.error(f"unknown: {', '.join(sorted(unknown))}")
+    options.write |= not options.workloads and options.peers == parser.get_default("peers")
     return options
 
 

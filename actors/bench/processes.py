@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 READY_TIMEOUT_S: Final = 60.0
 """From a role's start to its `ready`: 10,000 connections take a while."""
 SERVER_TIMEOUT_S: Final = 20.0
+END_TIMEOUT_S: Final = 60.0
+"""From a role's figures to its end: 10,000 connections take a while to close, too."""
 REAP_TIMEOUT_S: Final = 10.0
 _KNOCK_INTERVAL_S: Final = 0.01
 """Foreign servers do not say when they listen, so their door is knocked at."""
@@ -115,10 +117,10 @@ class RoleProcess(Child):
         """
         figures = await self._event("done", timeout_s)
         try:
-            async with asyncio.timeout(REAP_TIMEOUT_S):
+            async with asyncio.timeout(END_TIMEOUT_S):
                 code = await self._process.wait()
         except TimeoutError:
-            raise self.failure(f"reported and did not end within {REAP_TIMEOUT_S:g} s") from None
+            raise self.failure(f"reported and did not end within {END_TIMEOUT_S:g} s") from None
         if code:
             raise self.failure(f"reported and then ended with {code}")
         return figures
