@@ -4,8 +4,8 @@
     python benchmarks/suite.py W1 W3 --peers nats_py,zenoh_router --repetitions 5
     python benchmarks/suite.py --report-only        tables and plot again, from docs/performance.json
 
-A whole run, or one with --write, writes docs/performance.json, and from it docs/performance.svg and what stands
-between the markers in docs/performance.md. A run of some workloads or peers only prints its tables.
+A whole run, or one with --write, writes docs/performance.json, and from it docs/performance.svg and what
+stands between the markers in docs/performance.md. A run of some workloads or peers only prints its tables.
 """
 
 # ruff: noqa: E402 - the path comes before the imports that need it
