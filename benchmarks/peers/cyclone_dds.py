@@ -1,11 +1,12 @@
 """Cyclone DDS with its own Python binding: reliable, KEEP_ALL, on loopback in a domain of its own.
 
 The binding is C under a blocking API; its asyncio form is a thread around that. Writers block when their
-history is full, readers are bounded in samples, so that nothing is lost and little grows. The main thread
-sleeps in a WaitSet and takes what is there in one call (a listener would enter Python for each message). The
-payload is an array of octets, which the binding passes as bytes (a sequence it packs octet by octet, 200
-times slower at 64 KiB). Fragments and datagrams are as large as UDP allows, as its documentation advises for
-throughput. Calls are two topics, requests and replies with a number to tell them apart. There is no server.
+history is full. A reader's history has no limit: one that is full rejects samples, which the writer then
+repeats, at half the rate, and to the other readers of the process as well. The main thread sleeps in a
+WaitSet and takes what is there in one call (a listener would enter Python for each message). The payload is
+an array of octets, which the binding passes as bytes (a sequence it packs octet by octet, 200 times slower at
+64 KiB). Fragments and datagrams are as large as UDP allows, as its documentation advises for throughput.
+Calls are two topics, requests and replies with a number to tell them apart. There is no server.
 """
 
 from __future__ import annotations
