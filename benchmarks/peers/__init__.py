@@ -10,6 +10,7 @@ PEERS = (
     "nats_py",
     "zenoh_router",
     "zenoh_direct",
+    "zenoh_shared_memory",
     "pyzmq_proxy",
     "pyzmq_direct",
     "redis_py",

@@ -1,4 +1,7 @@
-"""Zenoh from peer to peer: the publisher (of calls: the server) listens. See zenoh_roles.py."""
+"""Zenoh from peer to peer: the publisher (of calls: the server) listens. See zenoh_roles.py.
+
+Shared memory is off, so that every byte passes through TCP.
+"""
 
 from __future__ import annotations
 

@@ -9,8 +9,9 @@ of the library's own queues, and a queryable that answers in the receiving threa
 back for a batch). That is the fastest of the combinations: a callback for each `get` starts a thread each
 time.
 
-Scouting is off and links are TCP on 127.0.0.1. What else the library does by default stays: on one machine it
-passes payloads of 3 KiB and more through shared memory.
+Scouting is off and links are TCP on 127.0.0.1. By default the library passes payloads of 3 KiB and more
+through shared memory where both ends are on one machine. That is off here, because the others' bytes all go
+through sockets, and Zenoh's would, too, between machines; zenoh_shared_memory.py measures it switched on.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ RETRY = {"period_init_ms": 20, "period_max_ms": 100, "period_increase_factor": 1
 Open = Callable[[Parameters], Any]
 
 
-def configuration(mode: str, *, shared_memory: bool = True, **settings: object) -> Any:
+def configuration(mode: str, *, shared_memory: bool = False, **settings: object) -> Any:
     """A configuration without scouting; settings are named by their path, with __ for /."""
     config = library("zenoh").Config()
     config.insert_json5("mode", json.dumps(mode))

@@ -1,4 +1,7 @@
-"""Zenoh with a router: every role is a client of one process that routes. See zenoh_roles.py."""
+"""Zenoh with a router: every role is a client of one process that routes. See zenoh_roles.py.
+
+Shared memory is off, in the router as in its clients, so that every byte passes through TCP and the router.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from benchmarks.peers import zenoh_roles
 from benchmarks.peers.roles import Parameters, Parent, command, library
 
 
-def open_session(parameters: Parameters, *, shared_memory: bool = True) -> Any:
+def open_session(parameters: Parameters, *, shared_memory: bool = False) -> Any:
     """A client of the router."""
     config = zenoh_roles.configuration(
         "client", connect__endpoints=[parameters.url], shared_memory=shared_memory
@@ -21,10 +24,13 @@ def open_session(parameters: Parameters, *, shared_memory: bool = True) -> Any:
     return library("zenoh").open(config)
 
 
-def serve(url: str) -> None:
+def serve(url: str, *, shared_memory: bool = False) -> None:
     """Be the router until SIGTERM: what zenohd is made of, in a Python process that sleeps."""
     config = zenoh_roles.configuration(
-        "router", listen__endpoints=[url], transport__unicast__max_sessions=100_000
+        "router",
+        listen__endpoints=[url],
+        transport__unicast__max_sessions=100_000,
+        shared_memory=shared_memory,
     )
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
     with library("zenoh").open(config):
@@ -32,11 +38,11 @@ def serve(url: str) -> None:
 
 
 def idle(parent: Parent, parameters: Parameters) -> None:
-    """Hold real sessions, cheap as they are; without shared memory, which ends at 350 of them."""
+    """Hold real sessions, cheap as they are (with shared memory they would end at 350)."""
     idle_sockets.allow_files(parameters.connections)
     with contextlib.ExitStack() as stack:
         for _ in range(parameters.connections):
-            stack.enter_context(open_session(parameters, shared_memory=False))
+            stack.enter_context(open_session(parameters))
         parent.ready()
         parent.closed.result()
         parent.done(messages=0, connections=parameters.connections)
