@@ -28,6 +28,7 @@ from proto.frames import (
     Graph,
     GraphEntry,
     Op,
+    Options,
     Replay,
     Reply,
     ReplyEntry,
@@ -73,6 +74,12 @@ def encode_head(frame: Run | Replay | Fragment) -> bytes:
     op, fields, _ = _SHAPES[type(frame)]
     header = _pack((op, *frame[:fields]))
     return _prefix(BIN_32, len(header) + len(frame.payload)) + header
+
+
+def run_head(fields: tuple[int, int, int, int, bytes | None, Options | None], payload_bytes: int) -> bytes:
+    """Return a RUN as it goes on the wire up to its payload of so many bytes, which must follow."""
+    header = _pack((Op.RUN, *fields))
+    return _prefix(BIN_32, len(header) + payload_bytes) + header
 
 
 def array_head(count: int) -> bytes:

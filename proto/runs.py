@@ -6,43 +6,56 @@ from array import array
 from bisect import bisect_left
 
 from proto import limits
-from proto.codec import ARRAY_HEAD_BYTES, array_head, encode, ends_from_bytes, ends_to_bytes
-from proto.frames import Replay, Run
+from proto.codec import ARRAY_HEAD_BYTES, array_head, encode, ends_from_bytes, ends_to_bytes, run_head
+from proto.frames import Buffer, Replay, Run
 
 
 class RunBuilder:
     """Collects a publisher's messages until they are sent.
 
-    Append an encoded message to `buffer`, then call `close_message`; `length` counts them. Messages are
-    numbered from the `next_sequence` given; `take` returns them as a run and starts the next one.
+    Messages are numbered from the `next_sequence` given; `length` counts those collected. `take` returns them
+    as a run and starts the next one.
     """
 
-    __slots__ = ("buffer", "ends", "length", "next_sequence")
+    __slots__ = ("_buffer", "_ends", "length", "next_sequence")
 
     def __init__(self, next_sequence: int) -> None:
         self.next_sequence = next_sequence
-        self.buffer = bytearray(ARRAY_HEAD_BYTES)
-        self.ends = array("I")
+        self._buffer = bytearray(ARRAY_HEAD_BYTES)
+        self._ends = array("I")
         self.length = 0
 
-    def close_message(self) -> bool:
-        """Count the bytes appended since the last call as one message; True if the run should go now."""
-        end = len(self.buffer) - ARRAY_HEAD_BYTES
-        self.ends.append(end)
+    def add(self, message: bytes) -> bool:
+        """Collect an encoded message; True if the run should go now."""
+        buffer = self._buffer
+        buffer += message
+        end = len(buffer) - ARRAY_HEAD_BYTES
+        self._ends.append(end)
         self.length += 1
         return end >= limits.RUN_FLUSH_BYTES or self.length >= limits.RUN_FLUSH_COUNT
 
     def take(self, publisher: int, stamp_ns: int) -> Run:
         """Return everything collected as one run, encoded."""
-        count, first = self.length, self.next_sequence
-        payload = self.buffer
+        payload, count = self._buffer, self.length
         payload[:ARRAY_HEAD_BYTES] = array_head(count)
-        ends = ends_to_bytes(self.ends) if count > 1 else None
-        self.buffer = bytearray(ARRAY_HEAD_BYTES)
-        self.ends = array("I")
+        ends = ends_to_bytes(self._ends) if count > 1 else None
+        self._buffer = bytearray(ARRAY_HEAD_BYTES)
+        self._ends = array("I")
         self.length = 0
+        return self._number(publisher, stamp_ns, count, ends, payload)
+
+    def single(self, message: bytes, publisher: int, stamp_ns: int) -> Run:
+        """Return a large message as a run of its own, copied once. Needs length 0."""
+        assert not self.length
+        return self._number(publisher, stamp_ns, 1, None, array_head(1), message)
+
+    def _number(self, publisher: int, stamp_ns: int, count: int, ends: bytes | None, *pieces: Buffer) -> Run:
+        first = self.next_sequence
         self.next_sequence = first + count
-        return with_raw(Run(publisher, first, stamp_ns, count, ends, None, payload, b""))
+        fields = (publisher, first, stamp_ns, count, ends, None)
+        head = run_head(fields, sum(map(len, pieces)))
+        raw = b"".join((head, *pieces))
+        return Run(*fields, memoryview(raw)[len(head) :], raw)
 
 
 def with_raw(run: Run) -> Run:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
+import sys
 import time
 from collections import deque
 from typing import Final, Generic, TypeVar
@@ -11,7 +12,6 @@ from typing import Final, Generic, TypeVar
 from actors.core import Core, Entity, in_flight
 from actors.errors import PublisherFull, WaitTimeout
 from actors.interfaces.codec import Codec, codec_for
-from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, definition, type_hash, type_name
 from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from proto import frames, limits
@@ -56,6 +56,8 @@ class Publisher(Entity, Generic[T]):
         self._keep = LATCHED_MESSAGES if self._keep_all else depth
         self._run = RunBuilder(0)
         self._lane = Lane(0, None if self._keep_all else depth)
+        self._room = 0
+        """Messages that may be published before somebody looks whether the queue is full."""
         self._live = False
         self._unlimited = True
         self._retained: deque[frames.Run] = deque()
@@ -101,46 +103,44 @@ class Publisher(Entity, Generic[T]):
             PublisherFull: KEEP_ALL only: the readers are slow and the queue is full. `await ready()` first.
             NodeDestroyed: The publisher has been destroyed.
         """
-        if self.destroyed:
-            self.require_alive()
+        if self._room <= 0:
+            self._require_room()
+        self._room -= 1
+        if isinstance(msg, bytes):
+            self._codec.decode(msg)
+            data = msg
+        else:
+            data = self._codec.encode(msg)
+        if len(data) > limits.RUN_FLUSH_BYTES:
+            self._publish_large(data)
+            return
         run = self._run
-        if self._keep_all and self._full:
+        if run.add(data):
+            self.flush_turn()
+            self.core.link.flush()
+        elif run.length == 1:
+            self.core.link.flush_later(self)
+
+    def _publish_large(self, data: bytes) -> None:
+        """A message that fills a run by itself goes alone, unless it is too large to go at all."""
+        link = self.core.link
+        link.require_fits(f"A message on '{self.topic_name}'", len(data))
+        self.flush_turn()
+        self._put(self._run.single(data, self._lane.publisher, time.time_ns()))
+        link.flush()
+
+    def _require_room(self) -> None:
+        """Look how many messages may be published before the next look; raise if none may."""
+        self.require_alive()
+        if not self._keep_all:
+            self._room = sys.maxsize
+            return
+        self._room = KEEP_ALL_MESSAGES - self.queued
+        if self._room <= 0 or self._lane.pending_bytes >= KEEP_ALL_BYTES:
+            self._room = 0
             raise PublisherFull(
                 f"'{self.topic_name}': {self.queued} messages wait for slow readers; await publisher.ready()"
             )
-        start = len(run.buffer)
-        if isinstance(msg, bytes):
-            self._codec.decode(msg)
-            run.buffer += msg
-        else:
-            self._codec.append(msg, run.buffer)
-        if len(run.buffer) > limits.RUN_FLUSH_BYTES:
-            self._appended_much(start)
-        first = run.length == 0
-        if run.close_message():
-            self.flush_turn()
-            self.core.link.flush()
-        elif first:
-            self.core.link.flush_later(self)
-
-    def _appended_much(self, start: int) -> None:
-        """A message that fills a run by itself goes alone, unless it is too large to go at all."""
-        buffer = self._run.buffer
-        size = len(buffer) - start
-        try:
-            self.core.link.require_fits(f"A message on '{self.topic_name}'", size)
-        except InvalidMessageError:
-            del buffer[start:]
-            raise
-        if self._run.length and size > limits.RUN_FLUSH_BYTES:
-            message = bytes(memoryview(buffer)[start:])
-            del buffer[start:]
-            self.flush_turn()
-            self._run.buffer += message
-
-    @property
-    def _full(self) -> bool:
-        return self.queued >= KEEP_ALL_MESSAGES or self._lane.pending_bytes >= KEEP_ALL_BYTES
 
     @property
     def _crowded(self) -> bool:
@@ -152,7 +152,11 @@ class Publisher(Entity, Generic[T]):
         """Put what this loop turn published into the lane. Called by the link."""
         if not self._run.length:
             return
-        run = self._run.take(self._lane.publisher, time.time_ns())
+        self._put(self._run.take(self._lane.publisher, time.time_ns()))
+
+    def _put(self, run: frames.Run) -> None:
+        if self._keep_all:
+            self._room = 0  # what waits has grown: look again
         if self._latched:
             self._retain(run)
         channel = self.core.link.channel
@@ -214,6 +218,7 @@ class Publisher(Entity, Generic[T]):
             return
         self.flush_turn()
         self.destroyed = True
+        self._room = 0
         self.core.entities.pop(self, None)
         if self._live:
             self._leave()

@@ -24,7 +24,7 @@ from proto.frames import Replay, Run
 from proto.runs import cut, message_bytes, messages
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Sequence
+    from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 
     from actors.feeds import Inflow
 
@@ -288,9 +288,13 @@ class Subscription(Entity, Generic[M]):
         self._pending -= 1
         self.received += 1
         if batch.index == len(batch.messages):
-            self._batches.popleft()
-            self._taken(batch.inflow, batch.end, batch.size)
+            self._finish(batch)
         return message
+
+    def _finish(self, batch: _Batch) -> None:
+        """All messages of the first batch have been taken."""
+        self._batches.popleft()
+        self._taken(batch.inflow, batch.end, batch.size)
 
     def _taken(self, inflow: Inflow, end: int, size: int) -> None:
         """A whole run is off our hands: give its publisher new credit when half of the old is used up."""
@@ -316,23 +320,36 @@ class Subscription(Entity, Generic[M]):
 
     def dispatch(self) -> Turn | None:
         """Source: run the callback for what waits, until it returns something to await."""
-        callback = self._callback
-        assert callback is not None
         while self.has_work():
-            info = self._batches[0].info() if self._with_info else None
-            message = self._pop()
-            try:
-                result = callback(message) if info is None else callback(message, info)
-            except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
-                self.core.callback_failed(self._what, error)
-                continue
-            coroutine = None if result is None else as_coroutine(result)
+            coroutine = self._run(self._batches[0])
             if coroutine is not None:
                 self._running += 1
                 turn = Turn(self.core.mailbox, coroutine, self._ended, beside=self._concurrent)
                 if not self._concurrent:
                     return turn
                 self.core.mailbox.run_beside(turn)
+        return None
+
+    def _run(self, batch: _Batch) -> Coroutine[Any, Any, Any] | None:
+        """Run the callback for the messages of a batch, to its end or to something to await."""
+        callback, with_info, waiting = self._callback, self._with_info, batch.messages
+        assert callback is not None
+        size = len(waiting)
+        while batch.index < size and not self.destroyed:
+            message = waiting[batch.index]
+            info = batch.info() if with_info else None
+            batch.index += 1
+            self._pending -= 1
+            self.received += 1
+            if batch.index == size:
+                self._finish(batch)
+            try:
+                result = callback(message) if info is None else callback(message, info)
+            except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
+                self.core.callback_failed(self._what, error)
+                continue
+            if result is not None and (coroutine := as_coroutine(result)) is not None:
+                return coroutine
         return None
 
     def _ended(self, result: object, error: BaseException | None) -> None:

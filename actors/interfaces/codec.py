@@ -152,24 +152,6 @@ class Codec(Generic[T]):
             raise InvalidMessageError(explain_encoding(message, error, self._encode)) from error
         return data
 
-    def append(self, message: T, buffer: bytearray) -> None:
-        """Append `message` as msgpack to `buffer`, verified; after an error `buffer` is as it was.
-
-        Raises:
-            TypeError: `message` is not a `msg_type`.
-            InvalidMessageError: A field's value does not fit its type.
-        """
-        # Encoding to bytes of their own and copying them costs less than a view of the buffer's end, which
-        # would have to be released before the buffer grows again.
-        if not isinstance(message, self.msg_type):
-            raise self._wrong_type(message)
-        try:
-            data = self._encode(message)
-            self._verify(data)
-        except _ENCODING_ERRORS as error:
-            raise InvalidMessageError(explain_encoding(message, error, self._encode)) from error
-        buffer += data
-
     def decode(self, data: Buffer) -> T:
         """Return the message that `data` holds. `uint8[]` fields are views that keep `data` alive.
 

@@ -197,8 +197,7 @@ def run_of(*parts: bytes, first: int = 0) -> Run:
     """Build a run."""
     builder = RunBuilder(first)
     for part in parts:
-        builder.buffer += part
-        builder.close_message()
+        builder.add(part)
     return builder.take(1, 0)
 
 

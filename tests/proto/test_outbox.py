@@ -28,8 +28,7 @@ def make_run(first: int, parts: list[bytes], publisher: int = 1) -> Run:
     """Build a run of these messages."""
     builder = RunBuilder(first)
     for part in parts:
-        builder.buffer += part
-        builder.close_message()
+        builder.add(part)
     return builder.take(publisher, 0)
 
 

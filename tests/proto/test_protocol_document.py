@@ -145,8 +145,7 @@ def example() -> list[tuple[str, Frame]]:
         "max_message_bytes": limits.MAX_MESSAGE_BYTES,
     }  # fmt: skip
     builder = RunBuilder(0)
-    builder.buffer += msgpack.packb({"data": "Hi"})
-    builder.close_message()
+    builder.add(msgpack.packb({"data": "Hi"}))
     run = builder.take(1, 1_700_000_000_000_000_000)
     return [
         ("client: HELLO", frames.Hello(limits.PROTOCOL_VERSION, hello)),

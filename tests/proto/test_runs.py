@@ -18,8 +18,7 @@ def build(parts: list[bytes], *, first: int = 100, publisher: int = 7) -> Run:
     """Build a run of these messages."""
     builder = RunBuilder(first)
     for part in parts:
-        builder.buffer += part
-        builder.close_message()
+        builder.add(part)
     return builder.take(publisher, 5)
 
 
@@ -99,11 +98,9 @@ def test_the_builder_goes_on_after_take() -> None:
     """Numbers continue, and what was taken is not in the next run."""
     builder = RunBuilder(10)
     for part in (b"a", b"b", b"c"):
-        builder.buffer += part
-        builder.close_message()
+        builder.add(part)
     first = builder.take(1, 0)
-    builder.buffer += b"d"
-    builder.close_message()
+    builder.add(b"d")
     second = builder.take(1, 0)
     assert (first.first_sequence, first.length, second.first_sequence) == (10, 3, 13)
     assert parts_of(second) == [b"d"]
@@ -113,15 +110,10 @@ def test_the_builder_goes_on_after_take() -> None:
 def test_the_builder_says_when_a_run_is_full() -> None:
     """§6: a run goes at RUN_FLUSH_BYTES or RUN_FLUSH_COUNT, whichever comes first."""
     builder = RunBuilder(0)
-    builder.buffer += bytes(limits.RUN_FLUSH_BYTES - 1)
-    assert not builder.close_message()
-    builder.buffer += b"x"
-    assert builder.close_message()
+    assert not builder.add(bytes(limits.RUN_FLUSH_BYTES - 1))
+    assert builder.add(b"x")
     builder.take(1, 0)
-    full = []
-    for _ in range(limits.RUN_FLUSH_COUNT):
-        builder.buffer += b"x"
-        full.append(builder.close_message())
+    full = [builder.add(b"x") for _ in range(limits.RUN_FLUSH_COUNT)]
     assert full == [False] * (limits.RUN_FLUSH_COUNT - 1) + [True]
 
 
@@ -130,3 +122,15 @@ def test_with_raw_keeps_the_fields() -> None:
     run = build([b"a"])
     again = with_raw(run._replace(raw=b""))
     assert again.raw == run.raw
+
+
+def test_a_single_large_message_is_a_run_of_its_own() -> None:
+    """§6: it is numbered like any other, and its payload lies in the encoded frame: it was copied once."""
+    builder = RunBuilder(100)
+    builder.add(b"a")
+    builder.take(7, 5)
+    run = builder.single(b"large", 7, 6)
+    assert parts_of(run) == [b"large"]
+    assert (run.first_sequence, run.stamp_ns, builder.next_sequence) == (101, 6, 102)
+    assert isinstance(run.payload, memoryview)
+    assert run.payload.obj is run.raw

@@ -39,8 +39,7 @@ def run_of(publisher: int, numbers: range) -> Run:
     """Return a run whose messages are their own sequence numbers."""
     builder = RunBuilder(numbers.start)
     for number in numbers:
-        codec_for(Int64).append(Int64(data=number), builder.buffer)
-        builder.close_message()
+        builder.add(codec_for(Int64).encode(Int64(data=number)))
     return builder.take(publisher, 1)
 
 
@@ -341,12 +340,10 @@ async def test_a_bad_message_drops_only_itself(node: actors.Node, caplog: pytest
     builder = RunBuilder(0)
     good = codec_for(Int64)
     for data in (good.encode(Int64(data=1)), b"\xa1x", b"\xc1", good.encode(Int64(data=2))):
-        builder.buffer += data
-        builder.close_message()
+        builder.add(data)
     feeds.run_received(builder.take(1, 1))
     bad = RunBuilder(4)
-    bad.buffer += b"\xc1"
-    bad.close_message()
+    bad.add(b"\xc1")
     feeds.run_received(bad.take(1, 1))
     feeds.run_received(run_of(1, range(5, 6)))
     assert await heard_of(subscription, range(3)) == [1, 2, 5]
@@ -366,8 +363,7 @@ async def test_numbers_stay_with_their_messages_around_a_bad_one(tmp_path: Path)
     feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
     builder = RunBuilder(0)
     for data in (codec_for(Int64).encode(Int64(data=0)), b"\xc1", codec_for(Int64).encode(Int64(data=2))):
-        builder.buffer += data
-        builder.close_message()
+        builder.add(data)
     feeds.run_received(builder.take(1, 1))
     assert numbers == [(0, 0), (2, 2)]
 
