@@ -39,6 +39,10 @@ _BEHIND_BYTES: Final = 4 * 1024
 _GATHER_BYTES: Final = 2 * limits.HIGH_WATER_BYTES
 """Frames are written together up to this size."""
 
+_TURN_BYTES: Final = 256 * 1024
+"""What one connection may read in a row, or write of large messages, before the others get their turn: a
+small message waits behind this much of a large one."""
+
 _JOIN_BYTES: Final = 64 * 1024
 """Up to this size copying frames together costs less than handing them to the kernel one by one."""
 
@@ -101,14 +105,18 @@ class Channel(asyncio.BufferedProtocol):
     __slots__ = (
         "_decoder",
         "_flush_due",
+        "_going_on",
         "_handler",
         "_held",
+        "_in_a_row",
         "_linger",
         "_loop",
+        "_offered",
         "_own",
         "_paused",
         "_reassembler",
         "_rest",
+        "_resting",
         "_scratch",
         "_transport",
         "bytes_received",
@@ -147,6 +155,13 @@ class Channel(asyncio.BufferedProtocol):
         """... how much of that is filled."""
         self._paused = False
         self._flush_due = False
+        self._going_on = False
+        self._offered = 0
+        """The size of the buffer that the last read got."""
+        self._in_a_row = 0
+        """Bytes of reads in a row that filled their buffers: the loop goes on reading from such a peer."""
+        self._resting = False
+        """Whether reading has been stopped for the rest of this loop turn."""
         self._linger: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -174,18 +189,22 @@ class Channel(asyncio.BufferedProtocol):
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
         """Called by asyncio: where a large frame goes on, or the scratch buffer behind half a small one."""
         if self._own is not None:
-            return self._own[self._held :]
-        start = len(self._rest)
-        if start:
+            buffer = self._own[self._held :]
+        elif self._rest:
+            start = len(self._rest)
             self._scratch[:start] = self._rest
-            return self._scratch[start:]
-        return self._scratch
+            buffer = self._scratch[start:]
+        else:
+            buffer = self._scratch
+        self._offered = len(buffer)
+        return buffer
 
     def buffer_updated(self, nbytes: int) -> None:
         """Called by asyncio: take the frames out and hand them over."""
         if not self.connected:
             return
         self.bytes_received += nbytes
+        self._in_a_row = self._in_a_row + nbytes if nbytes == self._offered else 0
         self.reading = True
         try:
             if self._own is None:
@@ -201,6 +220,16 @@ class Channel(asyncio.BufferedProtocol):
             self._handler.batch_received()
             if self._flush_due:
                 self.flush()
+            if self._in_a_row >= _TURN_BYTES:
+                self._rest_for_a_turn()
+
+    def _rest_for_a_turn(self) -> None:
+        """Let the other connections be read before this one's next bytes."""
+        transport = self._transport
+        if transport is not None and self.connected and not self._resting:
+            self._resting = True
+            transport.pause_reading()
+            self._go_on_soon()
 
     def _fill_own(self, nbytes: int) -> int:
         """Go on with a large frame; return how many bytes behind it are in the scratch buffer now."""
@@ -303,6 +332,7 @@ class Channel(asyncio.BufferedProtocol):
         transport, outbox = self._transport, self.outbox
         if transport is None:
             return
+        outbox.large_room = _TURN_BYTES
         while not self._paused and not transport.is_closing():
             parts, size = outbox.take(_GATHER_BYTES)
             if not parts:
@@ -317,6 +347,27 @@ class Channel(asyncio.BufferedProtocol):
             if size < _GATHER_BYTES:
                 break
         outbox.trim()
+        if outbox.has_more and not self._paused:
+            self._go_on_soon()
+
+    def _go_on_soon(self) -> None:
+        """Go on with large messages in the next loop turn."""
+        if not self._going_on:
+            self._going_on = True
+            self._loop.call_soon(self._go_on)
+
+    def _go_on(self) -> None:
+        self._going_on = False
+        transport = self._transport
+        if transport is None or transport.is_closing():
+            return
+        if self._resting:
+            self._resting = False
+            self._in_a_row = 0
+            transport.resume_reading()
+        if not self._paused:
+            self.flush()
+            self._handler.room()
 
     def pause_writing(self) -> None:
         """Called by asyncio: the transport is full."""

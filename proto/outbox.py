@@ -8,6 +8,7 @@ nobody.
 
 from __future__ import annotations
 
+import sys
 from collections import deque
 from typing import cast
 
@@ -156,6 +157,14 @@ class Lane:
         if self.sequence_limit is not None and cast("int", self._next_sequence) >= self.sequence_limit:
             return False
         return self.byte_limit is None or self.sent_bytes < self.byte_limit
+
+    @property
+    def is_large(self) -> bool:
+        """Whether what is next is a large message, or a piece of one."""
+        if self._transfer is not None:
+            return True
+        head = self._queue[0] if self._queue else b""
+        return is_large(head.raw if isinstance(head, Run) else head)
 
     @property
     def empty(self) -> bool:
@@ -316,6 +325,7 @@ class Outbox:
     only what cannot leave is dropped.
 
     Attributes:
+        large_room: Bytes of large messages that may still leave before others get a turn; the owner sets it.
         urgent_bytes: Bytes of control frames and calls that wait.
         ordered_bytes: Bytes of control frames (REPLAY among them) that wait in lanes, in order with runs.
 
@@ -329,6 +339,7 @@ class Outbox:
         "_ready",
         "_touched",
         "_transfers",
+        "large_room",
         "ordered_bytes",
         "urgent_bytes",
     )
@@ -340,6 +351,7 @@ class Outbox:
         self._touched: list[Lane] = []
         self._large_calls: dict[tuple[int, int], _LargeCall] = {}
         self._transfers = Transfers()
+        self.large_room = sys.maxsize
         self.urgent_bytes = 0
         self.ordered_bytes = 0
 
@@ -426,15 +438,25 @@ class Outbox:
             size += taken
         return parts, size
 
+    @property
+    def has_more(self) -> bool:
+        """Whether lanes wait for their turn: when `take` finds nothing, only those of large messages do."""
+        return bool(self._ready)
+
     def _next_of_lanes(self, parts: list[Buffer]) -> int:
         """Append the next frame of the lane whose turn it is; return its size, 0 if none may go now."""
         for _ in range(len(self._ready)):
             lane = self._ready.popleft()
+            if self.large_room <= 0 and lane.is_large:
+                self._ready.append(lane)
+                continue
             lane.scheduled = False
             if not lane.sendable:
                 continue
-            before = lane.control_bytes
+            before, count = lane.control_bytes, len(parts)
             size = lane.next_piece(self._transfers, parts)
+            if len(parts) - count > 1:  # the head and the payload of a fragment
+                self.large_room -= size
             if lane.control_bytes != before:
                 self._control_has_left(lane, before - lane.control_bytes)
             self._schedule(lane)

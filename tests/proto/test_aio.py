@@ -73,6 +73,7 @@ class FakeTransport(asyncio.Transport):
         super().__init__()
         self.written: list[bytes] = []
         self.lists: list[list[bytes]] = []
+        self.reading = True
         self.room = room
         self.channel: Channel | None = None
         self.closing = False
@@ -89,6 +90,12 @@ class FakeTransport(asyncio.Transport):
     def writelines(self, list_of_data: Any) -> None:
         self.lists.append(list_of_data)
         self.write(b"".join(list_of_data))
+
+    def pause_reading(self) -> None:
+        self.reading = False
+
+    def resume_reading(self) -> None:
+        self.reading = True
 
     def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
         assert (high, low) == (limits.HIGH_WATER_BYTES, limits.LOW_WATER_BYTES)
@@ -556,10 +563,57 @@ def test_a_large_message_leaves_in_frames_of_the_limit() -> None:
     run = run_of(bytes(3 * limits.MAX_FRAME_BYTES))
     bench.channel.outbox.put_lane(Lane(1, None), run)
     bench.channel.flush()
+    while bench.loop.soon:
+        bench.loop.turn()
     other.feed(b"".join(bench.transport.written))
     (frame,) = other.handler.frames
     assert isinstance(frame, Run)
     assert bytes(frame.raw) == run.raw
+
+
+def test_large_messages_leave_a_piece_a_turn_and_small_ones_at_once() -> None:
+    """§6: a large message has its share of a loop turn; what comes meanwhile does not wait for the rest."""
+    bench = Bench()
+    large, small = Lane(1, None), Lane(2, None)
+    bench.channel.outbox.put_lane(large, run_of(bytes(20 * limits.FRAGMENT_BYTES)))
+    bench.channel.flush()
+    first = sum(map(len, bench.transport.written))
+    assert aio._TURN_BYTES <= first <= aio._TURN_BYTES + limits.FRAGMENT_BYTES + 100
+    bench.transport.sent()
+    for sequence in range(10):
+        bench.channel.outbox.put_lane(small, run_of(b"x", first=sequence))
+    bench.loop.turn()
+    kinds = [type(frame) for frame in bench.transport.sent()]
+    assert kinds.count(Run) == 10
+    assert 0 < kinds.count(frames.Fragment) < 10
+    while bench.loop.soon:
+        bench.loop.turn()
+    assert large.empty
+    assert bench.handler.events.count("room") > 1
+
+
+def test_a_flood_rests_for_a_turn() -> None:
+    """A peer whose reads fill their buffers is not read again before the others had their turn."""
+    bench = Bench()
+    raw = encode(frames.Pong(1))
+    stream = raw * (len(bench.channel.get_buffer(-1)) // len(raw) + 1)
+    bench.feed(stream)
+    assert bench.transport.reading is False
+    assert len(bench.handler.frames) == len(stream) // len(raw)
+    bench.loop.turn()
+    assert bench.transport.reading is True
+    bench.feed(raw)
+    assert bench.transport.reading is True
+
+
+def test_a_channel_that_ends_while_it_rests_stays_ended() -> None:
+    """Nothing is resumed on a transport that closes."""
+    bench = Bench()
+    raw = encode(frames.Pong(1))
+    bench.feed(raw * (len(bench.channel.get_buffer(-1)) // len(raw) + 1))
+    bench.channel.abort()
+    bench.loop.turn()
+    assert bench.transport.reading is False
 
 
 def test_half_a_frame_is_a_sign_of_life() -> None:
