@@ -51,6 +51,11 @@ class Connection:
         self._liveness = Liveness(self.opened_at)
         self._agent = "?"
 
+    @property
+    def relied_on(self) -> bool:
+        """Whether somebody has a counterpart here, who must be told soon if it is gone."""
+        return self.record is not None and self.record.relied_on > 0
+
     def opened(self) -> None:
         """ChannelHandler: somebody has connected."""
         self._broker.connection_opened(self)

@@ -177,11 +177,9 @@ class Broker:
     def _judge(self, now: float) -> None:
         """Look at those that somebody relies on, and from time to time at the others: they may be many."""
         watched = any(router.graph.watched for router in self._routers.values())
-        for connection in tuple(self._connections):
-            record = connection.record
-            relied_on = watched or (record is not None and record.relied_on > 0)
-            if relied_on or connection.look_at <= now:
-                connection.judge(now, relied_on=relied_on)
+        due = [each for each in self._connections if watched or each.relied_on or each.look_at <= now]
+        for connection in due:
+            connection.judge(now, relied_on=watched or connection.relied_on)
 
     # What connections need
 

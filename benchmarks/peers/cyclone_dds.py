@@ -237,7 +237,7 @@ def find() -> Contender | str:
         return "cyclonedds is not installed (PyPI: cyclonedds)"
     return Contender(
         name="cyclonedds",
-        version=f"cyclonedds {version}",
+        version=f"cyclonedds {version} (native, blocking)",
         brokered=False,
         role_command=command("cyclone_dds"),
         server_command=None,

@@ -202,10 +202,11 @@ def find() -> Contender | str:
         return "aiomqtt is not installed (PyPI: aiomqtt)"
     # It has no option that prints the version alone, and ends with 3 after its help.
     said = subprocess.run([program, "-h"], capture_output=True, text=True, timeout=10, check=False)
-    server_version = re.search(r"version (\S+)", said.stdout)
+    found = re.search(r"version (\S+)", said.stdout)
+    server_version = found[1] if found else "unknown"
     return Contender(
         name="aiomqtt",
-        version=f"aiomqtt {version}, mosquitto {server_version[1] if server_version else '(unknown)'}",
+        version=f"aiomqtt {version}, mosquitto {server_version} (asyncio)",
         brokered=True,
         role_command=command("mosquitto"),
         server_command=server_command,

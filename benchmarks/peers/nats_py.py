@@ -170,7 +170,7 @@ def find() -> Contender | str:
     said = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=10, check=True)
     return Contender(
         name="nats-py",
-        version=f"nats-py {version}, nats-server {said.stdout.split()[-1].lstrip('v')}",
+        version=f"nats-py {version}, nats-server {said.stdout.split()[-1].lstrip('v')} (asyncio)",
         brokered=True,
         role_command=command("nats_py"),
         server_command=server_command,

@@ -25,7 +25,7 @@ def find() -> Contender | str:
         return "pyzmq is not installed (PyPI: pyzmq)"
     return Contender(
         name="pyzmq (direct)",
-        version=f"pyzmq {version}",
+        version=f"pyzmq {version} (native, blocking)",
         brokered=False,
         role_command=command("pyzmq_direct"),
         server_command=None,

@@ -87,7 +87,7 @@ def find() -> Contender | str:
     program = command("pyzmq_proxy")
     return Contender(
         name="pyzmq (proxy)",
-        version=f"pyzmq {version}",
+        version=f"pyzmq {version} (native, blocking)",
         brokered=True,
         role_command=program,
         server_command=lambda port, _: [*program, "serve", f"tcp://127.0.0.1:{port}"],

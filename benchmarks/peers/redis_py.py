@@ -229,7 +229,7 @@ def find() -> Contender | str:
     server_version = next(word[2:] for word in said.stdout.split() if word.startswith("v="))
     return Contender(
         name="redis-py",
-        version=f"redis-py {version} with hiredis {parser}, redis-server {server_version}",
+        version=f"redis-py {version} with hiredis {parser}, redis-server {server_version} (asyncio)",
         brokered=True,
         role_command=command("redis_py"),
         server_command=server_command,

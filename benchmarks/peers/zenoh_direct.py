@@ -38,7 +38,7 @@ def find() -> Contender | str:
         return "eclipse-zenoh is not installed (PyPI: eclipse-zenoh)"
     return Contender(
         name="zenoh (direct)",
-        version=f"eclipse-zenoh {version}",
+        version=f"eclipse-zenoh {version} (native, blocking)",
         brokered=False,
         role_command=command("zenoh_direct"),
         server_command=None,

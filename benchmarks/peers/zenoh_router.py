@@ -60,7 +60,7 @@ def find() -> Contender | str:
     program = command("zenoh_router")
     return Contender(
         name="zenoh (router)",
-        version=f"eclipse-zenoh {version}",
+        version=f"eclipse-zenoh {version} (native, blocking)",
         brokered=True,
         role_command=program,
         server_command=lambda port, _: [*program, "serve", f"tcp/127.0.0.1:{port}"],

@@ -42,7 +42,7 @@ def find() -> Contender | str:
     program = command("zenoh_shared_memory")
     return Contender(
         name="zenoh (router, shared memory)",
-        version=f"eclipse-zenoh {version}",
+        version=f"eclipse-zenoh {version} (native, blocking)",
         brokered=True,
         role_command=program,
         server_command=lambda port, _: [*program, "serve", f"tcp/127.0.0.1:{port}"],

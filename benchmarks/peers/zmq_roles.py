@@ -1,11 +1,11 @@
 """ZeroMQ's roles, the same through a proxy and without.
 
 pyzmq on blocking sockets: libzmq does its I/O in a thread of its own, and `zmq.asyncio` adds a poll of the
-socket and a future to each message, several times the cost of a blocking `recv`. The stream goes from an XPUB
-to XSUB sockets (what PUB and SUB are made of), whose reverse direction carries the acknowledgements.
-XPUB_NODROP makes a full queue hold the sender up where PUB would drop, and the queues are bounded by bytes as
-well as by messages. From 64 KiB on messages are sent and received without a copy, as pyzmq advises. Calls go
-from a DEALER to a ROUTER.
+socket and a future to each message, several times the cost of a blocking `recv` (pyzmq_asyncio.py measures
+that). The stream goes from an XPUB to XSUB sockets (what PUB and SUB are made of), whose reverse direction
+carries the acknowledgements. XPUB_NODROP makes a full queue hold the sender up where PUB would drop, and the
+queues are bounded by bytes as well as by messages. From 64 KiB on messages are sent and received without a
+copy, as pyzmq advises. Calls go from a DEALER to a ROUTER.
 """
 
 from __future__ import annotations
@@ -50,11 +50,18 @@ class Endpoints:
     proxied: bool
 
 
+def queue_messages(size: int) -> int:
+    """How many messages of a size a queue holds."""
+    return max(4, min(QUEUE_MESSAGES, QUEUE_BYTES // size))
+
+
 @contextlib.contextmanager
-def open_socket(context: Any, kind: int, endpoint: str, *, bind: bool, size: int = 1) -> Generator[Any]:
-    """A socket with queues for messages of that size."""
+def open_socket(
+    context: Any, kind: int, endpoint: str, *, bind: bool, queue: int = QUEUE_MESSAGES
+) -> Generator[Any]:
+    """A socket with queues for so many messages; 0 is without a limit."""
     with context.socket(kind) as socket:
-        socket.set_hwm(max(4, min(QUEUE_MESSAGES, QUEUE_BYTES // size)))
+        socket.set_hwm(queue)
         socket.linger = 1000
         if bind:
             socket.bind(endpoint)
@@ -67,10 +74,11 @@ def publisher(parent: Parent, parameters: Parameters, endpoints: Endpoints) -> N
     """Send until the queue is full, and wait there."""
     zmq = library("zmq")
     bind, size = not endpoints.proxied, parameters.size
+    queue = queue_messages(size)
     readers = stream.Readers(parameters)
     with (
         zmq.Context() as context,
-        open_socket(context, zmq.XPUB, endpoints.publisher, bind=bind, size=size) as socket,
+        open_socket(context, zmq.XPUB, endpoints.publisher, bind=bind, queue=queue) as socket,
     ):
         socket.xpub_nodrop = True
 
@@ -94,12 +102,12 @@ def subscriber(parent: Parent, parameters: Parameters, endpoints: Endpoints) -> 
     zmq = library("zmq")
     tally = stream.Tally(parameters)
     heard: set[Any] = set()  # sockets connect in their own time: a probe is answered when all have had one
-    copy = parameters.size < NO_COPY_BYTES
+    copy, queue = parameters.size < NO_COPY_BYTES, queue_messages(parameters.size)
     with contextlib.ExitStack() as stack:
         context = stack.enter_context(zmq.Context())
         poller = zmq.Poller()
         for _ in range(parameters.subscriptions):
-            opened = open_socket(context, zmq.XSUB, endpoints.subscriber, bind=False, size=parameters.size)
+            opened = open_socket(context, zmq.XSUB, endpoints.subscriber, bind=False, queue=queue)
             socket = stack.enter_context(opened)
             socket.send(SUBSCRIBE_TO_ALL)
             poller.register(socket, zmq.POLLIN)

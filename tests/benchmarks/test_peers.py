@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.bench.contender import Contender
-from benchmarks.peers import PEERS, calls, stream
+from benchmarks.peers import PEERS, calls, stream, zenoh_roles
 from benchmarks.peers.roles import Parameters
 
 if TYPE_CHECKING:
@@ -32,6 +32,23 @@ def test_a_peer_is_a_contender_or_says_why_not(peer: str) -> None:
     """Asking never fails."""
     found = importlib.import_module(f"benchmarks.peers.{peer}").find()
     assert isinstance(found, Contender) or "is not installed" in found
+
+
+@pytest.mark.parametrize("peer", PEERS)
+def test_a_contender_says_what_its_client_is(peer: str) -> None:
+    """The report shows the version, and only like compares with like."""
+    found = importlib.import_module(f"benchmarks.peers.{peer}").find()
+    if isinstance(found, str):
+        pytest.skip(found)
+    assert found.version.endswith((" (asyncio)", " (native, blocking)"))
+
+
+def test_zenoh_shares_memory_in_one_contender_only() -> None:
+    """The others' bytes pass through TCP, as everybody's do."""
+    pytest.importorskip("zenoh")
+    key = "transport/shared_memory/enabled"
+    assert zenoh_roles.configuration("peer").get_json(key) == "false"
+    assert zenoh_roles.configuration("peer", shared_memory=True).get_json(key) == "true"
 
 
 @pytest.mark.parametrize("peer", PEERS)
