@@ -2,22 +2,69 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.bench.results import advantage
 from actors.bench.workloads import WORKLOADS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
-    from actors.bench.results import Results
-    from actors.bench.workloads import Case, Figure, Workload
+    from actors.bench.results import Entrant, Results
 
-AHEAD = {"W1": "rate", "W2": "rate", "W3": "p50_us", "W4": "rate", "W5": "kib"}
-"""The figure in which callboard is to be at least as good as every peer with a server in between."""
-FLAT = 1.5
+OWN: Final = "callboard"
+
+
+class Ratio(NamedTuple):
+    """How much better than the best of some peers callboard wants to be."""
+
+    workload: str
+    cases: tuple[str, ...]
+    figure: str
+    least: float
+    whom: str
+    among: Callable[[Entrant], bool]
+
+
+class Ceiling(NamedTuple):
+    """What a figure of callboard's own may be at most."""
+
+    workload: str
+    figure: str
+    most: float
+
+
+def _any(entrant: Entrant) -> bool:
+    return not entrant.name.startswith(OWN)
+
+
+def _brokered(entrant: Entrant) -> bool:
+    return _any(entrant) and entrant.brokered and "shared memory" not in entrant.name
+
+
+def _brokerless(entrant: Entrant) -> bool:
+    return _any(entrant) and not entrant.brokered
+
+
+def _nats(entrant: Entrant) -> bool:
+    return entrant.name == "nats-py"
+
+
+RATIOS: Final = (
+    Ratio("W1", ("16 B", "256 B"), "rate", 2, "the best peer", _any),
+    Ratio("W1", ("16 B", "256 B"), "rate", 6, "nats-py", _nats),
+    Ratio("W1", ("4 KiB",), "rate", 1.5, "the best brokered peer", _brokered),
+    Ratio("W1", ("64 KiB", "1 MiB"), "rate", 1.2, "the best brokered peer without shared memory", _brokered),
+    Ratio("W2", ("256 B",), "rate", 2, "the best peer", _any),
+    Ratio("W3", ("1 in flight",), "p50_us", 2, "nats-py", _nats),
+    Ratio("W3", ("1 in flight",), "p50_us", 1, "the best brokerless peer", _brokerless),
+    Ratio("W4", ("100 in flight",), "rate", 3, "the best peer", _any),
+)
+CEILINGS: Final = (Ceiling("W5", "kib", 10), Ceiling("W5", "idle_cpu_percent", 0.5))
+
+FLAT: Final = 1.5
 """How many times what it costs with the least of something it may cost with the most (W8)."""
-CALM = 2.0
+CALM: Final = 2.0
 """How many times their 99th percentile alone small messages may need beside a stream (W7)."""
 
 
@@ -32,36 +79,42 @@ class Verdict(NamedTuple):
 
 def verdicts(results: Results) -> list[Verdict]:
     """Return a verdict for each target that the results say something about."""
-    return [*_ahead(results), *_calm(results), *_flat(results)]
+    ratios = [verdict for target in RATIOS for verdict in _ratios(results, target)]
+    ceilings = [verdict for target in CEILINGS for verdict in _ceilings(results, target)]
+    return [*ratios, *ceilings, *_calm(results), *_flat(results)]
 
 
-def _ahead(results: Results) -> Iterator[Verdict]:
-    for workload in WORKLOADS:
-        for figure in workload.figures:
-            if figure.key == AHEAD.get(workload.id):
-                for case in workload.cases:
-                    yield from _against_best(results, workload, case, figure)
+def _ratios(results: Results, target: Ratio) -> Iterator[Verdict]:
+    workload = next(each for each in WORKLOADS if each.id == target.workload)
+    figure = next(each for each in workload.figures if each.key == target.figure)
+    for case in target.cases:
+        own = results.figures(target.workload, case, OWN).get(target.figure)
+        found: list[tuple[float, str]] = []
+        for entrant in filter(target.among, results.entrants):
+            theirs = results.figures(target.workload, case, entrant.name).get(target.figure)
+            if own is not None and theirs is not None:
+                ratio = advantage(own.median, theirs.median, more_is_better=figure.more_is_better)
+                found.append((ratio, entrant.name))
+        if found:
+            ratio, name = min(found)
+            text = f"{target.least:g} x {target.whom} in {figure.title}"
+            yield Verdict(f"{target.workload} {case}", text, f"{ratio:.2f} x {name}", ratio >= target.least)
 
 
-def _against_best(results: Results, workload: Workload, case: Case, figure: Figure) -> Iterator[Verdict]:
-    medians = {
-        entrant.name: results.figures(workload.id, case.name, entrant.name)[figure.key].median
-        for entrant in results.entrants
-        if entrant.brokered and figure.key in results.figures(workload.id, case.name, entrant.name)
-    }
-    own = medians.get("callboard")
-    peers = {name: value for name, value in medians.items() if not name.startswith("callboard")}
-    if own is None or not peers:
-        return
-    best = (max if figure.more_is_better else min)(peers, key=lambda name: peers[name])
-    ratio = advantage(own, peers[best], more_is_better=figure.more_is_better)
-    target = f"at least as good as every brokered peer in {figure.title}"
-    yield Verdict(f"{workload.id} {case.name}", target, f"{ratio:.2f} x {best}", ratio >= 1)
+def _ceilings(results: Results, target: Ceiling) -> Iterator[Verdict]:
+    workload = next(each for each in WORKLOADS if each.id == target.workload)
+    figure = next(each for each in workload.figures if each.key == target.figure)
+    for case in workload.cases:
+        own = results.figures(target.workload, case.name, OWN).get(target.figure)
+        if own is not None:
+            text = f"{figure.title} at most {target.most:g}"
+            reached = own.median <= target.most
+            yield Verdict(f"{target.workload} {case.name}", text, f"{own.median:.2f}", reached)
 
 
 def _calm(results: Results) -> Iterator[Verdict]:
     (workload,) = (each for each in WORKLOADS if each.id == "W7")
-    alone, *beside = [(case, results.figures("W7", case.name, "callboard")) for case in workload.cases]
+    alone, *beside = [(case, results.figures("W7", case.name, OWN)) for case in workload.cases]
     for case, figures in beside:
         if "p99_us" in figures and "p99_us" in alone[1]:
             ratio = figures["p99_us"].median / alone[1]["p99_us"].median
@@ -73,7 +126,7 @@ def _flat(results: Results) -> Iterator[Verdict]:
     curves: dict[str, list[tuple[int, float]]] = {}
     for workload in WORKLOADS:
         for case in workload.cases:
-            figures = results.figures(workload.id, case.name, "callboard")
+            figures = results.figures(workload.id, case.name, OWN)
             if case.curve is not None and "cost_us" in figures:
                 curves.setdefault(case.curve[0], []).append((case.curve[1], figures["cost_us"].median))
     for what, points in curves.items():

@@ -82,8 +82,36 @@ def test_who_was_skipped_and_what_failed_is_said() -> None:
 
 
 def test_targets_are_judged() -> None:
-    """One is reached, one is not."""
-    assert [(each.what, each.reached) for each in verdicts(results())] == [
-        ("W1 16 B", True),
-        ("W8 topics", False),
+    """One is reached, one is not: four times the peer is enough, twice the cost is too much."""
+    assert [(each.what, each.found, each.reached) for each in verdicts(results())] == [
+        ("W1 16 B", "4.00 x peer", True),
+        ("W8 topics", "2.00 x", False),
+    ]
+
+
+def test_a_target_is_judged_by_the_best_peer_that_it_names() -> None:
+    """Shared memory does not count where the work is to go through a socket; nats-py is judged by itself."""
+    found = results()
+    names = {"nats-py": True, "direct": False, "router, shared memory": True, "router": True}
+    found.entrants += [Entrant(name=name, version="1", brokered=brokered) for name, brokered in names.items()]
+    for case in ("16 B", "4 KiB"):
+        for name, rate in {"callboard": 200.0, "nats-py": 40.0, "direct": 190.0, "router": 100.0}.items():
+            figures = {"rate": rate, "mb_s": 1.0}
+            found.samples.append(
+                Sample(workload="W1", case=case, contender=name, repetition=2, figures=figures)
+            )
+    found.samples.append(
+        Sample(
+            workload="W1",
+            case="4 KiB",
+            contender="router, shared memory",
+            repetition=0,
+            figures={"rate": 900.0, "mb_s": 1.0},
+        )
+    )
+    judged = [(each.what, each.found, each.reached) for each in verdicts(found) if each.what.startswith("W1")]
+    assert judged == [
+        ("W1 16 B", "1.05 x direct", False),
+        ("W1 16 B", "5.00 x nats-py", False),
+        ("W1 4 KiB", "2.00 x router", True),
     ]
