@@ -200,18 +200,6 @@ class Link:
             self._flush_due = True
             self.loop.call_soon(self._flush_if_due)
 
-    def flush_alone(self, source: FlushSource) -> None:
-        """Flush a source at once, because nothing is to come that it could travel with: it saves a loop turn.
-
-        Not if a flush is to come anyway.
-        """
-        channel = self.channel
-        if self._dirty or channel is None or channel.reading:
-            self.flush_later(source)
-        else:
-            source.flush_turn()
-            channel.flush()
-
     def _flush_if_due(self) -> None:
         if self._flush_due:
             self.flush()

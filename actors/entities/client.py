@@ -152,10 +152,7 @@ class Client(Caller, Generic[Q, A]):
             self.flush_turn()
         if self._outgoing.add(entry):
             self.flush_turn()
-        if len(self._pending) == 1:
-            self.core.link.flush_alone(self)
-        else:
-            self.core.link.flush_later(self)
+        self.core.link.flush_later(self)
 
     def flush_turn(self) -> None:
         """Put what this loop turn sent into the outbox. Called by the link."""

@@ -189,10 +189,7 @@ class Service(Server, Generic[Q, A]):
             self.flush_turn()
         if self._outgoing.add(entry):
             self.flush_turn()
-        if self._waiting or self._running:
-            self.core.link.flush_later(self)
-        else:
-            self.core.link.flush_alone(self)
+        self.core.link.flush_later(self)
 
     def flush_turn(self) -> None:
         """Put what this loop turn answered into the outbox. Called by the link."""

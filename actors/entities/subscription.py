@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 M = TypeVar("M")
 
 WINDOW_MESSAGES: Final = 32_768
-WINDOW_BYTES: Final = 16 * 1024 * 1024
+WINDOW_BYTES: Final = 8 * 1024 * 1024
 """A KEEP_ALL subscription's credit for each publisher: what may wait here."""
 
 BEST_EFFORT_KEEP_ALL_DEPTH: Final = 1000
