@@ -44,6 +44,9 @@ MAX_RUN_COUNT: Final = 8192
 CALLS_FLUSH_BYTES: Final = 32 * 1024
 """Entries of requests or replies that travel in one frame."""
 
+CALLS_FLUSH_COUNT: Final = 32
+"""... or this many: while one frame is on its way the next is being made, on another core."""
+
 MAX_CALLS_PER_FRAME: Final = 4096
 """Entries in one REQUEST, REPLY or CANCEL frame."""
 

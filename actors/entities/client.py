@@ -152,7 +152,9 @@ class Client(Caller, Generic[Q, A]):
             self.flush_turn()
         if self._outgoing.add(entry):
             self.flush_turn()
-        self.core.link.flush_later(self)
+            self.core.link.flush()
+        else:
+            self.core.link.flush_later(self)
 
     def flush_turn(self) -> None:
         """Put what this loop turn sent into the outbox. Called by the link."""

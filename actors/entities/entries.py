@@ -14,7 +14,7 @@ E = TypeVar("E", RequestEntry, ReplyEntry)
 
 
 class EntryBatch(Generic[E]):
-    """What goes into the next frame, within `limits.CALLS_FLUSH_BYTES` and `MAX_CALLS_PER_FRAME`.
+    """What goes into the next frame, within `limits.CALLS_FLUSH_BYTES` and `CALLS_FLUSH_COUNT`.
 
     A single entry may be larger than that; it then travels alone.
     """
@@ -30,10 +30,10 @@ class EntryBatch(Generic[E]):
         return self._bytes + len(entry.body) + ENTRY_OVERHEAD_BYTES <= limits.CALLS_FLUSH_BYTES
 
     def add(self, entry: E) -> bool:
-        """Collect an entry; True if the frame should go now."""
+        """Collect an entry; True if the frame should go now, without waiting for the end of the loop turn."""
         self._entries.append(entry)
         self._bytes += len(entry.body) + ENTRY_OVERHEAD_BYTES
-        return len(self._entries) >= limits.MAX_CALLS_PER_FRAME
+        return len(self._entries) >= limits.CALLS_FLUSH_COUNT
 
     def take(self) -> tuple[E, ...]:
         """Return what has been collected, and start anew."""

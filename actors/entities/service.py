@@ -189,7 +189,9 @@ class Service(Server, Generic[Q, A]):
             self.flush_turn()
         if self._outgoing.add(entry):
             self.flush_turn()
-        self.core.link.flush_later(self)
+            self.core.link.flush()
+        else:
+            self.core.link.flush_later(self)
 
     def flush_turn(self) -> None:
         """Put what this loop turn answered into the outbox. Called by the link."""
