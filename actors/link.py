@@ -349,15 +349,17 @@ class Link:
 
     def _judge(self, channel: Channel, pulse: _Pulse, now: float) -> None:
         """Give a sign of life, and look for the broker's: seldom while nothing here depends on the other."""
-        relies = bool(self._matched or self._changed or self._pongs)
+        relies = bool(self._matched or self._changed or self._pongs) or pulse.unheard(channel)
         limit = self._keepalive_sec if relies else max(self._keepalive_sec, limits.IDLE_KEEPALIVE_SEC)
-        finding = pulse.liveness.look(now, channel.bytes_received, limit)
+        finding = pulse.look(now, channel, limit)
         if finding is Finding.SILENT:
             self._log.warning(f"The broker has been silent for {limit:g} s; connecting again")
             channel.abort()
             self._lost()
         elif finding is Finding.ASK or (relies and pulse.quiet(now, channel.bytes_sent, limit / 3)):
             channel.send(frames.Ping(0))
+            channel.flush()
+        pulse.looked(channel)
 
     async def close(self, *, timeout_sec: float) -> None:
         """Send what is queued, say goodbye and close; give up after `timeout_sec`."""
@@ -492,7 +494,7 @@ class Link:
         for waiter in self._pongs.values():
             if not waiter.done():
                 waiter.set_exception(BrokerUnreachable("The link broke before the broker answered"))
-        self.wake()
+        self.flush()  # what has been collected in this turn goes into its queues, and is held to their depth
 
     def close_inherited(self) -> None:
         """In a forked child: close the copy of the parent's socket, so that the parent's death is seen."""
@@ -515,9 +517,28 @@ class _Pulse:
     """
 
     def __init__(self, now: float) -> None:
-        self.liveness = Liveness(now)
+        self._liveness = Liveness(now)
         self._sent_bytes = 0
         self._sent_at = now
+        self._looked_bytes = 0
+        """What had been sent at the end of the last look."""
+        self._heard_bytes = 0
+        """The same of the last look before the broker was heard of: what it must have got."""
+
+    def look(self, now: float, channel: Channel, limit_s: float) -> Finding:
+        """Judge the broker, which may be silent for so long."""
+        finding = self._liveness.look(now, channel.bytes_received, limit_s)
+        if self._liveness.heard_at == now:
+            self._heard_bytes = self._looked_bytes
+        return finding
+
+    def looked(self, channel: Channel) -> None:
+        """The look is over, and what it led to has been sent."""
+        self._looked_bytes = channel.bytes_sent
+
+    def unheard(self, channel: Channel) -> bool:
+        """Tell whether we have sent anything that the broker may not have heard: a call, say."""
+        return channel.bytes_sent != self._heard_bytes
 
     def quiet(self, now: float, bytes_sent: int, limit_s: float) -> bool:
         """Tell whether we have sent nothing for so long."""

@@ -56,7 +56,7 @@ def main() -> int:
             return INTERRUPTED
         if not options.write:
             print(report.body(results))
-            return 0
+            return _exit_code(results)
         JSON.write_text(
             msgspec.json.format(msgspec.json.encode(results.document()), indent=1).decode() + "\n"
         )
@@ -67,7 +67,12 @@ def main() -> int:
     else:
         plot.draw(results, PLOT)
     print(f"written: {PAGE.relative_to(ROOT)}, {JSON.relative_to(ROOT)}, {PLOT.relative_to(ROOT)}")
-    return 0
+    return _exit_code(results)
+
+
+def _exit_code(results: Results) -> int:
+    """A peer that fails is reported; callboard must not."""
+    return int(any(failure.contender.startswith("callboard") for failure in results.failures))
 
 
 def _options() -> argparse.Namespace:
@@ -105,7 +110,9 @@ async def _measured(options: argparse.Namespace) -> Results:
         skipped=skipped,
     )
     began = time.monotonic()
-    await run(turns, results, _Log(results))
+    log = _Log(results)
+    await run(turns, results, log)
+    log.failures()
     print(
         f"{len(results.samples)} trials in {time.monotonic() - began:.0f} s, {len(results.failures)} failed"
     )
@@ -120,10 +127,13 @@ class _Log:
         self._told = 0
 
     def __call__(self, progress: Progress) -> None:
+        self.failures()
+        print(line(progress), flush=True)
+
+    def failures(self) -> None:
         for failure in self._results.failures[self._told :]:
             print(f"failed: {failure.workload} {failure.case} {failure.contender}: {failure.reason}")
         self._told = len(self._results.failures)
-        print(line(progress), flush=True)
 
 
 def _contenders(peers: list[str]) -> tuple[list[Contender], dict[str, str]]:

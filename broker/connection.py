@@ -53,8 +53,9 @@ class Connection:
 
     @property
     def relied_on(self) -> bool:
-        """Whether somebody has a counterpart here, who must be told soon if it is gone."""
-        return self.record is not None and self.record.relied_on > 0
+        """Whether somebody has a counterpart here or has asked: who must be told soon if it is gone."""
+        record = self.record
+        return record is not None and (record.relied_on > 0 or record.questioned)
 
     def opened(self) -> None:
         """ChannelHandler: somebody has connected."""
@@ -167,6 +168,8 @@ class Connection:
         if not relied_on:
             limit = max(limit, options.idle_keepalive_sec)
         finding = self._liveness.look(now, channel.bytes_received, limit)
+        if self.record is not None and self._liveness.heard_at == now:
+            self.record.questioned = False
         if finding is Finding.ASK:
             channel.send(frames.Ping(0))
         elif finding is Finding.SILENT:

@@ -77,6 +77,8 @@ class Peer:
     """Bytes kept for late joiners of its publishers."""
     relied_on: int = 0
     """Endpoints with counterparts: somebody must be told soon when this peer is not there any more."""
+    questioned: bool = False
+    """Somebody has asked who is there, or wants its name, since it was last heard of."""
 
 
 @dataclass(slots=True, eq=False, kw_only=True)

@@ -88,7 +88,7 @@ class Router:
             frames.Service: self._declare,
             frames.Client: self._declare,
             frames.Undeclare: self._undeclare,
-            frames.Watch: self.graph.watch,
+            frames.Watch: self._watch,
             frames.Unwatch: lambda peer, frame: self.graph.unwatch(peer, frame.id),
             frames.Describe: self._describe,
         }
@@ -233,7 +233,9 @@ class Router:
         validate_node_name(name)
         if frame.name != full_node_name(namespace, name):
             raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
-        if frame.name in self._names:
+        holder = self._names.get(frame.name)
+        if holder is not None:
+            holder.peer.questioned = True
             text = f"A node named '{frame.name}' is there already; give this one another name"
             raise Refusal(ErrorCode.NAME_TAKEN, text)
         record = NodeRecord(
@@ -333,6 +335,11 @@ class Router:
         subscription = peer.endpoints.get(frame.subscription)
         if isinstance(subscription, SubscriptionRecord):
             self.topics.grant(subscription, frame)
+
+    def _watch(self, peer: Peer, frame: frames.Watch) -> None:
+        for each in self._peers.values():
+            each.questioned = True
+        self.graph.watch(peer, frame)
 
     def _describe(self, peer: Peer, frame: frames.Describe) -> None:
         answer = frames.Definition(frame.type_hash, self.definitions.get(frame.type_hash))

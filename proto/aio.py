@@ -242,7 +242,7 @@ class Channel(asyncio.BufferedProtocol):
             return 0
         self._own = None
         self._scratch[:behind] = own[size : self._held]
-        self._take(own[:size])
+        self._take(own[:size].toreadonly())  # as bytes are: what one reader gets, another must not change
         return behind
 
     def _take_all(self, end: int) -> None:
@@ -302,7 +302,7 @@ class Channel(asyncio.BufferedProtocol):
         raw = self._reassembler.add(fragment)
         if raw is None:
             return
-        frame = self._decoder.decode(raw)
+        frame = self._decoder.decode(memoryview(raw).toreadonly())
         if not isinstance(frame, _FRAGMENTABLE):
             name = type(frame).__name__.upper()
             raise ProtocolError(ErrorCode.UNEXPECTED, f"{name} must not travel in fragments")

@@ -8,11 +8,13 @@ kills and reaps them all.
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import json
 import os
 import signal
 import socket
 import subprocess
+import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, Self
 
@@ -37,6 +39,19 @@ _LOG_LINES: Final = 5
 """Last lines of a process's log that an error shows."""
 
 
+_PR_SET_PDEATHSIG: Final = 1
+_prctl: Final = getattr(ctypes.CDLL(None), "prctl", None) if sys.platform == "linux" else None
+
+
+def _die_with_parent() -> None:
+    """In a new child: have the kernel end it when we end without a chance to, by SIGKILL or SIGHUP.
+
+    Roles notice that by their stdin; servers, ours and others', do not.
+    """
+    assert _prctl is not None
+    _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
 class Child:
     """A process in a group of its own; stderr goes to a file."""
 
@@ -57,6 +72,7 @@ class Child:
                 stdout=subprocess.PIPE if talks else file,
                 stderr=file,
                 start_new_session=True,
+                preexec_fn=_die_with_parent if _prctl is not None else None,
             )
         return cls(name, process, log)
 

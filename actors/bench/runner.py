@@ -106,7 +106,7 @@ async def run(turns: list[Turn], results: Results, tell: Callable[[Progress], No
         }
         try:
             figures = await run_trial(turn.contender, turn.case, results.seconds)
-        except TrialError as error:
+        except (TrialError, OSError, ArithmeticError) as error:  # TimeoutError is an OSError
             results.failures.append(Failure(**where, repetition=turn.repetition, reason=str(error)))
         else:
             results.samples.append(Sample(**where, repetition=turn.repetition, figures=figures))

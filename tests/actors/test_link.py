@@ -169,3 +169,24 @@ def test_a_broker_that_hangs_up_at_once_is_not_stormed() -> None:
         return len(made)
 
     assert 30 <= simulate(main) <= 80
+
+
+async def test_what_a_callback_sends_as_the_link_ends_is_queued(meeting: Meeting) -> None:
+    """A link that ends later in the same read leaves nothing half collected, beside the queue's depth."""
+    node = await meeting.node("echo")
+    link, publisher = node._core.link, node.create_publisher(String, "out", 1)
+    collected: list[int] = []
+
+    def answer(msg: String) -> None:
+        for _ in range(5):
+            publisher.publish(msg)
+        link.frame_received(frames.Goodbye("the broker is stopping"))
+        collected.append(len(link._dirty))
+        assert (publisher.queued, publisher.dropped) == (1, 4)
+
+    node.create_subscription(String, "in", answer, 10)
+    source = node.create_publisher(String, "in", 10)
+    await until(lambda: source.get_subscription_count() == 1)
+    source.publish(String(data="go"))
+    await until(lambda: collected == [0])
+    assert node._core.callback_errors == 0

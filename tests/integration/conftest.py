@@ -106,9 +106,9 @@ class System:
         self.url = f"callboard://127.0.0.1:{self.port}"
         self._programs: list[Program] = []
 
-    async def broker(self) -> Program:
+    async def broker(self, *args: str) -> Program:
         """Start the daemon where the programs look for it, and wait until it listens."""
-        daemon = await self.python("-m", "broker", "--port", str(self.port))
+        daemon = await self.python("-m", "broker", "--port", str(self.port), *args)
         await daemon.says(f"callboard broker listening on {self.url}")
         return daemon
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import signal
 import sys
@@ -54,6 +55,18 @@ async def test_a_signal_ends_everything(system: System, number: signal.Signals) 
     assert await program.ends() == 128 + number
     assert "Traceback" not in program.output
     assert left_behind(system) == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the kernel of Linux ends the children")
+async def test_a_bench_that_is_killed_takes_its_processes_along(system: System) -> None:
+    """SIGKILL leaves it no time to: servers go with it all the same."""
+    program = await system.python("-c", INTERRUPTED)
+    await program.says("at work")
+    program.send(signal.SIGKILL)
+    assert await program.ends() == -signal.SIGKILL
+    async with asyncio.timeout(20):
+        while left_behind(system):
+            await asyncio.sleep(0.05)
 
 
 INTERRUPTED = """

@@ -17,6 +17,19 @@ from actors.interfaces.std_msgs.msg import String
 if TYPE_CHECKING:
     from tests.integration.conftest import System
 
+SLEEPER = """
+import asyncio
+import actors
+
+async def main():
+    async with actors.Node("sleeper") as node:
+        await node.get_graph()
+        print("up", flush=True)
+        await asyncio.sleep(3600)
+
+actors.run(main)
+"""
+
 FORKER = """
 import asyncio, os, sys, time
 import actors
@@ -83,6 +96,34 @@ async def test_a_frozen_server_fails_its_calls_and_comes_back(system: System) ->
         server.send(signal.SIGCONT)
         assert await client.wait_for_service(timeout_sec=30)
         assert (await client.call(AddTwoInts.Request(a=5, b=3))).sum == 8
+
+
+async def test_a_frozen_node_that_nobody_is_matched_with_goes_when_somebody_asks(system: System) -> None:
+    """Nobody relied on it, so nobody looked; a question for the graph has it looked at."""
+    await system.broker("--keepalive-sec", "0.6")
+    sleeper = await system.python("-c", SLEEPER)
+    await sleeper.says("up")
+    sleeper.send(signal.SIGSTOP)
+    async with actors.Node("asker", url=system.url) as node:
+        async with asyncio.timeout(20):
+            while "/sleeper" in await node.get_fully_qualified_node_names():
+                await asyncio.sleep(0.1)  # a question, and time for the answer to be missed
+        sleeper.send(signal.SIGCONT)
+        assert await node.wait_for_node("/sleeper", timeout_sec=20)
+
+
+async def test_a_call_into_a_frozen_broker_ends_before_its_deadline(system: System) -> None:
+    """Without a matched server nothing else told the caller that it depends on the broker."""
+    daemon = await system.broker("--keepalive-sec", "0.6")
+    async with actors.Node("caller", url=system.url) as node:
+        client = node.create_client(AddTwoInts, "nobody")
+        await node.get_graph()
+        daemon.send(signal.SIGSTOP)
+        start = time.monotonic()
+        with pytest.raises(actors.ServiceUnavailable):
+            await client.call(AddTwoInts.Request(a=1, b=1), timeout_sec=60)
+        assert time.monotonic() - start < 30.0
+        daemon.send(signal.SIGCONT)
 
 
 async def test_a_frozen_subscriber_comes_back(system: System) -> None:

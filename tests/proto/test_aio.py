@@ -616,6 +616,24 @@ def test_a_channel_that_ends_while_it_rests_stays_ended() -> None:
     assert bench.transport.reading is False
 
 
+@pytest.mark.parametrize("size", [1000, aio._OWN_BYTES, 3 * limits.MAX_FRAME_BYTES])
+def test_what_is_received_cannot_be_changed(size: int) -> None:
+    """Readers share a message's bytes, so nobody may write into them, however they came."""
+    sender, bench = Bench(), Bench(Role.CLIENT)
+    sender.channel.outbox.put_lane(Lane(1, None), run_of(bytes(size)))
+    sender.channel.flush()
+    while sender.loop.soon:
+        sender.loop.turn()
+    stream = b"".join(sender.transport.written)
+    for start in range(0, len(stream), 40_000):
+        bench.feed(stream[start : start + 40_000])
+    (run,) = bench.handler.frames
+    assert isinstance(run, Run)
+    assert len(run.payload) > size
+    assert memoryview(run.payload).readonly
+    assert memoryview(run.raw).readonly
+
+
 def test_half_a_frame_is_a_sign_of_life() -> None:
     """§4.3.1: any bytes count, also those of half a frame."""
     bench = Bench()
