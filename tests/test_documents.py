@@ -12,6 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PERFORMANCE = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
 
 
 def commands(text: str) -> list[str]:
@@ -32,9 +33,11 @@ def test_the_readme_program_is_the_example() -> None:
     assert bodies(snippet) == bodies(example)
 
 
-@pytest.mark.parametrize("command", [line for line in commands(README) if line.startswith("callboard")])
-def test_every_callboard_command_in_the_readme_exists(command: str) -> None:
-    """The verbs and options that the README shows are accepted by the command line."""
+@pytest.mark.parametrize(
+    "command", [line for line in commands(README) + commands(PERFORMANCE) if line.startswith("callboard")]
+)
+def test_every_callboard_command_in_the_documents_exists(command: str) -> None:
+    """The verbs and options that the documents show are accepted by the command line."""
     words = command.split()[1:]
     verb = words[:2] if words[0] in {"topic", "service", "node", "interface"} else words[:1]
     done = subprocess.run(

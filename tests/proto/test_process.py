@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import ctypes
+import gc
 import subprocess
 import sys
 
@@ -12,15 +13,20 @@ import pytest
 from proto import process
 
 
-def test_the_loop_is_uvloops_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without uvloop (Windows) it is asyncio's own."""
+def test_the_loop_is_uvloops_where_there_is_one() -> None:
+    """It comes from uvloop's own factory."""
+    uvloop = pytest.importorskip("uvloop")
     loop = process.new_event_loop()
     loop.close()
+    assert isinstance(loop, uvloop.Loop)
+
+
+def test_without_uvloop_the_loop_is_asyncios(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on Windows."""
     monkeypatch.setitem(sys.modules, "uvloop", None)
-    plain = process.new_event_loop()
-    plain.close()
-    assert isinstance(plain, asyncio.BaseEventLoop)
-    assert not isinstance(loop, type(plain))
+    loop = process.new_event_loop()
+    loop.close()
+    assert isinstance(loop, asyncio.BaseEventLoop)
 
 
 def test_what_is_loaded_is_frozen() -> None:
@@ -37,9 +43,13 @@ def test_a_platform_without_mallopt_is_left_as_it_is(
     monkeypatch: pytest.MonkeyPatch, error: type[Exception]
 ) -> None:
     """Other C libraries have no mallopt, and Windows no library without a name."""
+    asked: list[object] = []
 
     def missing(name: object) -> object:
+        asked.append(name)
         raise error
 
     monkeypatch.setattr(ctypes, "CDLL", missing)
     process.settle()
+    gc.unfreeze()
+    assert asked == [None]
