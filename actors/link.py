@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 from actors.errors import BrokerUnreachable, NodeNameTaken
 from actors.feeds import Feeds
 from actors.interfaces.errors import InvalidMessageError
+from actors.pulse import Pulse
 from proto import frames, limits
 from proto.aio import Channel
 from proto.errors import ErrorCode, ProtocolError
-from proto.liveness import Finding, Liveness
+from proto.liveness import Finding
 from proto.session import Role
 
 if TYPE_CHECKING:
@@ -332,7 +333,7 @@ class Link:
         assert channel is not None
         tick = self._keepalive_sec / 6
         last_tick = self.loop.time()
-        pulse = _Pulse(last_tick)
+        pulse = Pulse(last_tick, self._keepalive_sec)
         try:
             while not self._ended.is_set():
                 try:
@@ -347,19 +348,18 @@ class Link:
             if not self._ended.is_set() and not self._closing:
                 channel.abort()
 
-    def _judge(self, channel: Channel, pulse: _Pulse, now: float) -> None:
-        """Give a sign of life, and look for the broker's: seldom while nothing here depends on the other."""
-        relies = bool(self._matched or self._changed or self._pongs) or pulse.unheard(channel)
-        limit = self._keepalive_sec if relies else max(self._keepalive_sec, limits.IDLE_KEEPALIVE_SEC)
-        finding = pulse.look(now, channel, limit)
+    def _judge(self, channel: Channel, pulse: Pulse, now: float) -> None:
+        """Give a sign of life, and look for the broker's."""
+        waiting = bool(self._matched or self._changed or self._pongs)
+        finding = pulse.look(now, channel.bytes_received, channel.bytes_sent, waiting=waiting)
         if finding is Finding.SILENT:
-            self._log.warning(f"The broker has been silent for {limit:g} s; connecting again")
+            self._log.warning(f"The broker has been silent for {pulse.limit_s:g} s; connecting again")
             channel.abort()
             self._lost()
-        elif finding is Finding.ASK or (relies and pulse.quiet(now, channel.bytes_sent, limit / 3)):
+        elif finding is Finding.ASK:
             channel.send(frames.Ping(0))
             channel.flush()
-        pulse.looked(channel)
+        pulse.looked(channel.bytes_sent)
 
     async def close(self, *, timeout_sec: float) -> None:
         """Send what is queued, say goodbye and close; give up after `timeout_sec`."""
@@ -508,44 +508,6 @@ def _largest(max_message_bytes: int) -> int:
     """Return the bytes that one message may have. What needs no fragments is never too large."""
     most = max(min(max_message_bytes, limits.MAX_MESSAGE_BYTES), limits.MAX_FRAME_BYTES)
     return most - HEADER_ROOM_BYTES
-
-
-class _Pulse:
-    """Both directions' signs of life.
-
-    Ours do not wait to be asked for: behind much that we are slow to read, the question would come late.
-    """
-
-    def __init__(self, now: float) -> None:
-        self._liveness = Liveness(now)
-        self._sent_bytes = 0
-        self._sent_at = now
-        self._looked_bytes = 0
-        """What had been sent at the end of the last look."""
-        self._heard_bytes = 0
-        """The same of the last look before the broker was heard of: what it must have got."""
-
-    def look(self, now: float, channel: Channel, limit_s: float) -> Finding:
-        """Judge the broker, which may be silent for so long."""
-        finding = self._liveness.look(now, channel.bytes_received, limit_s)
-        if self._liveness.heard_at == now:
-            self._heard_bytes = self._looked_bytes
-        return finding
-
-    def looked(self, channel: Channel) -> None:
-        """The look is over, and what it led to has been sent."""
-        self._looked_bytes = channel.bytes_sent
-
-    def unheard(self, channel: Channel) -> bool:
-        """Tell whether we have sent anything that the broker may not have heard: a call, say."""
-        return channel.bytes_sent != self._heard_bytes
-
-    def quiet(self, now: float, bytes_sent: int, limit_s: float) -> bool:
-        """Tell whether we have sent nothing for so long."""
-        if bytes_sent != self._sent_bytes:
-            self._sent_bytes = bytes_sent
-            self._sent_at = now
-        return now - self._sent_at >= limit_s
 
 
 class _Hearing:

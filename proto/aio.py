@@ -1,10 +1,11 @@
-"""The byte pump: one connection's socket, shared by both ends, and proto's only door to asyncio.
+"""The byte pump: one connection's socket, shared by both ends, and proto's door to asyncio.
 
 A `Channel` reads whole frames out of a stream, checks them against the session's table, puts fragments
 together and hands frames to its handler; what waits in its outbox it writes while the transport has room.
 
 All channels of a thread read into one scratch buffer, which is safe because `buffer_updated` has taken
-everything out of it before the loop can read for another: an idle connection owns no buffer at all.
+everything out of it before the loop can read for another: an idle connection owns no buffer at all. A large
+frame is received into a buffer of its own instead, which becomes the frame.
 """
 
 from __future__ import annotations
