@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_left
+from typing import Final
 
 from proto import limits
 from proto.codec import ARRAY_HEAD_BYTES, array_head, encode, ends_from_bytes, ends_to_bytes, run_head
-from proto.frames import Buffer, Replay, Run
+from proto.frames import Replay, Run
+
+HEAD_ROOM: Final = 64
+"""Bytes that the head of a run of one message takes at most, the array's included."""
 
 
 class RunBuilder:
@@ -42,20 +46,31 @@ class RunBuilder:
         self._buffer = bytearray(ARRAY_HEAD_BYTES)
         self._ends = array("I")
         self.length = 0
-        return self._number(publisher, stamp_ns, count, ends, payload)
+        fields = self._number(publisher, stamp_ns, count, ends)
+        head = run_head(fields, len(payload))
+        raw = head + payload
+        return Run(*fields, memoryview(raw)[len(head) :], raw)
 
-    def single(self, message: bytes, publisher: int, stamp_ns: int) -> Run:
-        """Return a large message as a run of its own, copied once. Needs length 0."""
+    def single(self, buffer: bytearray, publisher: int, stamp_ns: int) -> Run:
+        """Return a large message, which lies in `buffer` behind `HEAD_ROOM` bytes, as a run; it is not copied.
+
+        Needs length 0; the buffer is the run's from now on.
+        """
         assert not self.length
-        return self._number(publisher, stamp_ns, 1, None, array_head(1), message)
+        fields = self._number(publisher, stamp_ns, 1, None)
+        payload_bytes = len(buffer) - HEAD_ROOM + ARRAY_HEAD_BYTES
+        head = run_head(fields, payload_bytes) + array_head(1)
+        start = HEAD_ROOM - len(head)
+        buffer[start:HEAD_ROOM] = head
+        raw = memoryview(buffer)[start:].toreadonly()
+        return Run(*fields, raw[len(raw) - payload_bytes :], raw)
 
-    def _number(self, publisher: int, stamp_ns: int, count: int, ends: bytes | None, *pieces: Buffer) -> Run:
+    def _number(
+        self, publisher: int, stamp_ns: int, count: int, ends: bytes | None
+    ) -> tuple[int, int, int, int, bytes | None, None]:
         first = self.next_sequence
         self.next_sequence = first + count
-        fields = (publisher, first, stamp_ns, count, ends, None)
-        head = run_head(fields, sum(map(len, pieces)))
-        raw = b"".join((head, *pieces))
-        return Run(*fields, memoryview(raw)[len(head) :], raw)
+        return publisher, first, stamp_ns, count, ends, None
 
 
 def with_raw(run: Run) -> Run:

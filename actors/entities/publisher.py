@@ -17,7 +17,7 @@ from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from proto import frames, limits
 from proto.codec import encode
 from proto.outbox import Lane
-from proto.runs import RunBuilder, cut, message_bytes
+from proto.runs import HEAD_ROOM, RunBuilder, cut, message_bytes
 
 T = TypeVar("T", bound=Message)
 
@@ -58,6 +58,8 @@ class Publisher(Entity, Generic[T]):
         self._lane = Lane(0, None if self._keep_all else depth)
         self._room = 0
         """Messages that may be published before somebody looks whether the queue is full."""
+        self._large = False
+        """Whether the last message was large."""
         self._live = False
         self._unlimited = True
         self._retained: deque[frames.Run] = deque()
@@ -108,11 +110,16 @@ class Publisher(Entity, Generic[T]):
         self._room -= 1
         if isinstance(msg, bytes):
             self._codec.decode(msg)
-            data = msg
+            self._collect(msg)
+        elif self._large:
+            self._publish_large(self._codec.encode_behind(msg, HEAD_ROOM))
         else:
-            data = self._codec.encode(msg)
+            self._collect(self._codec.encode(msg))
+
+    def _collect(self, data: bytes) -> None:
+        """Put an encoded message into the run of this loop turn."""
         if len(data) > limits.RUN_FLUSH_BYTES:
-            self._publish_large(data)
+            self._publish_large(bytearray(HEAD_ROOM) + data)
             return
         run = self._run
         if run.add(data):
@@ -121,12 +128,20 @@ class Publisher(Entity, Generic[T]):
         elif run.length == 1:
             self.core.link.flush_later(self)
 
-    def _publish_large(self, data: bytes) -> None:
-        """A message that fills a run by itself goes alone, unless it is too large to go at all."""
+    def _publish_large(self, buffer: bytearray) -> None:
+        """A message that fills a run by itself goes alone; it lies in the buffer behind room for the head.
+
+        After it the next one is expected to be as large, and encoded into such a buffer at once.
+        """
+        size = len(buffer) - HEAD_ROOM
+        self._large = size > limits.RUN_FLUSH_BYTES
+        if not self._large:
+            self._collect(bytes(memoryview(buffer)[HEAD_ROOM:]))
+            return
         link = self.core.link
-        link.require_fits(f"A message on '{self.topic_name}'", len(data))
+        link.require_fits(f"A message on '{self.topic_name}'", size)
         self.flush_turn()
-        self._put(self._run.single(data, self._lane.publisher, time.time_ns()))
+        self._put(self._run.single(buffer, self._lane.publisher, time.time_ns()))
         link.flush()
 
     def _require_room(self) -> None:

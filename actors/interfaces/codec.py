@@ -132,6 +132,7 @@ class Codec(Generic[T]):
         )
         # Bound methods as attributes: a lookup less per message.
         self._encode = encoder.encode
+        self._encode_into = encoder.encode_into
         self._decode = one.decode
         self._decode_run = run.decode
         self._verify = verifier.decode
@@ -148,6 +149,18 @@ class Codec(Generic[T]):
         try:
             data = self._encode(message)
             self._verify(data)
+        except _ENCODING_ERRORS as error:
+            raise InvalidMessageError(explain_encoding(message, error, self._encode)) from error
+        return data
+
+    def encode_behind(self, message: T, room: int) -> bytearray:
+        """Return the same behind `room` free bytes: what goes before a large message then costs no copy."""
+        if not isinstance(message, self.msg_type):
+            raise self._wrong_type(message)
+        data = bytearray(room)
+        try:
+            self._encode_into(message, data, room)
+            self._verify(memoryview(data)[room:])
         except _ENCODING_ERRORS as error:
             raise InvalidMessageError(explain_encoding(message, error, self._encode)) from error
         return data

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proto import limits
 from proto.codec import decode, encode
 from proto.frames import Replay, Run
-from proto.runs import RunBuilder, cut, fitting, message_bytes, messages, readdress, with_raw
+from proto.runs import HEAD_ROOM, RunBuilder, cut, fitting, message_bytes, messages, readdress, with_raw
 
 MODEST = settings(deadline=None, max_examples=100)
 MESSAGES = st.lists(st.binary(min_size=1, max_size=30), min_size=1, max_size=12)
@@ -124,13 +125,18 @@ def test_with_raw_keeps_the_fields() -> None:
     assert again.raw == run.raw
 
 
-def test_a_single_large_message_is_a_run_of_its_own() -> None:
-    """§6: it is numbered like any other, and its payload lies in the encoded frame: it was copied once."""
-    builder = RunBuilder(100)
+@pytest.mark.parametrize("number", [0, limits.MAX_U64 - 10])
+def test_a_single_large_message_is_a_run_of_its_own(number: int) -> None:
+    """§6: it is numbered like any other, and it is not copied; the longest head still fits before it."""
+    builder = RunBuilder(number)
     builder.add(b"a")
     builder.take(7, 5)
-    run = builder.single(b"large", 7, 6)
-    assert parts_of(run) == [b"large"]
-    assert (run.first_sequence, run.stamp_ns, builder.next_sequence) == (101, 6, 102)
-    assert isinstance(run.payload, memoryview)
-    assert run.payload.obj is run.raw
+    buffer = bytearray(HEAD_ROOM) + b"large"
+    run = builder.single(buffer, limits.MAX_U64, limits.MAX_U64)
+    back = decode(bytes(run.raw))
+    assert isinstance(back, Run)
+    assert [bytes(message) for message in messages(back)] == [b"large"]
+    assert back[:6] == (limits.MAX_U64, number + 1, limits.MAX_U64, 1, None, None)
+    assert builder.next_sequence == number + 2
+    assert memoryview(run.raw).obj is memoryview(run.payload).obj is buffer
+    assert memoryview(run.raw).readonly
