@@ -52,7 +52,7 @@ class RunBuilder:
         return Run(*fields, memoryview(raw)[len(head) :], raw)
 
     def single(self, buffer: bytearray, publisher: int, stamp_ns: int) -> Run:
-        """Return a large message, which lies in `buffer` behind `HEAD_ROOM` bytes, as a run; it is not copied.
+        """Return a large message as a run; it lies in `buffer` behind `HEAD_ROOM` bytes and is not copied.
 
         Needs length 0; the buffer is the run's from now on.
         """
