@@ -38,10 +38,10 @@ PANELS = (
     Panel("W1", "4 KiB", "rate", "4 KiB: thousand msg/s", 1e-3),
     Panel("W1", "64 KiB", "mb_s", "64 KiB: MB/s"),
     Panel("W1", "1 MiB", "mb_s", "1 MiB: MB/s"),
-    Panel("W2", "256 B", "rate", "10 subscribers in 2 processes: thousand delivered msg/s", 1e-3),
-    Panel("W4", "100 in flight", "rate", "add_two_ints, 100 in flight: thousand req/s", 1e-3),
-    Panel("W3", "1 in flight", "p50_us", "add_two_ints, one at a time: median µs", less_is_better=True),
-    Panel("W5", "10,000", "kib", "10,000 idle connections: KiB of the server each", less_is_better=True),
+    Panel("W2", "256 B", "rate", "10 subscribers: thousand delivered msg/s", 1e-3),
+    Panel("W4", "100 in flight", "rate", "100 calls in flight: thousand req/s", 1e-3),
+    Panel("W3", "1 in flight", "p50_us", "one call at a time: median µs", less_is_better=True),
+    Panel("W5", "10,000", "kib", "10,000 idle links: KiB each", less_is_better=True),
 )
 
 
@@ -87,7 +87,7 @@ def _bars(results: Results, panel: Panel) -> list[tuple[str, Spread]]:
 
 
 def _panel(axis: Any, panel: Panel, bars: list[tuple[str, Spread]]) -> None:
-    names = [name for name, _ in bars]
+    names = [name.replace("router, shared", "shared") for name, _ in bars]
     medians = [panel.scale * figure.median for _, figure in bars]
     below = [panel.scale * (figure.median - figure.least) for _, figure in bars]
     above = [panel.scale * (figure.most - figure.median) for _, figure in bars]

@@ -12,7 +12,6 @@ from proto.liveness import Finding, Liveness
 from proto.session import Role, State
 
 if TYPE_CHECKING:
-    from broker.records import Peer
     from broker.router import Router
     from broker.server import Broker
 
@@ -31,7 +30,6 @@ class Connection:
         channel: The connection's bytes.
         router: The graph it has joined; None before the handshake.
         peer: Its number in that graph.
-        record: What the router knows of the peer; None before the handshake.
         opened_at: Loop time of the first moment.
         look_at: Loop time at which to look at it even if nobody relies on it.
         suspended_at: Loop time since which it has been silent too long, or None.
@@ -41,7 +39,6 @@ class Connection:
         self._broker = broker
         self.router: Router | None = None
         self.peer = 0
-        self.record: Peer | None = None
         self.channel = Channel(
             Role.BROKER, self, loop=broker.loop, max_message_bytes=broker.options.max_message_bytes
         )
@@ -49,13 +46,8 @@ class Connection:
         self.look_at = 0.0
         self.suspended_at: float | None = None
         self._liveness = Liveness(self.opened_at)
+        self._watched_closely = False
         self._agent = "?"
-
-    @property
-    def relied_on(self) -> bool:
-        """Whether somebody has a counterpart here or has asked: who must be told soon if it is gone."""
-        record = self.record
-        return record is not None and (record.relied_on > 0 or record.questioned)
 
     def opened(self) -> None:
         """ChannelHandler: somebody has connected."""
@@ -101,7 +93,6 @@ class Connection:
         router = self._broker.router(domain)
         self.peer, deliveries = router.connect(_identity(options, "instance"), _identity(options, "token"))
         self.router = router
-        self.record = router.record(self.peer)
         self._broker.joined(self)
         self._broker.deliver(router, deliveries)
 
@@ -168,8 +159,9 @@ class Connection:
         if not relied_on:
             limit = max(limit, options.idle_keepalive_sec)
         finding = self._liveness.look(now, channel.bytes_received, limit)
-        if self.record is not None and self._liveness.heard_at == now:
-            self.record.questioned = False
+        if self._watched_closely and self._liveness.heard_at == now:
+            self.router.heard(self.peer)
+        self._watched_closely = relied_on  # what came before somebody asked is no answer
         if finding is Finding.ASK:
             channel.send(frames.Ping(0))
         elif finding is Finding.SILENT:

@@ -75,10 +75,10 @@ class Peer:
     pending_calls: int = 0
     latched_bytes: int = 0
     """Bytes kept for late joiners of its publishers."""
-    relied_on: int = 0
+    matched: int = 0
     """Endpoints with counterparts: somebody must be told soon when this peer is not there any more."""
-    questioned: bool = False
-    """Somebody has asked who is there, or wants its name, since it was last heard of."""
+    relied_on: set[int] = field(default_factory=set[int])
+    """The ids of the graph's peers that somebody relies on or has asked about; all of them share it."""
 
 
 @dataclass(slots=True, eq=False, kw_only=True)
@@ -106,7 +106,10 @@ class Endpoint:
 
     def set_peers(self, peers: int) -> None:
         """It has this many counterparts now."""
-        self.peer.relied_on += (peers > 0) - (self.peers > 0)
+        peer = self.peer
+        peer.matched += (peers > 0) - (self.peers > 0)
+        if peer.matched:
+            peer.relied_on.add(peer.id)
         self.peers = peers
 
     def entry(self) -> GraphEntry:

@@ -54,6 +54,9 @@ class Router:
         max_pending_calls: Unanswered calls of one peer.
         max_message_bytes: Size of one frame that a peer takes.
         max_lane_bytes: What may wait for a KEEP_ALL subscription whose credit allowed it.
+
+    Attributes:
+        relied_on: The peers to look at closely: somebody is matched with them, or has asked who is there.
     """
 
     def __init__(
@@ -71,6 +74,7 @@ class Router:
         self._peers: dict[int, Peer] = {}
         self._instances: dict[bytes, Peer] = {}
         self._names: dict[str, NodeRecord] = {}
+        self.relied_on: set[int] = set()
         self.topics = Topics(self._out_append, max_lane_bytes=max_lane_bytes)
         self.services = Services(self._out_append, max_pending=max_pending_calls, max_bytes=max_message_bytes)
         self.graph = Graph(self._out_append)
@@ -114,7 +118,7 @@ class Router:
         Returns:
             The new peer's id, and deliveries.
         """
-        peer = Peer(next(self._peer_ids), instance, token)
+        peer = Peer(next(self._peer_ids), instance, token, relied_on=self.relied_on)
         self._peers[peer.id] = peer
         old = self._instances.get(instance)
         if old is not None and old.token == token:
@@ -134,6 +138,7 @@ class Router:
 
     def _remove_peer(self, peer: Peer) -> None:
         del self._peers[peer.id]
+        self.relied_on.discard(peer.id)
         if self._instances.get(peer.instance) is peer:
             del self._instances[peer.instance]
         self.graph.forget(peer)
@@ -141,9 +146,11 @@ class Router:
             self._remove(endpoint)
         self.topics.forget_peer(peer.id)
 
-    def record(self, peer_id: int) -> Peer:
-        """Return what is known of a connected peer."""
-        return self._peers[peer_id]
+    def heard(self, peer_id: int) -> None:
+        """A peer has given a sign of life: a question about it is answered."""
+        peer = self._peers.get(peer_id)
+        if peer is not None and not peer.matched:
+            self.relied_on.discard(peer_id)
 
     def suspend(self, peer_id: int) -> list[Delivery]:
         """A peer is silent: out of the graph, its calls fail, its credit does not count."""
@@ -235,7 +242,7 @@ class Router:
             raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
         holder = self._names.get(frame.name)
         if holder is not None:
-            holder.peer.questioned = True
+            self.relied_on.add(holder.peer.id)
             text = f"A node named '{frame.name}' is there already; give this one another name"
             raise Refusal(ErrorCode.NAME_TAKEN, text)
         record = NodeRecord(
@@ -337,8 +344,7 @@ class Router:
             self.topics.grant(subscription, frame)
 
     def _watch(self, peer: Peer, frame: frames.Watch) -> None:
-        for each in self._peers.values():
-            each.questioned = True
+        self.relied_on.update(self._peers)
         self.graph.watch(peer, frame)
 
     def _describe(self, peer: Peer, frame: frames.Describe) -> None:

@@ -55,6 +55,9 @@ class Broker:
         self._sessions = count(1)
         self._routers: dict[int, Router] = {}
         self._connections: dict[Connection, None] = {}
+        self._strangers: dict[Connection, None] = {}
+        """Those that have not finished their handshake."""
+        self._next_round = 0.0
         self._joined: dict[Router, dict[int, Connection]] = {}
         self._dirty: dict[Connection, None] = {}
         self._server: asyncio.Server | None = None
@@ -175,17 +178,32 @@ class Broker:
             self.flush()
 
     def _judge(self, now: float) -> None:
-        """Look at those that somebody relies on, and from time to time at the others: they may be many."""
+        """Look at those that somebody relies on; at the others, who may be many, in rounds."""
         watched = any(router.graph.watched for router in self._routers.values())
-        due = [each for each in self._connections if watched or each.relied_on or each.look_at <= now]
-        for connection in due:
-            connection.judge(now, relied_on=watched or connection.relied_on)
+        due = list(self._strangers)
+        if watched or now >= self._next_round:
+            self._next_round = now + self._round_sec
+            due += [each for each in self._connections if watched or each.look_at <= now]
+        else:
+            due += [
+                joined[peer]
+                for router, joined in self._joined.items()
+                for peer in router.relied_on
+                if peer in joined
+            ]
+        for each in due:
+            router = each.router
+            each.judge(now, relied_on=watched or (router is not None and each.peer in router.relied_on))
+
+    @property
+    def _round_sec(self) -> float:
+        return min(self.options.idle_keepalive_sec, self.options.suspend_close_sec) / TICKS_PER_KEEPALIVE
 
     # What connections need
 
     def connection_opened(self, connection: Connection) -> None:
         """A connection has been made."""
-        self._connections[connection] = None
+        self._connections[connection] = self._strangers[connection] = None
         if len(self._connections) > self.options.max_connections:
             text = f"this broker takes {self.options.max_connections} connections"
             connection.end(ErrorCode.LIMIT, text)
@@ -193,6 +211,7 @@ class Broker:
     def connection_closed(self, connection: Connection) -> None:
         """A connection is gone."""
         self._connections.pop(connection, None)
+        self._strangers.pop(connection, None)
         self._dirty.pop(connection, None)
         if not self._connections:
             self._empty.set()
@@ -217,6 +236,7 @@ class Broker:
     def joined(self, connection: Connection) -> None:
         """A connection has finished its handshake."""
         assert connection.router is not None
+        self._strangers.pop(connection, None)
         self._joined[connection.router][connection.peer] = connection
 
     def left(self, router: Router, peer: int) -> None:
