@@ -47,6 +47,7 @@ class Pulse:
         if bytes_sent != self._sent_bytes:
             self._sent_bytes, self._sent_at = bytes_sent, now
         if finding is Finding.FINE and relies and now - self._sent_at >= self._keepalive_s / 3:
+            self._sent_at = now  # a full transport takes no bytes: one sign a time is enough
             return Finding.ASK
         return finding
 

@@ -161,7 +161,8 @@ class Connection:
         finding = self._liveness.look(now, channel.bytes_received, limit)
         if self._watched_closely and self._liveness.heard_at == now:
             self.router.heard(self.peer)
-        self._watched_closely = relied_on  # what came before somebody asked is no answer
+        # What came before somebody asked is no answer.
+        self._watched_closely = self.peer in self.router.relied_on
         if finding is Finding.ASK:
             channel.send(frames.Ping(0))
         elif finding is Finding.SILENT:

@@ -107,8 +107,9 @@ class Endpoint:
     def set_peers(self, peers: int) -> None:
         """It has this many counterparts now."""
         peer = self.peer
-        peer.matched += (peers > 0) - (self.peers > 0)
-        if peer.matched:
+        change = (peers > 0) - (self.peers > 0)
+        peer.matched += change
+        if change > 0:
             peer.relied_on.add(peer.id)
         self.peers = peers
 

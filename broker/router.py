@@ -138,13 +138,13 @@ class Router:
 
     def _remove_peer(self, peer: Peer) -> None:
         del self._peers[peer.id]
-        self.relied_on.discard(peer.id)
         if self._instances.get(peer.instance) is peer:
             del self._instances[peer.instance]
         self.graph.forget(peer)
         for endpoint in tuple(peer.endpoints.values()):
             self._remove(endpoint)
         self.topics.forget_peer(peer.id)
+        self.relied_on.discard(peer.id)
 
     def heard(self, peer_id: int) -> None:
         """A peer has given a sign of life: a question about it is answered."""

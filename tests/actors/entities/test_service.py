@@ -230,6 +230,29 @@ async def test_a_destroyed_service_fails_its_callers(adder: Adder) -> None:
     assert adder.server.callback_errors == 0
 
 
+async def test_replies_made_before_a_service_is_destroyed_arrive(meeting: Meeting) -> None:
+    """The broker hears of the end behind them, not before; the calls that are left fail."""
+    node = await meeting.node("server")
+    served: list[int] = []
+
+    def handle(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        served.append(request.a)
+        if len(served) == 50:
+            service.destroy()
+        return AddTwoInts.Response(sum=request.a)
+
+    service = node.create_service(AddTwoInts, "add", handle)
+    caller = await meeting.node("caller")
+    client = caller.create_client(AddTwoInts, "add")
+    assert await client.wait_for_service(20)
+    calls = [client.call_async(AddTwoInts.Request(a=number)) for number in range(60)]
+    async with asyncio.timeout(20):
+        ended = await asyncio.gather(*calls, return_exceptions=True)
+    sums = [reply.sum for reply in ended if isinstance(reply, AddTwoInts.Response)]
+    assert sums == list(range(49))
+    assert all(isinstance(error, actors.ServiceUnavailable) for error in ended[49:])
+
+
 async def test_a_node_may_be_destroyed_in_its_handler(meeting: Meeting) -> None:
     """I10, E12: `run` returns cleanly, and the caller gets an error instead of waiting for ever."""
     caller = await meeting.node("caller")
