@@ -110,6 +110,7 @@ class Channel(asyncio.BufferedProtocol):
         "_handler",
         "_held",
         "_in_a_row",
+        "_joins",
         "_linger",
         "_loop",
         "_offered",
@@ -144,6 +145,9 @@ class Channel(asyncio.BufferedProtocol):
         self.bytes_sent = 0
         self._handler = handler
         self._loop = loop
+        # writelines of asyncio's own transports never says that they are full before Python 3.12.9 and 3.13.2
+        # (CVE-2024-12254); in 3.11 it joins, too.
+        self._joins = isinstance(loop, asyncio.BaseEventLoop)
         self._reassembler = Reassembler(max_message_bytes)
         self._transport: asyncio.Transport | None = None
         self._scratch = _scratch.view
@@ -341,7 +345,7 @@ class Channel(asyncio.BufferedProtocol):
             self.bytes_sent += size
             if len(parts) == 1:
                 transport.write(parts[0])
-            elif size <= _JOIN_BYTES:
+            elif size <= _JOIN_BYTES or self._joins:
                 transport.write(b"".join(parts))
             else:
                 transport.writelines(parts)

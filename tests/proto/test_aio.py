@@ -670,6 +670,24 @@ def test_transfers_of_two_channels_do_not_mix() -> None:
     assert [plain(frame) for frame in two.handler.frames] == [encode(frames.Node(1, "/a")), raw]
 
 
+async def test_a_reader_that_does_not_read_makes_the_transport_full() -> None:
+    """Whatever loop it is: what a transport holds is bounded, the rest waits in the outbox."""
+    loop = asyncio.get_running_loop()
+    ours, theirs = socket.socketpair()
+    channel = Channel(Role.BROKER, Recorder(), loop=loop)
+    transport, _ = await loop.create_connection(lambda: channel, sock=ours)
+    lane = Lane(1, None)
+    for number in range(200):
+        channel.outbox.put_lane(lane, run_of(bytes(50 * 1024), first=number))
+    channel.flush()
+    assert channel.busy
+    assert lane.pending > 100
+    assert transport.get_write_buffer_size() < 2 * aio._GATHER_BYTES
+    transport.abort()
+    theirs.close()
+    await asyncio.sleep(0)
+
+
 async def test_over_a_real_socket() -> None:
     """Two channels on a socket pair: handshake, a large message, an error, and both are told of the end."""
     loop = asyncio.get_running_loop()
