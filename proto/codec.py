@@ -164,6 +164,8 @@ _PLANS: Final[Mapping[int, _Plan]] = {
     for op, spec in SPECS.items()
 }
 
+_RUNS: Final = frozenset({Op.RUN, Op.REPLAY})
+
 _RUN_SHAPES: Final = frozenset(
     (int, int, int, int, ends, attributes) for ends in (bytes, type(None)) for attributes in (type(None),)
 )
@@ -214,11 +216,10 @@ class Decoder:
             raise _malformed(f"header: {error!s:.200} ({type(error).__name__})") from error
         payload = content[size:]
         fields = _checked(plan, header)
+        if op in _RUNS:
+            _check_run(plan.name, fields[-3], fields[-2], payload)
         if op == Op.RUN:
-            _check_run(plan.name, fields[-3], fields[-2], payload)
             return Run(*fields, payload, raw)  # type: ignore[call-arg]  # the checkers count fields as one
-        if op == Op.REPLAY:
-            _check_run(plan.name, fields[-3], fields[-2], payload)
         return plan.make(*fields, payload)
 
     def _whole(self, content: memoryview, max_array_len: int) -> tuple[Any, ...]:

@@ -144,17 +144,8 @@ class Client(Caller, Generic[Q, A]):
         if limit != math.inf:
             self._deadlines.add(call, loop.time() + limit)
             remaining_ms = math.ceil(min(limit * 1000, limits.MAX_U32))
-        self._send(RequestEntry(call, remaining_ms, None, body))
+        self._outgoing.send(RequestEntry(call, remaining_ms, None, body), self, self.core.link)
         return future
-
-    def _send(self, entry: RequestEntry) -> None:
-        if not self._outgoing.has_room(entry):
-            self.flush_turn()
-        if self._outgoing.add(entry):
-            self.flush_turn()
-            self.core.link.flush()
-        else:
-            self.core.link.flush_later(self)
 
     def flush_turn(self) -> None:
         """Put what this loop turn sent into the outbox. Called by the link."""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from proto import limits
 from proto.frames import ReplyEntry, RequestEntry
+
+if TYPE_CHECKING:
+    from actors.link import FlushSource, Link
 
 ENTRY_OVERHEAD_BYTES: Final = 24
 """Room for an entry's fields beside its body."""
@@ -34,6 +37,16 @@ class EntryBatch(Generic[E]):
         self._entries.append(entry)
         self._bytes += len(entry.body) + ENTRY_OVERHEAD_BYTES
         return len(self._entries) >= limits.CALLS_FLUSH_COUNT
+
+    def send(self, entry: E, source: FlushSource, link: Link) -> None:
+        """Collect an entry of `source`; its frame goes when it is full, or at the end of the loop turn."""
+        if not self.has_room(entry):
+            source.flush_turn()
+        if self.add(entry):
+            source.flush_turn()
+            link.flush()
+        else:
+            link.flush_later(source)
 
     def take(self) -> tuple[E, ...]:
         """Return what has been collected, and start anew."""

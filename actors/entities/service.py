@@ -185,13 +185,7 @@ class Service(Server, Generic[Q, A]):
 
     def _send(self, entry: ReplyEntry) -> None:
         self.served += 1
-        if not self._outgoing.has_room(entry):
-            self.flush_turn()
-        if self._outgoing.add(entry):
-            self.flush_turn()
-            self.core.link.flush()
-        else:
-            self.core.link.flush_later(self)
+        self._outgoing.send(entry, self, self.core.link)
 
     def flush_turn(self) -> None:
         """Put what this loop turn answered into the outbox. Called by the link."""

@@ -17,6 +17,7 @@ import math
 import re
 import shutil
 import subprocess
+from functools import partial
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -165,17 +166,12 @@ async def handshake(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) 
         raise ConnectionError("mosquitto did not accept the connection")
 
 
-async def idle_connections(parent: Parent, parameters: Parameters) -> None:
-    """Hold connections."""
-    await idle.hold_connections(parent, parameters, handshake)
-
-
 ROLES = {
     "publisher": publisher,
     "subscriber": subscriber,
     "server": server,
     "requester": requester,
-    "idle": idle_connections,
+    "idle": partial(idle.hold_connections, handshake=handshake),
 }
 
 

@@ -14,6 +14,7 @@ import asyncio
 import json
 import shutil
 import subprocess
+from functools import partial
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -137,17 +138,12 @@ async def handshake(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) 
         raise ConnectionError("nats-server did not answer PING")
 
 
-async def idle_connections(parent: Parent, parameters: Parameters) -> None:
-    """Hold connections."""
-    await idle.hold_connections(parent, parameters, handshake)
-
-
 ROLES = {
     "publisher": publisher,
     "subscriber": subscriber,
     "server": server,
     "requester": requester,
-    "idle": idle_connections,
+    "idle": partial(idle.hold_connections, handshake=handshake),
 }
 
 

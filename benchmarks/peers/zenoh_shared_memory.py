@@ -8,14 +8,16 @@ contender of its own. It plays only where memory is shared: it has no calls and 
 
 from __future__ import annotations
 
-from importlib import metadata
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from actors.bench.contender import Contender
 from benchmarks.peers import zenoh_roles, zenoh_router
 from benchmarks.peers.roles import command
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from actors.bench.contender import Contender
     from benchmarks.peers.roles import Parameters
 
 
@@ -33,19 +35,20 @@ _ALL = zenoh_roles.roles(open_session)
 ROLES = {name: _ALL[name] for name in ("publisher", "subscriber")}
 
 
+def server_command(port: int, _: Path) -> list[str]:
+    """Start a router that has shared memory on, too."""
+    return [*command("zenoh_shared_memory"), "serve", f"tcp/127.0.0.1:{port}"]
+
+
 def find() -> Contender | str:
     """The contender, or why there is none."""
-    try:
-        version = metadata.version("eclipse-zenoh")
-    except metadata.PackageNotFoundError:
-        return "eclipse-zenoh is not installed (PyPI: eclipse-zenoh)"
-    program = command("zenoh_shared_memory")
-    return Contender(
+    router = zenoh_router.find()
+    if isinstance(router, str):
+        return router
+    return replace(
+        router,
         name="zenoh (router, shared memory)",
-        version=f"eclipse-zenoh {version} (native, blocking)",
-        brokered=True,
-        role_command=program,
-        server_command=lambda port, _: [*program, "serve", f"tcp/127.0.0.1:{port}"],
-        server_url=lambda port: f"tcp/127.0.0.1:{port}",
+        role_command=command("zenoh_shared_memory"),
+        server_command=server_command,
         roles=frozenset(ROLES),
     )
