@@ -14,6 +14,7 @@ from proto.names import full_node_name
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.entities.timer import Timer
     from actors.link import Link
     from actors.logger import Logger
     from proto.outbox import Lane
@@ -51,6 +52,7 @@ class Core:
         self.callback_errors = 0
         self.destroyed = False
         self.entities: dict[Entity, None] = {}
+        self.timers: dict[Timer, None] = {}
         self.departing: deque[Lane] = deque()
         self.stop: Callable[[Exception], None] = _ignore
         self._stop_on_error = stop_on_error

@@ -6,7 +6,6 @@ is in its parts: publishers, subscriptions, services, clients, timers, parameter
 
 from __future__ import annotations
 
-import asyncio
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar, overload
 
@@ -15,13 +14,14 @@ from actors.arguments import RosArguments, parse_ros_arguments
 from actors.clock import Clock
 from actors.core import DEFAULT_CALL_TIMEOUT_SEC, Core
 from actors.decorators import declared
+from actors.dialer import Dialer
 from actors.entities.client import Client
 from actors.entities.publisher import Publisher
 from actors.entities.service import Service
 from actors.entities.subscription import Subscription
 from actors.entities.timer import Timer
-from actors.errors import NodeAlreadyRunning
 from actors.graph import GraphView
+from actors.lifetime import STOP_TIMEOUT_SEC, Lifetime
 from actors.link import Link
 from actors.logger import Logger, get_logger, node_logger_name
 from actors.node_graph import NodeGraph
@@ -29,12 +29,11 @@ from actors.node_parameters import NodeParameters
 from actors.parameters import ParameterStore
 from actors.qos import QoSProfile, qos_from
 from actors.remapping import Remapper
-from proto.errors import CallboardError
 from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 from proto.url import DEFAULT_URL, parse_urls
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine, Mapping
+    from collections.abc import Callable, Mapping
     from types import TracebackType
 
     from actors.core import Entity
@@ -44,10 +43,6 @@ if TYPE_CHECKING:
 MessageT = TypeVar("MessageT", bound="Message")
 RequestT = TypeVar("RequestT", bound="Message")
 ResponseT = TypeVar("ResponseT", bound="Message")
-
-STOP_TIMEOUT_SEC: Final = 5.0
-"""What a stopping node gives what it has published to leave, and then the link to close. Callbacks that still
-run are cancelled; one that swallows that holds the node up, which is logged."""
 
 process_arguments: Final[ContextVar[RosArguments | None]] = ContextVar(
     "callboard_process_arguments", default=None
@@ -109,15 +104,15 @@ class Node(NodeGraph, NodeParameters):
         log = get_logger(node_logger_name(full_name))
         urls = parse_urls(url or environment.broker_url() or DEFAULT_URL)
         graph_domain = domain if domain is not None else environment.domain_id() or 0
+        link = Link(", ".join(map(str, urls)))
         self._core = Core(
             name=self._names.name,
             namespace=self._names.namespace,
             log=log,
-            link=Link(urls, domain=graph_domain, log=log),
+            link=link,
             default_call_timeout_sec=default_call_timeout_sec,
             stop_on_error=on_error == "stop",
         )
-        self._core.stop = self._fail
         self._graph = GraphView(self._core)
         self._clock = Clock()
         self._parameters = ParameterStore(
@@ -126,15 +121,13 @@ class Node(NodeGraph, NodeParameters):
             allow_undeclared=allow_undeclared_parameters,
             declare_overrides=automatically_declare_parameters_from_overrides,
         )
-        self._timers: dict[Timer, None] = {}
-        self._connect_timeout_sec = connect_timeout_sec
-        self._stop_timeout_sec = stop_timeout_sec
-        self._group: asyncio.TaskGroup | None = None
-        self._tasks: dict[asyncio.Task[None], None] = {}
-        self._body: asyncio.Task[Any] | None = None
-        self._cancelled_body: asyncio.Task[Any] | None = None
-        self._done: asyncio.Event | None = None
-        self._failure: Exception | None = None
+        self._lifetime = Lifetime(
+            self._core,
+            self._clock,
+            Dialer(link, urls, domain=graph_domain, log=log),
+            connect_timeout_sec=connect_timeout_sec,
+            stop_timeout_sec=stop_timeout_sec,
+        )
         for method, declare in declared(type(self)):
             declare(self, getattr(self, method))
 
@@ -296,9 +289,7 @@ class Node(NodeGraph, NodeParameters):
         self, timer_period_sec: float, callback: Callable[..., Any], *, autostart: bool = True
     ) -> Timer:
         """Call `callback()` (or `callback(TimerInfo)`) every `timer_period_sec` seconds, without drift."""
-        timer = Timer(self._core, timer_period_sec, callback, autostart=autostart)
-        self._timers[timer] = None
-        return timer
+        return Timer(self._core, timer_period_sec, callback, autostart=autostart)
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
         """Take a publisher back, after what it has published. False if it is not this node's."""
@@ -324,9 +315,8 @@ class Node(NodeGraph, NodeParameters):
 
     def destroy_timer(self, timer: Timer) -> bool:
         """Stop a timer for good. False if it is not this node's."""
-        mine = timer in self._timers
+        mine = timer in self._core.timers
         if mine:
-            del self._timers[timer]
             timer.destroy()
         return mine
 
@@ -334,51 +324,8 @@ class Node(NodeGraph, NodeParameters):
 
     async def __aenter__(self) -> Self:
         """Start: connect in the background, run callbacks as messages come."""
-        if self._group is not None:
-            raise NodeAlreadyRunning(f"Node '{self._core.full_name}' is running already")
-        self._core.require_alive()
-        link = self._core.link
-        self._done = asyncio.Event()
-        self._body = asyncio.current_task()
-        self._group = asyncio.TaskGroup()
-        await self._group.__aenter__()
-        link.loop = asyncio.get_running_loop()
-        self._spawn(self._keep_link())
-        self._core.mailbox.open(self._spawn)
-        for timer in self._timers:
-            timer.start()
-        try:
-            if self._connect_timeout_sec is not None:
-                while not link.connections and self._failure is None:
-                    await link.changed()
-        except BaseException:
-            await self.__aexit__(None, None, None)
-            raise
+        await self._lifetime.begin()
         return self
-
-    def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
-        assert self._group is not None
-        task = self._group.create_task(coroutine)
-        self._tasks[task] = None
-        task.add_done_callback(self._tasks.pop)
-        return task
-
-    async def _keep_link(self) -> None:
-        try:
-            await self._core.link.run(connect_timeout_sec=self._connect_timeout_sec)
-        except CallboardError as error:
-            self._fail(error)
-
-    def _fail(self, error: Exception) -> None:
-        """End the node with an error: whoever runs it gets it raised."""
-        if self._failure is None:
-            self._failure = error
-            self._core.link.wake()
-            if self._done is not None:
-                self._done.set()
-            if self._body is not None:
-                self._body.cancel()
-                self._cancelled_body = self._body
 
     async def __aexit__(
         self,
@@ -387,43 +334,8 @@ class Node(NodeGraph, NodeParameters):
         traceback: TracebackType | None,
     ) -> Literal[False]:
         """Stop: send what is queued, take everything back, end every task."""
-        assert self._group is not None
-        self._body = None
-        try:
-            await self._close()
-        finally:
-            for task in tuple(self._tasks):
-                task.cancel()
-            if self._tasks:
-                _, stubborn = await asyncio.wait(self._tasks, timeout=self._stop_timeout_sec)
-                if stubborn:
-                    self._core.log.warning(f"{len(stubborn)} callbacks ignore that the node stops")
-            group, self._group = self._group, None
-            await group.__aexit__(None, None, None)
-        if self._cancelled_body is not None:
-            self._cancelled_body.uncancel()
-        if self._failure is not None and (error is None or isinstance(error, asyncio.CancelledError)):
-            raise self._failure
+        await self._lifetime.end(error)
         return False
-
-    async def _close(self) -> None:
-        core, link = self._core, self._core.link
-        core.mailbox.close()
-        for timer in tuple(self._timers):
-            timer.destroy()
-        self._timers.clear()
-        for entity in tuple(core.entities):
-            entity.destroy()
-        try:
-            async with asyncio.timeout(self._stop_timeout_sec):
-                while link.connected and not all(lane.empty for lane in core.departing):
-                    await link.changed()
-        except TimeoutError:
-            left = sum(max(1, lane.pending) for lane in core.departing if not lane.empty)
-            core.log.warning(f"Stopping with {left} published messages unsent")
-        await link.close(timeout_sec=self._stop_timeout_sec)
-        core.destroyed = True
-        self._clock.destroy()
 
     async def run(self) -> None:
         """Run until `destroy_node` is called, or the task is cancelled.
@@ -434,23 +346,11 @@ class Node(NodeGraph, NodeParameters):
             NodeNameTaken: Another live node has this full name.
         """
         async with self:
-            assert self._done is not None
-            await self._done.wait()
+            await self._lifetime.destroyed()
 
     def destroy_node(self) -> None:
         """Take the node and everything it has out of service; `run` returns. Twice is no error."""
-        core = self._core
-        if core.destroyed:
-            return
-        for timer in tuple(self._timers):
-            self.destroy_timer(timer)
-        for entity in tuple(core.entities):
-            entity.destroy()
-        core.destroyed = True
-        self._clock.destroy()
-        core.link.wake()
-        if self._done is not None:
-            self._done.set()
+        self._lifetime.destroy()
 
 
 def _parts(srv_type: Any) -> tuple[type[Any], type[Any]]:

@@ -53,6 +53,7 @@ class Timer:
         self._running: Turn | None = None
         self._canceled = not autostart
         self._destroyed = False
+        core.timers[self] = None
         self.start()
 
     @property
@@ -87,6 +88,7 @@ class Timer:
         """Stop for good; a callback that runs is cancelled."""
         self.cancel()
         self._destroyed = True
+        self._core.timers.pop(self, None)
         if self._running is not None:
             self._running.cancel()
 

@@ -47,4 +47,4 @@ def test_a_node_has_what_its_class_declares() -> None:
     node = Base()
     kinds = sorted(type(entity).__name__ for entity in node._core.entities)
     assert kinds == ["Service", "Subscription", "Subscription"]
-    assert [timer.period_sec for timer in node._timers] == [0.5]
+    assert [timer.period_sec for timer in node._core.timers] == [0.5]

@@ -149,7 +149,7 @@ async def test_a_round_trip_needs_a_session(meeting: Meeting) -> None:
     with pytest.raises(actors.BrokerUnreachable):
         await waiting
     with pytest.raises(actors.BrokerUnreachable):
-        await Link([], domain=0, log=node.get_logger()).round_trip()
+        await Link().round_trip()
 
 
 def test_a_broker_that_hangs_up_at_once_is_not_stormed() -> None:
