@@ -133,13 +133,12 @@ class Core:
         del code
         self.log.error(f"The broker refused this node: {text}")
 
-    def matched(self, peers: int) -> None:
+    def matched(self, peers: int, total: int) -> None:
         """Endpoint: nodes have no counterparts."""
 
-    def notice(self, kind: int, text: str) -> None:
+    def notice(self, notice: frames.Notice) -> None:
         """Endpoint: a warning."""
-        del kind
-        self.log.warning(text)
+        self.log.warning(notice.text)
 
     def link_lost(self) -> None:
         """Endpoint: the session has ended; the link declares the node again."""
@@ -187,15 +186,15 @@ class Entity:
         del code
         self.core.log.error(f"The broker refused a {type(self).__name__.lower()}: {text}")
 
-    def matched(self, peers: int) -> None:
+    def matched(self, peers: int, total: int) -> None:
         """Endpoint: the number of counterparts."""
+        del total
         self.peers = peers
         self.core.link.wake()
 
-    def notice(self, kind: int, text: str) -> None:
+    def notice(self, notice: frames.Notice) -> None:
         """Endpoint: a warning."""
-        del kind
-        self.core.log.warning(text)
+        self.core.log.warning(notice.text)
 
     def link_lost(self) -> None:
         """Endpoint: the session has ended."""

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from proto.frames import DetachReason
+
 if TYPE_CHECKING:
     from proto import frames
     from proto.frames import Replay, Run
@@ -24,8 +26,16 @@ class Reader(Protocol):
         """A publisher's runs will come."""
         ...
 
-    def detached(self, inflow: Inflow) -> None:
-        """No more runs of this publisher."""
+    def detached(self, inflow: Inflow, *, silent: bool = False) -> None:
+        """No more runs of this publisher. If it is only silent, `forgotten` follows when that is over."""
+        ...
+
+    def asserted(self, inflow: Inflow) -> None:
+        """The publisher says that it is alive."""
+        ...
+
+    def forgotten(self, inflow: Inflow) -> None:
+        """A publisher that was silent is attached anew, or has gone for good."""
         ...
 
 
@@ -37,6 +47,7 @@ class Inflow:
         publisher: The publisher's id on this broker.
         gid: The publisher's id for good, also across reconnects.
         node: The publisher's node.
+        qos: The publisher's QoS map.
         first_sequence: Live runs are for this subscription from here on.
         expected: The next sequence number; anything below has been seen.
         missed: Messages counted as lost at the attachment; latched ones may still come.
@@ -53,6 +64,7 @@ class Inflow:
         "missed",
         "node",
         "publisher",
+        "qos",
         "reader",
         "taken_bytes",
     )
@@ -62,6 +74,7 @@ class Inflow:
         self.publisher = attached.publisher
         self.gid = attached.gid
         self.node = attached.node
+        self.qos = attached.qos
         self.first_sequence = attached.first_sequence
         self.expected = attached.first_sequence
         self.missed = 0
@@ -75,6 +88,8 @@ class Feeds:
 
     def __init__(self) -> None:
         self._inflows: dict[int, list[Inflow]] = {}
+        self._silent: dict[int, list[Inflow]] = {}
+        """Of publishers that are suspended, those that have been detached: bounded by what was attached."""
         self._readers: dict[int, Reader] = {}
 
     def add_reader(self, subscription: int, reader: Reader) -> None:
@@ -84,7 +99,7 @@ class Feeds:
     def remove_reader(self, subscription: int) -> None:
         """Hand nothing more to a subscription."""
         reader = self._readers.pop(subscription, None)
-        for inflows in self._inflows.values():
+        for inflows in (*self._inflows.values(), *self._silent.values()):
             inflows[:] = [inflow for inflow in inflows if inflow.reader is not reader]
 
     def attached(self, frame: frames.Attached) -> None:
@@ -95,6 +110,7 @@ class Feeds:
             if reader is not None:
                 # A broker that took us for frozen attaches anew without a DETACHED.
                 self._detach(inflows, reader)
+                self._forget(frame.publisher, reader)
                 inflow = Inflow(reader, frame)
                 inflows.append(inflow)
                 reader.attached(inflow)
@@ -104,15 +120,29 @@ class Feeds:
         inflows = self._inflows.get(frame.publisher, [])
         for subscription in frame.subscriptions:
             reader = self._readers.get(subscription)
-            if reader is not None:
-                self._detach(inflows, reader)
+            if reader is None:
+                continue
+            silent = frame.reason == DetachReason.SUSPENDED
+            if not silent:
+                self._forget(frame.publisher, reader)
+            self._detach(inflows, reader, silent=silent)
         if not inflows:
             self._inflows.pop(frame.publisher, None)
 
-    def _detach(self, inflows: list[Inflow], reader: Reader) -> None:
+    def _detach(self, inflows: list[Inflow], reader: Reader, *, silent: bool = False) -> None:
         for inflow in [inflow for inflow in inflows if inflow.reader is reader]:
             inflows.remove(inflow)
-            reader.detached(inflow)
+            if silent:
+                self._silent.setdefault(inflow.publisher, []).append(inflow)
+            reader.detached(inflow, silent=silent)
+
+    def _forget(self, publisher: int, reader: Reader) -> None:
+        silent = self._silent.get(publisher, [])
+        for inflow in [inflow for inflow in silent if inflow.reader is reader]:
+            silent.remove(inflow)
+            reader.forgotten(inflow)
+        if not silent:
+            self._silent.pop(publisher, None)
 
     def run_received(self, run: Run) -> None:
         """RUN came. One for a publisher without inflows has crossed an UNDECLARE."""
@@ -129,5 +159,13 @@ class Feeds:
     def clear(self) -> None:
         """The session is over."""
         inflows, self._inflows = self._inflows, {}
+        silent, self._silent = self._silent, {}
+        for flow in [flow for flows in silent.values() for flow in flows]:
+            flow.reader.forgotten(flow)
         for flow in [flow for flows in inflows.values() for flow in flows]:
             flow.reader.detached(flow)
+
+    def asserted(self, frame: frames.Assert) -> None:
+        """ASSERT came: a publisher is alive."""
+        for inflow in tuple(self._inflows.get(frame.publisher, ())):
+            inflow.reader.asserted(inflow)

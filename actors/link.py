@@ -44,11 +44,11 @@ class Endpoint(Protocol):
         """The broker will not have it."""
         ...
 
-    def matched(self, peers: int) -> None:
-        """It has this many counterparts now."""
+    def matched(self, peers: int, total: int) -> None:
+        """It has this many counterparts now, and has had that many in all in this session."""
         ...
 
-    def notice(self, kind: int, text: str) -> None:
+    def notice(self, notice: frames.Notice) -> None:
         """The broker warns about it."""
         ...
 
@@ -109,11 +109,12 @@ class Link:
             frames.Accepted: lambda frame: self._tell(frame.id, "accepted", frame.number),
             frames.Refused: self.refused,
             frames.Matched: self._on_matched,
-            frames.Notice: lambda frame: self._tell(frame.id, "notice", frame.kind, frame.text),
+            frames.Notice: lambda frame: self._tell(frame.id, "notice", frame),
             frames.Run: self.feeds.run_received,
             frames.Replay: self.feeds.replay_received,
             frames.Attached: self.feeds.attached,
             frames.Detached: self.feeds.detached,
+            frames.Assert: self.feeds.asserted,
             frames.Credit: self._on_credit,
             frames.Pong: self._on_pong,
         }
@@ -255,7 +256,7 @@ class Link:
             self._matched.add(frame.id)
         else:
             self._matched.discard(frame.id)
-        self._tell(frame.id, "matched", frame.peers)
+        self._tell(frame.id, "matched", frame.peers, frame.total)
 
     def _on_credit(self, frame: frames.Credit) -> None:
         publisher = self.publishers.get(frame.publisher)

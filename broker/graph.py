@@ -39,7 +39,10 @@ class Graph:
         self._entries: dict[int, GraphEntry] = {}
         self._watches: dict[tuple[int, int], None] = {}
         self._added: dict[int, GraphEntry] = {}
-        self._removed: dict[int, None] = {}
+        self._removed: dict[int, bool] = {}
+        """Keys, and whether they are only suspended."""
+        self._suspended: set[int] = set()
+        """Keys that watchers were told are only suspended."""
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -53,16 +56,21 @@ class Graph:
         """Somebody is there."""
         entry = endpoint.entry()
         self._entries[endpoint.key] = entry
+        self._suspended.discard(endpoint.key)
         if self._watches:
             self._added[endpoint.key] = entry
             self._removed.pop(endpoint.key, None)
 
-    def remove(self, endpoint: Endpoint) -> None:
-        """Somebody has gone."""
-        gone = self._entries.pop(endpoint.key, None)
-        if gone is not None and self._watches:
-            self._added.pop(endpoint.key, None)
-            self._removed[endpoint.key] = None
+    def remove(self, endpoint: Endpoint, *, suspended: bool = False) -> None:
+        """Somebody has gone, or is silent and may come back."""
+        key = endpoint.key
+        known = self._entries.pop(key, None) is not None or key in self._suspended
+        self._suspended.discard(key)
+        if suspended:
+            self._suspended.add(key)
+        if known and self._watches:
+            self._added.pop(key, None)
+            self._removed[key] = suspended
 
     def watch(self, peer: Peer, frame: frames.Watch) -> None:
         """Answer WATCH with the whole picture; remember it if it is to be kept.
@@ -78,7 +86,7 @@ class Graph:
             if sum(owner == peer.id for owner, _ in self._watches) >= MAX_WATCHES:
                 raise ProtocolError(ErrorCode.LIMIT, f"more than {MAX_WATCHES} watches on one link")
             self._watches[key] = None
-        self._tell(key, list(self._entries.values()), [])
+        self._tell(key, list(self._entries.values()), {})
 
     def unwatch(self, peer: Peer, watch: int) -> None:
         """End a kept watch; an unknown one is ignored."""
@@ -93,23 +101,25 @@ class Graph:
         """Tell the watchers what has changed since the last call."""
         if not self._added and not self._removed:
             return
-        added, removed = list(self._added.values()), list(self._removed)
-        self._added.clear()
-        self._removed.clear()
+        added, removed = list(self._added.values()), self._removed
+        self._added = {}
+        self._removed = {}
         for key in self._watches:
             self._tell(key, added, removed)
 
-    def _tell(self, key: tuple[int, int], added: list[GraphEntry], removed: list[int]) -> None:
+    def _tell(self, key: tuple[int, int], added: list[GraphEntry], removed: dict[int, bool]) -> None:
+        keys = list(removed)
         pieces = [
             (tuple(added[start : start + ENTRIES_PER_FRAME]), ())
             for start in range(0, len(added), ENTRIES_PER_FRAME)
         ] + [
-            ((), tuple(removed[start : start + REMOVED_PER_FRAME]))
-            for start in range(0, len(removed), REMOVED_PER_FRAME)
+            ((), tuple(keys[start : start + REMOVED_PER_FRAME]))
+            for start in range(0, len(keys), REMOVED_PER_FRAME)
         ]
         for number, (new, gone) in enumerate(pieces or [((), ())], 1):
             more = number < len(pieces)
-            self._emit(Send(key[0], frames.Graph(key[1], more, new, gone)))
+            silent = tuple(key for key in gone if removed[key])
+            self._emit(Send(key[0], frames.Graph(key[1], more, new, gone, silent)))
 
 
 class Definitions:

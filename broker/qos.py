@@ -6,8 +6,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from proto import limits
 from proto.errors import ErrorCode
+from proto.frames import PolicyKind
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from proto.frames import Options
 
 KEEP_LAST: Final = 1
@@ -16,6 +19,8 @@ RELIABLE: Final = 1
 BEST_EFFORT: Final = 2
 TRANSIENT_LOCAL: Final = 1
 VOLATILE: Final = 2
+AUTOMATIC: Final = 1
+MANUAL_BY_TOPIC: Final = 3
 
 DEFAULT_DEPTH: Final = 10
 
@@ -32,12 +37,16 @@ class Refusal(Exception):  # noqa: N818 - not an error of the program, an answer
 
 
 class Qos(NamedTuple):
-    """A QoS map with its defaults filled in."""
+    """A QoS map with its defaults filled in. Times are in nanoseconds, 0 for none."""
 
     history: int
     depth: int
     reliability: int
     durability: int
+    liveliness: int
+    deadline_ns: int
+    lifespan_ns: int
+    lease_ns: int
 
     @property
     def needs_credit(self) -> bool:
@@ -48,6 +57,18 @@ class Qos(NamedTuple):
     def latched(self) -> bool:
         """Whether late joiners get old messages."""
         return self.durability == TRANSIENT_LOCAL
+
+    def shown(self) -> Options:
+        """Return it as a QoS map again: the first four keys always, the others where they say something."""
+        policies = self._asdict()
+        return {
+            key: value
+            for key, value in policies.items()
+            if key in _ALWAYS_SHOWN or (value and (key, value) != ("liveliness", AUTOMATIC))
+        }
+
+
+_ALWAYS_SHOWN: Final = frozenset({"history", "depth", "reliability", "durability"})
 
 
 def read(options: Options) -> Qos:
@@ -61,6 +82,10 @@ def read(options: Options) -> Qos:
         _depth(options),
         _choice(options, "reliability", RELIABLE, BEST_EFFORT),
         _choice(options, "durability", VOLATILE, TRANSIENT_LOCAL),
+        _choice(options, "liveliness", AUTOMATIC, MANUAL_BY_TOPIC),
+        _time(options, "deadline_ns"),
+        _time(options, "lifespan_ns"),
+        _time(options, "lease_ns"),
     )
 
 
@@ -78,10 +103,41 @@ def _depth(options: Options) -> int:
     return max(1, value)
 
 
-def disagreement(publisher: Qos, subscription: Qos) -> str | None:
-    """Return the last policy that a publisher does not offer as a subscription wants it, by name, or None."""
-    if subscription.latched and not publisher.latched:
-        return "DURABILITY"
+def _time(options: Options, key: str) -> int:
+    value = options.get(key, 0)
+    if type(value) is not int or not 0 <= value <= limits.MAX_QOS_NS:
+        raise Refusal(ErrorCode.MALFORMED, f"QoS {key} must be from 0 to {limits.MAX_QOS_NS}")
+    return value
+
+
+def disagreement(publisher: Qos, subscription: Qos) -> PolicyKind | None:
+    """Return the last policy that a publisher does not offer as a subscription wants it, or None."""
+    return max(_disagreements(publisher, subscription), key=PRECEDENCE.index, default=None)
+
+
+PRECEDENCE: Final = (
+    PolicyKind.LIVELINESS_LEASE_DURATION,
+    PolicyKind.LIVELINESS,
+    PolicyKind.DEADLINE,
+    PolicyKind.RELIABILITY,
+    PolicyKind.DURABILITY,
+)
+"""If several policies do not fit, the one named stands last here."""
+
+
+def _disagreements(publisher: Qos, subscription: Qos) -> Iterator[PolicyKind]:
+    if _shorter(subscription.lease_ns, publisher.lease_ns):
+        yield PolicyKind.LIVELINESS_LEASE_DURATION
+    if subscription.liveliness > publisher.liveliness:
+        yield PolicyKind.LIVELINESS
+    if _shorter(subscription.deadline_ns, publisher.deadline_ns):
+        yield PolicyKind.DEADLINE
     if subscription.reliability == RELIABLE and publisher.reliability == BEST_EFFORT:
-        return "RELIABILITY"
-    return None
+        yield PolicyKind.RELIABILITY
+    if subscription.latched and not publisher.latched:
+        yield PolicyKind.DURABILITY
+
+
+def _shorter(wanted_ns: int, offered_ns: int) -> bool:
+    """Tell whether a subscription wants something sooner than a publisher promises it; 0 is never."""
+    return wanted_ns > 0 and (offered_ns == 0 or wanted_ns < offered_ns)

@@ -6,7 +6,7 @@ from collections import Counter, deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from proto.frames import EntryKind, Frame, GraphEntry, Options, Run, Scalar
+from proto.frames import EntryKind, Frame, GraphEntry, Matched, Options, Run, Scalar
 
 if TYPE_CHECKING:
     from broker.pool import Pool
@@ -85,7 +85,7 @@ class Peer:
 class Endpoint:
     """What all declared things have.
 
-    `key` is its number in the graph; `peers` how many counterparts it has.
+    `key` is its number in the graph; `peers` how many counterparts it has now.
     """
 
     key: int
@@ -98,6 +98,8 @@ class Endpoint:
     type_hash: str = ""
     qos: Options = field(default_factory=dict[str, Scalar])
     peers: int = 0
+    total: int = 0
+    """Counterparts it has had in all."""
 
     @property
     def node_name(self) -> str:
@@ -111,7 +113,12 @@ class Endpoint:
         peer.matched += change
         if change > 0:
             peer.relied_on.add(peer.id)
+        self.total += max(0, peers - self.peers)
         self.peers = peers
+
+    def matched_frame(self) -> Matched:
+        """Return what it is told about its counterparts."""
+        return Matched(self.id, self.peers, self.total)
 
     def entry(self) -> GraphEntry:
         """Return it as everybody may see it."""

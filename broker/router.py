@@ -26,7 +26,7 @@ from broker.services import NONE, Services
 from broker.topics import Topics, latched_depth, subscription_depth
 from proto import frames, limits
 from proto.errors import ErrorCode, InvalidNameError, ProtocolError
-from proto.frames import EntryKind, Frame, ReplyEntry, Status
+from proto.frames import EntryKind, Frame, NoticeKind, ReplyEntry, Status
 from proto.names import (
     full_node_name,
     split_node_name,
@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 MAX_ENDPOINTS: Final = 20_000
 MAX_PENDING_CALLS: Final = 200_000
 MAX_LANE_BYTES: Final = 128 * 1024 * 1024
+
+WAS_SILENT: Final = "This node was silent for the keepalive limit; until now the graph was without it"
 
 
 class Router:
@@ -85,6 +87,7 @@ class Router:
             frames.Reply: self._reply,
             frames.Cancel: self._cancel,
             frames.Grant: self._grant,
+            frames.Assert: self.topics.asserted,
             frames.Credit: self.topics.credit_confirmed,
             frames.Node: self._declare,
             frames.Publisher: self._declare,
@@ -167,6 +170,9 @@ class Router:
         if peer is not None and peer.suspended:
             peer.suspended = False
             for endpoint in peer.endpoints.values():
+                if isinstance(endpoint, NodeRecord):
+                    notice = frames.Notice(endpoint.id, NoticeKind.SUSPENDED, WAS_SILENT, policy=0, peers=1)
+                    self._out.append(Send(peer.id, notice))
                 self._join(endpoint)
         return self._finish()
 
@@ -255,7 +261,7 @@ class Router:
         self, frame: frames.Publisher | frames.Subscription, common: dict[str, Any]
     ) -> Endpoint:
         qos = read(frame.qos)
-        shown: frames.Options = qos._asdict()
+        shown = qos.shown()
         if isinstance(frame, frames.Publisher):
             self.definitions.learn(frame.type_hash, frame.definition)
             return PublisherRecord(
@@ -289,7 +295,9 @@ class Router:
             self.services.join(endpoint)
 
     def _leave(self, endpoint: Endpoint) -> None:
-        self.graph.remove(endpoint)
+        self.graph.remove(
+            endpoint, suspended=endpoint.peer.suspended and endpoint.id in endpoint.peer.endpoints
+        )
         if isinstance(endpoint, PublisherRecord):
             self.topics.leave_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):

@@ -125,7 +125,7 @@ class Services:
             f" and the server {server.node_name} ({server.type_name}): the {what}"
         )
         for endpoint in (client, server):
-            notice = frames.Notice(endpoint.id, NoticeKind.INCOMPATIBLE_TYPE, text)
+            notice = frames.Notice(endpoint.id, NoticeKind.INCOMPATIBLE_TYPE, text, policy=0, peers=1)
             self._emit(Send(endpoint.peer.id, notice))
 
     def _count(self, endpoint: ClientRecord | ServiceRecord, change: int) -> None:
@@ -139,7 +139,7 @@ class Services:
             return
         changed, self._peers_changed = self._peers_changed, {}
         for endpoint in changed:
-            self._emit(Send(endpoint.peer.id, frames.Matched(endpoint.id, endpoint.peers)))
+            self._emit(Send(endpoint.peer.id, endpoint.matched_frame()))
 
     # Calls
 

@@ -22,7 +22,7 @@ from broker.records import (
 from proto import frames
 from proto.codec import encode
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import NoticeKind, Run
+from proto.frames import DetachReason, NoticeKind, PolicyKind, Run
 from proto.outbox import Lane
 from proto.runs import cut, message_bytes
 
@@ -44,7 +44,8 @@ READERS_PER_FRAME: Final = 4000
 """Subscriptions named in one DETACHED frame."""
 
 MAX_NOTICES: Final = 16
-"""Incompatible counterparts that one declaration is told of; each of them is told of it in any case."""
+"""Incompatible counterparts that one declaration is told of one by one; one NOTICE more sums up the others.
+Each of them is told of it in any case."""
 
 
 SETTLE_LANES: Final = 1000
@@ -77,6 +78,8 @@ class Topics:
         """By peer and publisher gid, what publishers that have gone have left to be sent."""
         self._notices = 0
         self._newcomer: PublisherRecord | SubscriptionRecord | None = None
+        self._untold: dict[NoticeKind, frames.Notice] = {}
+        """What sums up the notices that are too many for the newcomer."""
         self.routed = self.copies = self.unmatched = self.stale = self.retired_dropped = self.abandoned = 0
 
     # Declarations
@@ -89,6 +92,7 @@ class Topics:
         self._notices, self._newcomer = 0, publisher
         for subscription in topic.subscriptions.values():
             self._match(publisher, subscription)
+        self._tell_rest(publisher)
 
     def join_subscription(self, subscription: SubscriptionRecord) -> None:
         """Match a subscription that is new or back."""
@@ -97,18 +101,34 @@ class Topics:
         self._notices, self._newcomer = 0, subscription
         for publisher in topic.publishers.values():
             self._match(publisher, subscription)
+        self._tell_rest(subscription)
 
     def forget_publisher(self, publisher: PublisherRecord) -> None:
         """Take no more runs of a publisher that has left for good."""
         self._publishers.pop(publisher.key, None)
         self._count_latched(publisher, -publisher.latched_bytes)
+        if publisher.peer.suspended:
+            self._tell_gone(publisher)
+
+    def _tell_gone(self, publisher: PublisherRecord) -> None:
+        """Tell those who know that a publisher is suspended that it will not come back."""
+        topic = self._topics.get(publisher.name)
+        for subscription in () if topic is None else topic.subscriptions.values():
+            if _same_type(publisher, subscription):
+                peer = subscription.peer.id
+                frame = frames.Detached(publisher.key, (subscription.id,), DetachReason.GONE)
+                lane = self._leaving.get((peer, publisher.gid))
+                # Not before what it has said, and before its suspension is told of.
+                waits = lane is not None and not lane.empty
+                self._emit(Queue(peer, lane, encode(frame)) if lane and waits else Send(peer, frame))
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:
         """Take a publisher out; its readers get what is queued, and then DETACHED."""
         self._leave(publisher.name, publisher)
+        reason = DetachReason.SUSPENDED if publisher.peer.suspended else DetachReason.GONE
         for route in publisher.routes.values():
             for readers in _slices(tuple(route.subscriptions), READERS_PER_FRAME):
-                detached = encode(frames.Detached(publisher.key, readers))
+                detached = encode(frames.Detached(publisher.key, readers, reason))
                 self._emit(Queue(route.peer.id, route.lane, detached))
             self._leave_lane(route.peer.id, publisher.gid, route.lane)
         if len(self._leaving) > SETTLE_LANES:
@@ -141,7 +161,7 @@ class Topics:
         route = publisher.routes[peer.id]
         if peer.suspended:
             # It lives on, and when it is back the publisher may have gone without a word.
-            self._emit(Send(peer.id, frames.Detached(publisher.key, (subscription.id,))))
+            self._emit(Send(peer.id, frames.Detached(publisher.key, (subscription.id,), DetachReason.GONE)))
         route.remove(subscription)
         if route.subscriptions:
             return
@@ -170,10 +190,7 @@ class Topics:
         publisher: PublisherRecord,
         subscription: SubscriptionRecord,
     ) -> None:
-        if subscription.type_name and (subscription.type_name, subscription.type_hash) != (
-            publisher.type_name,
-            publisher.type_hash,
-        ):
+        if not _same_type(publisher, subscription):
             self._incompatible_type(publisher, subscription)
             return
         policy = disagreement(publisher.wants, subscription.wants)
@@ -198,6 +215,7 @@ class Topics:
             publisher.gid,
             publisher.next_sequence,
             publisher.node_name,
+            publisher.qos,
         )
         self._emit(Queue(peer.id, route.lane, encode(attached)))
         if subscription.wants.latched:
@@ -257,16 +275,29 @@ class Topics:
         for endpoint in (publisher, subscription):
             self._notify(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text)
 
-    def _notify(self, endpoint: PublisherRecord | SubscriptionRecord, kind: NoticeKind, text: str) -> None:
+    def _notify(
+        self, endpoint: PublisherRecord | SubscriptionRecord, kind: NoticeKind, text: str, policy: int = 0
+    ) -> None:
         newcomer = endpoint is self._newcomer
         self._notices += newcomer
         if not newcomer or self._notices <= MAX_NOTICES:
-            self._emit(Send(endpoint.peer.id, frames.Notice(endpoint.id, kind, text)))
+            self._emit(Send(endpoint.peer.id, frames.Notice(endpoint.id, kind, text, policy, 1)))
+            return
+        before = self._untold.get(kind)
+        count = 1 if before is None else before.peers + 1
+        text = f"'{endpoint.name}': the same with {count} more"
+        self._untold[kind] = frames.Notice(endpoint.id, kind, text, policy, count)
+
+    def _tell_rest(self, newcomer: PublisherRecord | SubscriptionRecord) -> None:
+        for notice in self._untold.values():
+            self._emit(Send(newcomer.peer.id, notice))
+        self._untold.clear()
+        self._newcomer = None
 
     def _incompatible_qos(
-        self, publisher: PublisherRecord, subscription: SubscriptionRecord, policy: str
+        self, publisher: PublisherRecord, subscription: SubscriptionRecord, policy: PolicyKind
     ) -> None:
-        last = f"Messages are delivered all the same. Last incompatible policy: {policy}"
+        last = f"Messages are delivered all the same. Last incompatible policy: {policy.name}"
         for endpoint, text in (
             (
                 publisher,
@@ -277,7 +308,7 @@ class Topics:
                 f"New publisher discovered on topic '{publisher.name}', offering incompatible QoS.",
             ),
         ):
-            self._notify(endpoint, NoticeKind.INCOMPATIBLE_QOS, f"{text} {last}")
+            self._notify(endpoint, NoticeKind.INCOMPATIBLE_QOS, f"{text} {last}", policy)
 
     def _count(self, endpoint: PublisherRecord | SubscriptionRecord, peers: int) -> None:
         if endpoint.peers != peers:
@@ -290,7 +321,7 @@ class Topics:
             return
         changed, self._peers_changed = self._peers_changed, {}
         for endpoint in changed:
-            self._emit(Send(endpoint.peer.id, frames.Matched(endpoint.id, endpoint.peers)))
+            self._emit(Send(endpoint.peer.id, endpoint.matched_frame()))
 
     # Messages
 
@@ -362,6 +393,16 @@ class Topics:
         publisher.latched_bytes += size
         publisher.peer.latched_bytes += size
 
+    def asserted(self, peer: Peer, frame: frames.Assert) -> None:
+        """A publisher says that it is alive: its readers hear it.
+
+        Raises:
+            ProtocolError: The publisher is not this link's.
+        """
+        publisher = self._owned(peer, frame.publisher)
+        for route in publisher.routes.values():
+            self._emit(Send(route.peer.id, frame))
+
     def grant(self, subscription: SubscriptionRecord, frame: frames.Grant) -> None:
         """GRANT came. One for a publisher that has gone has crossed its DETACHED."""
         publisher = subscription.matched.get(frame.publisher)
@@ -403,6 +444,13 @@ def latched_depth(qos: Qos) -> int:
     if not qos.latched:
         return 0
     return LATCHED_MESSAGES if qos.history == KEEP_ALL else qos.depth
+
+
+def _same_type(publisher: PublisherRecord, subscription: SubscriptionRecord) -> bool:
+    """Tell whether a subscription takes a publisher's type: a raw one, without a type, takes every one."""
+    return not subscription.type_name or (
+        subscription.type_name == publisher.type_name and subscription.type_hash == publisher.type_hash
+    )
 
 
 def _slices(ids: tuple[int, ...], size: int) -> list[tuple[int, ...]]:

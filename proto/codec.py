@@ -128,8 +128,8 @@ def _reply(endpoint: int, entries: Any) -> Frame:
     return Reply(endpoint, _replies(entries))
 
 
-def _graph(watch: int, more: bool, added: Any, removed: tuple[int, ...]) -> Frame:  # noqa: FBT001 - in order
-    return Graph(watch, more, _graph_entries(added), removed)
+def _graph(watch: int, more: bool, added: Any, *keys: tuple[int, ...]) -> Frame:  # noqa: FBT001 - in order
+    return Graph(watch, more, _graph_entries(added), *keys)
 
 
 _NESTED: Final[Mapping[int, Callable[..., Frame]]] = {

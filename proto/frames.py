@@ -46,6 +46,7 @@ class Op(IntEnum):
     ABORT = 33
     GRANT = 34
     CREDIT = 35
+    ASSERT = 36
 
     REQUEST = 40
     REPLY = 41
@@ -67,6 +68,33 @@ class NoticeKind(IntEnum):
     """A counterpart on the same topic or service has another type; the two are not matched."""
     SUSPENDED = 3
     """The link was silent for the keepalive limit, so its endpoints left the graph for a time."""
+
+
+class PolicyKind(IntEnum):
+    """QoS policies that a publisher may not offer as a subscription wants them: NOTICE's `policy`.
+
+    The numbers are ROS 2's (rmw's `rmw_qos_policy_kind_t`).
+    """
+
+    DURABILITY = 2
+    """The subscription wants latched messages, the publisher keeps none."""
+    DEADLINE = 4
+    """The subscription wants messages more often than the publisher promises them."""
+    LIVELINESS = 8
+    """The subscription wants MANUAL_BY_TOPIC, the publisher is AUTOMATIC."""
+    RELIABILITY = 16
+    """The subscription wants RELIABLE, the publisher is BEST_EFFORT."""
+    LIVELINESS_LEASE_DURATION = 256
+    """The subscription wants signs of life more often than the publisher promises them."""
+
+
+class DetachReason(IntEnum):
+    """Why a publisher's runs end."""
+
+    GONE = 0
+    """One of the two has been taken back, or the publisher's link has ended."""
+    SUSPENDED = 1
+    """The publisher's link, or the subscription's own, has been silent for the keepalive limit."""
 
 
 class Status(IntEnum):
@@ -250,20 +278,25 @@ class Refused(NamedTuple):
 
 
 class Matched(NamedTuple):
-    """How many counterparts the endpoint has now."""
+    """How many counterparts the endpoint has now, and how many it has had in all since its declaration."""
 
     id: int
     peers: int
+    total: int
 
 
 class Attached(NamedTuple):
-    """From `first_sequence` on, the publisher's runs are for these subscriptions of this link, too."""
+    """From `first_sequence` on, the publisher's runs are for these subscriptions of this link, too.
+
+    `qos` is the publisher's.
+    """
 
     publisher: int
     subscriptions: tuple[int, ...]
     gid: bytes
     first_sequence: int
     node: str
+    qos: Options
 
 
 class Detached(NamedTuple):
@@ -271,14 +304,21 @@ class Detached(NamedTuple):
 
     publisher: int
     subscriptions: tuple[int, ...]
+    reason: int
 
 
 class Notice(NamedTuple):
-    """A warning about a declared endpoint."""
+    """A warning about a declared endpoint.
+
+    `policy`: the number of the last QoS policy that does not fit, or 0. `peers`: how many counterparts it is
+    about.
+    """
 
     id: int
     kind: int
     text: str
+    policy: int
+    peers: int
 
 
 class Run(NamedTuple):
@@ -352,6 +392,12 @@ class Credit(NamedTuple):
     byte_limit: int | None
 
 
+class Assert(NamedTuple):
+    """A MANUAL_BY_TOPIC publisher is alive, although it has nothing to say."""
+
+    publisher: int
+
+
 class Request(NamedTuple):
     """Calls from a client, or to a server."""
 
@@ -387,12 +433,16 @@ class Unwatch(NamedTuple):
 
 
 class Graph(NamedTuple):
-    """A piece of the graph, or a change. `more`: the first picture goes on in the next GRAPH frame."""
+    """A piece of the graph, or a change. `more`: the first picture goes on in the next GRAPH frame.
+
+    `suspended`: those of `removed` that are only silent, and may come back under the same key.
+    """
 
     watch: int
     more: bool
     added: tuple[GraphEntry, ...]
     removed: tuple[int, ...]
+    suspended: tuple[int, ...]
 
 
 class Describe(NamedTuple):
@@ -433,6 +483,7 @@ Frame: TypeAlias = (
     | Abort
     | Grant
     | Credit
+    | Assert
     | Request
     | Reply
     | Cancel
@@ -467,22 +518,23 @@ SPECS: Mapping[int, Spec] = {
     Op.UNDECLARE: Spec(Undeclare, ("u32",)),
     Op.ACCEPTED: Spec(Accepted, ("u32", "u64")),
     Op.REFUSED: Spec(Refused, ("u32", "u32", "str")),
-    Op.MATCHED: Spec(Matched, ("u32", "u32")),
-    Op.ATTACHED: Spec(Attached, ("u64", "u32s", "bin16", "u64", "str")),
-    Op.DETACHED: Spec(Detached, ("u64", "u32s")),
-    Op.NOTICE: Spec(Notice, ("u32", "u32", "str")),
+    Op.MATCHED: Spec(Matched, ("u32", "u32", "u64")),
+    Op.ATTACHED: Spec(Attached, ("u64", "u32s", "bin16", "u64", "str", "map")),
+    Op.DETACHED: Spec(Detached, ("u64", "u32s", "u32")),
+    Op.NOTICE: Spec(Notice, ("u32", "u32", "str", "u32", "u32")),
     Op.RUN: Spec(Run, ("u64", "u64", "u64", "length", "bin?", "map?"), has_payload=True),
     Op.REPLAY: Spec(Replay, ("u32", "u64", "u64", "u64", "length", "bin?", "map?"), has_payload=True),
     Op.FRAGMENT: Spec(Fragment, ("u32", "u32?", "bool"), has_payload=True),
     Op.ABORT: Spec(Abort, ("u32",)),
     Op.GRANT: Spec(Grant, ("u32", "u64", "u64", "u64")),
     Op.CREDIT: Spec(Credit, ("u64", "u64?", "u64?")),
+    Op.ASSERT: Spec(Assert, ("u64",)),
     Op.REQUEST: Spec(Request, ("u32", "requests")),
     Op.REPLY: Spec(Reply, ("u32", "replies")),
     Op.CANCEL: Spec(Cancel, ("u32", "u64s")),
     Op.WATCH: Spec(Watch, ("u32", "bool")),
     Op.UNWATCH: Spec(Unwatch, ("u32",)),
-    Op.GRAPH: Spec(Graph, ("u32", "bool", "graph", "u64s")),
+    Op.GRAPH: Spec(Graph, ("u32", "bool", "graph", "u64s", "u64s")),
     Op.DESCRIBE: Spec(Describe, ("str",)),
     Op.DEFINITION: Spec(Definition, ("str", "definition?")),
 }

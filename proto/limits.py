@@ -74,6 +74,9 @@ MAX_DOMAIN: Final = 232
 MAX_DEPTH: Final = 1_000_000
 """History depth of one publisher or subscription, in messages."""
 
+MAX_QOS_NS: Final = 2**63 - 1
+"""A QoS time (deadline, lifespan, lease), in nanoseconds: ROS 2's infinite duration."""
+
 INSTANCE_BYTES: Final = 16
 """Length of instance ids, resume tokens and publisher gids."""
 

@@ -37,7 +37,7 @@ Moves: TypeAlias = Mapping[FrameType, State]
 
 _EITHER: frozenset[FrameType] = frozenset(
     {frames.Ping, frames.Pong, frames.Run, frames.Fragment, frames.Abort, frames.Credit}
-    | {frames.Request, frames.Reply, frames.Cancel}
+    | {frames.Request, frames.Reply, frames.Cancel, frames.Assert}
 )
 FROM_CLIENT: frozenset[FrameType] = _EITHER | {
     frames.Node,

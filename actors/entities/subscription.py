@@ -168,8 +168,15 @@ class Subscription(Entity, Generic[M]):
             inflow.granted_sequence = inflow.first_sequence + WINDOW_MESSAGES
             inflow.granted_bytes = WINDOW_BYTES
 
-    def detached(self, inflow: Inflow) -> None:
+    def asserted(self, inflow: Inflow) -> None:
+        """Reader: a publisher is alive."""
+
+    def forgotten(self, inflow: Inflow) -> None:
+        """Reader: a publisher that was silent is back, or gone."""
+
+    def detached(self, inflow: Inflow, *, silent: bool = False) -> None:
         """Reader: no more runs of this publisher; what is queued stays."""
+        del silent
         if self._inflows.get(inflow.gid) is inflow:
             del self._inflows[inflow.gid]
             self._remember(inflow)

@@ -10,6 +10,7 @@ import pytest
 
 import actors
 from actors.interfaces.std_msgs.msg import Int64
+from proto.frames import Notice
 from tests.actors.meeting import matched, turns, until
 
 if TYPE_CHECKING:
@@ -91,8 +92,8 @@ async def test_a_refused_entity_is_told_of(node: actors.Node, caplog: pytest.Log
     """What the broker refuses or remarks reaches the log; a client's calls fail."""
     publisher = node.create_publisher(Int64, "numbers")
     publisher.refused(2, "too many")
-    node._core.notice(1, "take care")
-    publisher.notice(1, "look out")
+    node._core.notice(Notice(0, 1, "take care", 0, 1))
+    publisher.notice(Notice(0, 1, "look out", 0, 1))
     for text in ("refused a publisher: too many", "take care", "look out"):
         assert text in caplog.text
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.feeds import Feeds, Inflow
-from proto.frames import Attached, Detached, Replay, Run
+from proto.frames import Assert, Attached, Detached, DetachReason, Replay, Run
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,8 +28,14 @@ class Ear:
     def attached(self, inflow: Inflow) -> None:
         self.diary.append(f"{self.name} + {inflow.publisher}")
 
-    def detached(self, inflow: Inflow) -> None:
-        self.diary.append(f"{self.name} - {inflow.publisher}")
+    def detached(self, inflow: Inflow, *, silent: bool = False) -> None:
+        self.diary.append(f"{self.name} {'~' if silent else '-'} {inflow.publisher}")
+
+    def forgotten(self, inflow: Inflow) -> None:
+        self.diary.append(f"{self.name} forgets {inflow.publisher}")
+
+    def asserted(self, inflow: Inflow) -> None:
+        self.diary.append(f"{self.name} ! {inflow.publisher}")
 
 
 def run(publisher: int) -> Run:
@@ -47,8 +53,8 @@ def feeds_of(count: int) -> tuple[Feeds, list[Ear], list[str]]:
 def test_a_run_goes_to_all_who_are_attached() -> None:
     """One run is handed to each attached subscription, in the order of attachment, and to no other."""
     feeds, _, diary = feeds_of(3)
-    feeds.attached(Attached(7, (1, 2, 99), GID, 0, "/n"))
-    feeds.attached(Attached(8, (3,), GID, 0, "/n"))
+    feeds.attached(Attached(7, (1, 2, 99), GID, 0, "/n", {}))
+    feeds.attached(Attached(8, (3,), GID, 0, "/n", {}))
     feeds.run_received(run(7))
     feeds.run_received(run(9))
     assert diary == ["a + 7", "b + 7", "c + 8", "a Run 7", "b Run 7"]
@@ -57,7 +63,7 @@ def test_a_run_goes_to_all_who_are_attached() -> None:
 def test_a_replay_goes_to_one() -> None:
     """Latched messages are for the subscription that they name."""
     feeds, _, diary = feeds_of(2)
-    feeds.attached(Attached(7, (1, 2), GID, 0, "/n"))
+    feeds.attached(Attached(7, (1, 2), GID, 0, "/n", {}))
     diary.clear()
     feeds.replay_received(Replay(2, *run(7)[:-1]))
     feeds.replay_received(Replay(99, *run(7)[:-1]))
@@ -67,12 +73,12 @@ def test_a_replay_goes_to_one() -> None:
 def test_detached_ends_it() -> None:
     """After DETACHED no run comes; the others go on; unknown ids are ignored."""
     feeds, _, diary = feeds_of(2)
-    feeds.attached(Attached(7, (1, 2), GID, 0, "/n"))
-    feeds.detached(Detached(7, (1, 99)))
-    feeds.detached(Detached(6, (1,)))
+    feeds.attached(Attached(7, (1, 2), GID, 0, "/n", {}))
+    feeds.detached(Detached(7, (1, 99), 0))
+    feeds.detached(Detached(6, (1,), 0))
     diary.clear()
     feeds.run_received(run(7))
-    feeds.detached(Detached(7, (2,)))
+    feeds.detached(Detached(7, (2,), 0))
     feeds.run_received(run(7))
     assert diary == ["b Run 7", "b - 7"]
     assert feeds._inflows == {}
@@ -81,8 +87,8 @@ def test_detached_ends_it() -> None:
 def test_attached_anew_counts_once() -> None:
     """A second ATTACHED for the same pair replaces the first: no run comes twice."""
     feeds, _, diary = feeds_of(1)
-    feeds.attached(Attached(7, (1,), GID, 0, "/n"))
-    feeds.attached(Attached(7, (1,), GID, 5, "/n"))
+    feeds.attached(Attached(7, (1,), GID, 0, "/n", {}))
+    feeds.attached(Attached(7, (1,), GID, 5, "/n", {}))
     feeds.run_received(run(7))
     assert diary == ["a + 7", "a - 7", "a + 7", "a Run 7"]
 
@@ -90,7 +96,7 @@ def test_attached_anew_counts_once() -> None:
 def test_a_reader_may_leave_while_it_reads() -> None:
     """A callback that destroys a subscription does not disturb the run on its way to the others."""
     feeds, ears, diary = feeds_of(3)
-    feeds.attached(Attached(7, (1, 2, 3), GID, 0, "/n"))
+    feeds.attached(Attached(7, (1, 2, 3), GID, 0, "/n", {}))
     ears[0].on_receive = lambda: feeds.remove_reader(1)
     diary.clear()
     feeds.run_received(run(7))
@@ -101,9 +107,43 @@ def test_a_reader_may_leave_while_it_reads() -> None:
 def test_a_lost_session_detaches_all() -> None:
     """After `clear` every reader has been told, and old publisher ids mean nothing."""
     feeds, _, diary = feeds_of(2)
-    feeds.attached(Attached(7, (1,), GID, 0, "/n"))
-    feeds.attached(Attached(8, (2,), GID, 0, "/n"))
+    feeds.attached(Attached(7, (1,), GID, 0, "/n", {}))
+    feeds.attached(Attached(8, (2,), GID, 0, "/n", {}))
     diary.clear()
     feeds.clear()
     feeds.run_received(run(7))
     assert diary == ["a - 7", "b - 8"]
+
+
+def test_a_silent_publisher_is_forgotten_when_it_is_back_or_gone() -> None:
+    """A suspension is told apart from an end, and its own end is told, however it ends."""
+    feeds, _, diary = feeds_of(1)
+    feeds.attached(Attached(7, (1,), GID, 0, "/n", {}))
+    feeds.attached(Attached(8, (1,), GID, 0, "/n", {}))
+    for publisher in (7, 8):
+        feeds.detached(Detached(publisher, (1,), DetachReason.SUSPENDED))
+    feeds.attached(Attached(7, (1,), GID, 0, "/n", {}))
+    feeds.detached(Detached(8, (1,), DetachReason.GONE))
+    feeds.detached(Detached(7, (1,), DetachReason.SUSPENDED))
+    feeds.clear()
+    feeds.clear()
+    assert diary == [
+        "a + 7",
+        "a + 8",
+        "a ~ 7",
+        "a ~ 8",
+        "a forgets 7",
+        "a + 7",
+        "a forgets 8",
+        "a ~ 7",
+        "a forgets 7",
+    ]
+
+
+def test_an_assertion_goes_to_all_who_are_attached() -> None:
+    """A publisher's sign of life reaches its readers, and nobody else."""
+    feeds, _, diary = feeds_of(2)
+    feeds.attached(Attached(7, (2,), GID, 0, "/n", {}))
+    feeds.asserted(Assert(7))
+    feeds.asserted(Assert(8))
+    assert diary == ["b + 7", "b ! 7"]

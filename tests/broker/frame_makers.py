@@ -9,6 +9,8 @@ from proto.codec import ARRAY_HEAD_BYTES, array_head, ends_to_bytes
 from proto.runs import with_raw
 
 GID = b"g" * limits.INSTANCE_BYTES
+QOS: frames.Options = {"history": 1, "depth": 10, "reliability": 1, "durability": 2}
+"""What an empty QoS map means."""
 KEEP_ALL: frames.Options = {"history": 2}
 LATCHED: frames.Options = {"durability": 1}
 TYPE = "std_msgs/msg/String"

@@ -41,7 +41,7 @@ def test_a_single_look_brings_no_changes() -> None:
     switch = Switch()
     viewer = switch.join()
     switch.send(viewer, frames.Watch(1, keep=False))
-    assert switch.read(viewer, frames.Graph) == [frames.Graph(1, False, (), ())]
+    assert switch.read(viewer, frames.Graph) == [frames.Graph(1, False, (), (), ())]
     switch.join("/n")
     assert switch.read(viewer, frames.Graph) == []
 
@@ -53,9 +53,25 @@ def test_a_suspended_node_is_not_in_the_graph() -> None:
     switch.send(viewer, frames.Watch(1, keep=True))
     switch.read_all(viewer)
     switch.suspend(node)
-    assert [len(graph.removed) for graph in switch.read(viewer, frames.Graph)] == [1]
+    [change] = switch.read(viewer, frames.Graph)
+    assert len(change.removed) == 1
+    assert change.suspended == change.removed
     switch.restore(node)
     assert names(switch.read(viewer, frames.Graph))[0][1] == "/n"
+
+
+def test_a_suspended_node_that_goes_is_gone() -> None:
+    """Watchers are told that it is silent, then that it will not come back; nothing is left of it."""
+    switch = Switch()
+    viewer, node = switch.join(), switch.join("/n")
+    switch.send(viewer, frames.Watch(1, keep=True))
+    switch.suspend(node)
+    switch.read_all(viewer)
+    switch.leave(node)
+    [change] = switch.read(viewer, frames.Graph)
+    assert len(change.removed) == 1
+    assert not change.suspended
+    assert not switch.router.graph._suspended
 
 
 def test_a_large_graph_comes_in_slices() -> None:

@@ -110,10 +110,10 @@ def test_both_sides_hear_how_many_match() -> None:
     asker, server = switch.join("/asker"), switch.join("/server")
     switch.send(asker, make.client(1))
     switch.send(server, make.service(1))
-    assert switch.read(asker, frames.Matched) == [frames.Matched(1, 1)]
-    assert switch.read(server, frames.Matched) == [frames.Matched(1, 1)]
+    assert switch.read(asker, frames.Matched) == [frames.Matched(1, 1, 1)]
+    assert switch.read(server, frames.Matched) == [frames.Matched(1, 1, 1)]
     switch.leave(server)
-    assert switch.read(asker, frames.Matched) == [frames.Matched(1, 0)]
+    assert switch.read(asker, frames.Matched) == [frames.Matched(1, 0, 1)]
 
 
 @pytest.mark.parametrize("how", ["leave", "suspend", "undeclare"])

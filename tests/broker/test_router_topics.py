@@ -7,7 +7,7 @@ import pytest
 from broker.router import Router
 from proto import frames, limits
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import NoticeKind
+from proto.frames import DetachReason, NoticeKind, PolicyKind
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch, talk
 
@@ -21,9 +21,9 @@ def test_a_run_arrives_byte_for_byte_after_its_attachment() -> None:
     sent = make.run(number, 40, 3)
     switch.send(talker, sent)
     heard = switch.read_all(listener)
-    assert frames.Matched(7, 1) in heard
+    assert frames.Matched(7, 1, 1) in heard
     ordered = [frame for frame in heard if isinstance(frame, (frames.Attached, frames.Run))]
-    assert ordered[0] == frames.Attached(number, (7,), make.GID, 40, "/talker")
+    assert ordered[0] == frames.Attached(number, (7,), make.GID, 40, "/talker", make.QOS)
     assert isinstance(ordered[1], frames.Run)
     assert bytes(ordered[1].raw) == bytes(sent.raw)
 
@@ -94,7 +94,7 @@ def test_a_publisher_that_goes_says_so_after_its_last_run() -> None:
     heard = switch.read_all(listener)
     ordered = [type(frame) for frame in heard if not isinstance(frame, frames.Matched)]
     assert ordered == [frames.Run, frames.Detached]
-    assert frames.Matched(1, 0) in heard
+    assert frames.Matched(1, 0, 1) in heard
 
 
 def test_a_node_takes_its_endpoints_along() -> None:
@@ -102,7 +102,7 @@ def test_a_node_takes_its_endpoints_along() -> None:
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.send(talker, frames.Undeclare(0))
-    assert switch.read(listener, frames.Detached) == [frames.Detached(number, (1,))]
+    assert switch.read(listener, frames.Detached) == [frames.Detached(number, (1,), 0)]
     switch.send(talker, frames.Node(9, "/talker"))
     assert switch.read(talker, frames.Accepted) == [frames.Accepted(9, 0)]
     with pytest.raises(ProtocolError) as caught:
@@ -195,7 +195,7 @@ def test_a_suspended_subscriber_leaves_and_comes_back_at_the_present() -> None:
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.suspend(listener)
-    assert switch.read(talker, frames.Matched) == [frames.Matched(1, 0)]
+    assert switch.read(talker, frames.Matched) == [frames.Matched(1, 0, 1)]
     switch.send(talker, make.run(number, 0, 5))
     assert switch.router.topics.unmatched == 5
     switch.restore(listener)
@@ -354,3 +354,56 @@ def test_a_link_that_leaves_leaves_nothing() -> None:
     assert len(switch.router.graph) == 0
     assert switch.router.topics.all_lanes() == []
     assert switch.router.services.pending == 0
+
+
+def test_readers_of_a_suspended_publisher_hear_how_that_ends() -> None:
+    """DETACHED says that it is silent; attached anew it is back; another DETACHED says that it is gone."""
+    switch = Switch()
+    talker, listener, number = talk(switch)
+    switch.suspend(talker)
+    assert switch.read(listener, frames.Detached) == [frames.Detached(number, (1,), DetachReason.SUSPENDED)]
+    switch.restore(talker)
+    assert [frame.publisher for frame in switch.read(listener, frames.Attached)] == [number]
+    assert [notice.kind for notice in switch.read(talker, frames.Notice)] == [NoticeKind.SUSPENDED]
+    switch.suspend(talker)
+    switch.leave(talker)
+    reasons = [frame.reason for frame in switch.read(listener, frames.Detached)]
+    assert reasons == [DetachReason.SUSPENDED, DetachReason.GONE]
+
+
+def test_the_end_of_a_suspended_publisher_does_not_overtake_its_runs() -> None:
+    """What it said before it fell silent is read before the word that it is gone."""
+    switch = Switch()
+    talker, listener, number = talk(switch)
+    switch.send(talker, make.run(number, 0, 3))
+    switch.suspend(talker)
+    switch.leave(talker)
+    order = [frame for frame in switch.read_all(listener) if isinstance(frame, (frames.Run, frames.Detached))]
+    assert isinstance(order[0], frames.Run)
+    assert [frame.reason for frame in order[1:] if isinstance(frame, frames.Detached)] == [1, 0]
+
+
+def test_an_assertion_reaches_the_readers() -> None:
+    """ASSERT goes to every link with a subscription; for a publisher of another link it ends the session."""
+    switch = Switch()
+    talker, listener, number = talk(switch)
+    switch.send(talker, frames.Assert(number))
+    assert switch.read(listener, frames.Assert) == [frames.Assert(number)]
+    with pytest.raises(ProtocolError):
+        switch.send(listener, frames.Assert(number))
+
+
+def test_many_misfits_are_summed_up_for_the_newcomer() -> None:
+    """A newcomer is told of 16 misfits one by one, and how many more there are; everybody else of one."""
+    switch = Switch()
+    listener = switch.join("/listener")
+    switch.send(listener, *(make.subscription(n, qos={"deadline_ns": 5}) for n in range(1, 41)))
+    switch.read_all(listener)
+    talker = switch.join("/talker")
+    switch.publisher(talker, make.publisher(1))
+    told = switch.read(listener, frames.Notice)
+    assert [(notice.policy, notice.peers) for notice in told] == [(PolicyKind.DEADLINE, 1)] * 40
+    switch.send(talker, make.publisher(2))
+    heard = switch.read(talker, frames.Notice)
+    assert [notice.peers for notice in heard] == [1] * 16 + [24]
+    assert heard[-1].policy == PolicyKind.DEADLINE

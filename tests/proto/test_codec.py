@@ -240,8 +240,8 @@ def test_extra_fields_in_entries_are_ignored() -> None:
     assert decode(raw) == frames.Request(5, (RequestEntry(1, None, None, b"body"),))
     raw = header_of(Op.REPLY, [5, ((1, 0, False, None, b"body", "later"),)])
     assert decode(raw) == frames.Reply(5, (ReplyEntry(1, 0, False, None, b"body"),))
-    raw = header_of(Op.GRAPH, [5, False, ((1, 0, "/n", "", "", "", {}, None),), ()])
-    assert decode(raw) == frames.Graph(5, False, (GraphEntry(1, 0, "/n", "", "", "", {}),), ())
+    raw = header_of(Op.GRAPH, [5, False, ((1, 0, "/n", "", "", "", {}, None),), (), ()])
+    assert decode(raw) == frames.Graph(5, False, (GraphEntry(1, 0, "/n", "", "", "", {}),), (), ())
 
 
 HOSTILE: dict[str, bytes] = {

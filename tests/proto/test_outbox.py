@@ -169,7 +169,7 @@ class OutboxMachine(RuleBasedStateMachine):
     def put_ordered(self, which: int, size: int, first: bool) -> None:
         """Queue a frame in order with the runs, or ahead of those that have not begun to leave."""
         self.next_token += 1
-        raw = encode(Detached(which, (self.next_token,)))
+        raw = encode(Detached(which, (self.next_token,), 0))
         if size:
             run = make_run(0, [bytes(size)])
             raw = encode(Replay(self.next_token, which, *run[1:7]))
@@ -538,7 +538,7 @@ def test_a_restart_resends_the_half_sent_and_not_the_dropped() -> None:
 def test_frames_between_dropped_runs_stay_in_order() -> None:
     """§6: trimming drops messages only; what stood between them leaves in its order."""
     outbox, lane = Outbox(), Lane(1, 1)
-    raws = [encode(Detached(1, (index,))) for index in range(3)]
+    raws = [encode(Detached(1, (index,), 0)) for index in range(3)]
     for index, raw in enumerate(raws):
         outbox.put_lane(lane, raw)
         outbox.put_lane(lane, make_run(index, [b"x"]))

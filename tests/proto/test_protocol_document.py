@@ -177,6 +177,8 @@ CODES: dict[str, tuple[ModuleType, str]] = {
     "errors": (errors, "ErrorCode"),
     "statuses": (frames, "Status"),
     "notices": (frames, "NoticeKind"),
+    "policies": (frames, "PolicyKind"),
+    "reasons": (frames, "DetachReason"),
     "entries": (frames, "EntryKind"),
 }
 BLOCKS: dict[str, Callable[[], str]] = {

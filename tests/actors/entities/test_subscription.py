@@ -58,10 +58,10 @@ async def test_latched_messages_after_a_reconnect_are_no_loss(node: actors.Node)
     """What a replay brings after all is not counted as lost; what it does not bring is."""
     subscription = node.create_subscription(Int64, "numbers", qos=10)
     feeds = node._core.link.feeds
-    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
+    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     feeds.run_received(run_of(1, range(3)))
     feeds.clear()
-    feeds.attached(Attached(7, (subscription.id,), GID, 9, "/talker"))
+    feeds.attached(Attached(7, (subscription.id,), GID, 9, "/talker", {}))
     assert subscription.lost_on_break == 6
     feeds.replay_received(replay_of(subscription.id, 7, range(5, 7)))
     feeds.replay_received(replay_of(subscription.id, 7, range(7, 9)))
@@ -75,10 +75,10 @@ async def test_latched_messages_that_have_been_seen_are_discarded(node: actors.N
     """A publisher that gives its messages to a new broker again does not make them come twice."""
     subscription = node.create_subscription(Int64, "numbers", qos=10)
     feeds = node._core.link.feeds
-    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
+    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     feeds.run_received(run_of(1, range(3)))
     feeds.clear()
-    feeds.attached(Attached(7, (subscription.id,), GID, 3, "/talker"))
+    feeds.attached(Attached(7, (subscription.id,), GID, 3, "/talker", {}))
     feeds.replay_received(replay_of(subscription.id, 7, range(3)))
     feeds.run_received(run_of(7, range(2, 5)))
     assert await heard_of(subscription, range(5)) == [0, 1, 2, 3, 4]
@@ -176,7 +176,7 @@ async def test_plain_callbacks_need_no_task(node: actors.Node) -> None:
     heard: list[int] = []
     subscription = node.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data), 1)
     feeds = node._core.link.feeds
-    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
+    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     tasks = asyncio.all_tasks()
     feeds.run_received(run_of(1, range(1000)))
     assert heard == list(range(1000))
@@ -194,7 +194,7 @@ async def test_a_busy_reader_keeps_its_last_depth(node: actors.Node) -> None:
 
     subscription = node.create_subscription(Int64, "numbers", slow, 5)
     feeds = node._core.link.feeds
-    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
+    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     feeds.run_received(run_of(1, range(1)))
     for start in range(1, 40, 13):
         feeds.run_received(run_of(1, range(start, start + 13)))
@@ -217,8 +217,8 @@ async def test_a_busy_mailbox_counts_as_a_busy_reader(node: actors.Node) -> None
     slow_one = node.create_subscription(Int64, "slow", slow)
     plain = node.create_subscription(Int64, "plain", lambda msg: heard.append(msg.data), 3)
     feeds = node._core.link.feeds
-    feeds.attached(Attached(1, (slow_one.id,), GID, 0, "/talker"))
-    feeds.attached(Attached(2, (plain.id,), bytes(15) + b"2", 0, "/talker"))
+    feeds.attached(Attached(1, (slow_one.id,), GID, 0, "/talker", {}))
+    feeds.attached(Attached(2, (plain.id,), bytes(15) + b"2", 0, "/talker", {}))
     feeds.run_received(run_of(1, range(1)))
     feeds.run_received(run_of(2, range(10)))
     assert heard == []
@@ -232,7 +232,7 @@ async def test_an_idle_iterator_gets_a_whole_run(node: actors.Node) -> None:
     """`async for` that waits gets the run whole; one that is busy afterwards keeps the last `depth`."""
     subscription = node.create_subscription(Int64, "numbers", qos=4)
     feeds = node._core.link.feeds
-    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
+    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     heard: list[int] = []
     pause = asyncio.Event()
 
@@ -324,10 +324,10 @@ async def test_credit_goes_to_the_publisher_it_is_meant_for(
     assert link.channel is not None
     granted: list[Any] = []
     monkeypatch.setattr(Channel, "send", lambda _channel, frame: granted.append(frame))
-    link.feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
+    link.feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     link.feeds.run_received(run_of(1, range(4)))
     link.feeds.clear()
-    link.feeds.attached(Attached(1, (subscription.id,), bytes(15) + b"2", 0, "/somebody"))
+    link.feeds.attached(Attached(1, (subscription.id,), bytes(15) + b"2", 0, "/somebody", {}))
     assert await heard_of(subscription, range(4)) == [0, 1, 2, 3]
     assert granted == []
 
@@ -336,7 +336,7 @@ async def test_a_bad_message_drops_only_itself(node: actors.Node, caplog: pytest
     """Of a run that does not decode only the bad messages are dropped, counted and told of."""
     subscription = node.create_subscription(Int64, "numbers", qos=10)
     feeds = node._core.link.feeds
-    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
+    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     builder = RunBuilder(0)
     good = codec_for(Int64)
     for data in (good.encode(Int64(data=1)), b"\xa1x", b"\xc1", good.encode(Int64(data=2))):
@@ -360,7 +360,7 @@ async def test_numbers_stay_with_their_messages_around_a_bad_one(tmp_path: Path)
         Int64, "numbers", lambda msg, info: numbers.append((msg.data, info.publication_sequence_number))
     )
     feeds = node._core.link.feeds
-    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
+    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     builder = RunBuilder(0)
     for data in (codec_for(Int64).encode(Int64(data=0)), b"\xc1", codec_for(Int64).encode(Int64(data=2))):
         builder.add(data)
@@ -372,17 +372,17 @@ async def test_duplicates_are_discarded_and_gaps_counted(node: actors.Node) -> N
     """What was seen does not come again, also after a reconnect; what never came is lost or lost_on_break."""
     subscription = node.create_subscription(Int64, "numbers", qos=100)
     feeds = node._core.link.feeds
-    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
+    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     feeds.run_received(run_of(1, range(3)))
     feeds.run_received(run_of(1, range(1, 5)))
     feeds.run_received(run_of(1, range(7, 9)))
     assert (subscription.lost, subscription.lost_on_break) == (2, 0)
     feeds.clear()
-    feeds.attached(Attached(4, (subscription.id,), GID, 6, "/talker"))
+    feeds.attached(Attached(4, (subscription.id,), GID, 6, "/talker", {}))
     feeds.run_received(run_of(4, range(6, 10)))
     assert (subscription.lost, subscription.lost_on_break) == (2, 0)
     feeds.clear()
-    feeds.attached(Attached(5, (subscription.id,), GID, 15, "/talker"))
+    feeds.attached(Attached(5, (subscription.id,), GID, 15, "/talker", {}))
     feeds.run_received(run_of(5, range(15, 16)))
     assert (subscription.lost, subscription.lost_on_break) == (2, 5)
     assert await heard_of(subscription, range(9)) == [0, 1, 2, 3, 4, 7, 8, 9, 15]
@@ -455,6 +455,6 @@ async def test_a_concurrent_callback_that_never_began_is_closed(node: actors.Nod
     async with actors.Node("hearer", url=node._core.link.place) as leaving:
         subscription = leaving.create_subscription(Int64, "numbers", never, concurrent=True)
         feeds = leaving._core.link.feeds
-        feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker"))
+        feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
         feeds.run_received(run_of(1, range(2)))
     gc.collect()
