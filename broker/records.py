@@ -210,6 +210,27 @@ class Allowance:
 
 
 @dataclass(slots=True, eq=False)
+class Tally:
+    """What has become of copies: messages, counted once for each link they were routed to."""
+
+    delivered: int = 0
+    dropped: int = 0
+    abandoned: int = 0
+    lost_on_break: int = 0
+    queued: int = 0
+    leaving: int = 0
+
+    def add(self, lane: Lane) -> None:
+        """Count what has become of a lane's messages so far."""
+        self.delivered += lane.sent
+        self.dropped += lane.dropped
+        self.abandoned += lane.abandoned
+        self.lost_on_break += lane.lost_on_break
+        self.queued += lane.pending
+        self.leaving += lane.leaving
+
+
+@dataclass(slots=True, eq=False)
 class TopicRecord:
     """A topic: everybody who has declared something on it and is not suspended."""
 

@@ -125,9 +125,9 @@ class Router:
         self._peers[peer.id] = peer
         old = self._instances.get(instance)
         if old is not None and old.token == token:
-            self._remove_peer(old)
             text = "the same node has connected again"
             self._out.append(Close(old.id, ErrorCode.TAKEN_OVER, text))
+            self._remove_peer(old)
         if old is None or old.token == token:
             self._instances[instance] = peer
         return peer.id, self._finish()

@@ -25,6 +25,7 @@ from broker.router import Router
 from broker.stats import BrokerStats, collect
 from proto import limits
 from proto.errors import ErrorCode
+from proto.frames import Run
 from proto.url import BrokerUrl
 
 if TYPE_CHECKING:
@@ -244,6 +245,7 @@ class Broker:
         for delivery in deliveries:
             connection = joined.get(delivery.peer)
             if connection is None or not connection.channel.connected:
+                lose(delivery)
                 continue
             dirty[connection] = None
             outbox = connection.channel.outbox
@@ -285,6 +287,14 @@ def _put(connection: Connection, outbox: Outbox, delivery: Delivery) -> None:
         connection.end(ErrorCode(delivery.code), delivery.text)
         if delivery.code == ErrorCode.LIMIT:  # what waits is the trouble: do not wait for it to leave
             connection.channel.abort()
+
+
+def lose(delivery: Delivery) -> None:
+    """Count what a delivery means for a link that has ended."""
+    if isinstance(delivery, Discard):
+        delivery.lane.lose()
+    elif isinstance(delivery, Queue) and isinstance(delivery.item, Run):
+        delivery.lane.lose(delivery.item)
 
 
 def _absolute(path: Path) -> str:

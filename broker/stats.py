@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 class BrokerStats:
     """A snapshot.
 
-    While no link breaks, `copies == delivered + dropped + abandoned + queued`, where copies counts each
-    message once for every link it was routed to.
+    `copies`, each message once for every link it was routed to, equals `accounted` at every moment. Each of
+    its terms is counted on its own, where it happens.
     """
 
     connections: int
@@ -26,11 +26,15 @@ class BrokerStats:
     """Messages that reached at least one link."""
     copies: int
     delivered: int
-    """Copies handed to a link's transport."""
+    """Copies handed whole to a link's transport."""
     dropped: int
     """Copies dropped because a link was slower than its depth allows."""
     abandoned: int
-    """Copies that waited when their last reader left."""
+    """Copies that waited when their last reader on the link left or was suspended."""
+    lost_on_break: int
+    """Copies that waited for a link that ended, or came while it was ending."""
+    leaving: int
+    """Copies of which some fragments are with the transport, and not yet the last."""
     queued: int
     """Copies that wait now."""
     unmatched: int
@@ -42,26 +46,31 @@ class BrokerStats:
     pending_calls: int
     late_replies: int
 
+    @property
+    def accounted(self) -> int:
+        """Copies of which it is known what has become of them: all."""
+        return (
+            self.delivered + self.dropped + self.abandoned + self.lost_on_break + self.leaving + self.queued
+        )
+
 
 def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
     """Return the numbers of all graphs of a broker together."""
     graphs = list(routers)
     topics = [router.topics for router in graphs]
     services = [router.services for router in graphs]
-    lanes = [lane for topic in topics for lane in topic.all_lanes()]
-    queued = sum(lane.pending for lane in lanes)
-    dropped = sum(lane.dropped for lane in lanes) + sum(topic.retired_dropped for topic in topics)
-    abandoned = sum(topic.abandoned for topic in topics)
-    copies = sum(topic.copies for topic in topics)
+    tallies = [topic.tally() for topic in topics]
     return BrokerStats(
         connections=connections,
         endpoints=sum(len(router.graph) for router in graphs),
         routed=sum(topic.routed for topic in topics),
-        copies=copies,
-        delivered=copies - dropped - abandoned - queued,
-        dropped=dropped,
-        abandoned=abandoned,
-        queued=queued,
+        copies=sum(topic.copies for topic in topics),
+        delivered=sum(tally.delivered for tally in tallies),
+        dropped=sum(tally.dropped for tally in tallies),
+        abandoned=sum(tally.abandoned for tally in tallies),
+        lost_on_break=sum(tally.lost_on_break for tally in tallies),
+        leaving=sum(tally.leaving for tally in tallies),
+        queued=sum(tally.queued for tally in tallies),
         unmatched=sum(topic.unmatched for topic in topics),
         stale=sum(topic.stale for topic in topics),
         calls=sum(service.calls for service in services),

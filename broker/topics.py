@@ -5,6 +5,7 @@ A publisher has one *route* to each link that has matched subscriptions: a run g
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from broker import credit
@@ -17,6 +18,7 @@ from broker.records import (
     Route,
     Send,
     SubscriptionRecord,
+    Tally,
     TopicRecord,
 )
 from proto import frames
@@ -27,7 +29,7 @@ from proto.outbox import Lane
 from proto.runs import cut, message_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from broker.records import Delivery, Peer
 
@@ -49,7 +51,7 @@ Each of them is told of it in any case."""
 
 
 SETTLE_LANES: Final = 1000
-"""Lanes of publishers that have gone, before those that are empty are forgotten."""
+"""Lanes without a publisher or a reader, before those that are empty are forgotten."""
 
 
 class Topics:
@@ -61,11 +63,9 @@ class Topics:
 
     Attributes:
         routed: Messages that reached at least one link.
-        copies: Messages times links they were routed to: what must be delivered, dropped or queued.
+        copies: Messages times links they were routed to: `tally` says what has become of them.
         unmatched: Messages that nobody was there to hear.
         stale: Messages discarded because their numbers had been seen.
-        retired_dropped: Dropped messages of lanes that are gone.
-        abandoned: Messages that waited in a lane when its last reader left.
     """
 
     def __init__(self, emit: Callable[[Delivery], None], *, max_lane_bytes: int) -> None:
@@ -80,12 +80,18 @@ class Topics:
         self._newcomer: PublisherRecord | SubscriptionRecord | None = None
         self._untold: dict[NoticeKind, frames.Notice] = {}
         """What sums up the notices that are too many for the newcomer."""
-        self.routed = self.copies = self.unmatched = self.stale = self.retired_dropped = self.abandoned = 0
+        self._retired: list[Lane] = []
+        """Lanes that nothing is put in any more, until they are empty and counted."""
+        self._settle_at = SETTLE_LANES
+        self._settled = Tally()
+        """What became of the messages of lanes that are forgotten."""
+        self.routed = self.copies = self.unmatched = self.stale = 0
 
     # Declarations
 
     def join_publisher(self, publisher: PublisherRecord) -> None:
         """Match a publisher that is new or back."""
+        self._settle_some()
         self._publishers[publisher.key] = publisher
         topic = self._topic(publisher.name)
         topic.publishers[publisher.key] = publisher
@@ -96,6 +102,7 @@ class Topics:
 
     def join_subscription(self, subscription: SubscriptionRecord) -> None:
         """Match a subscription that is new or back."""
+        self._settle_some()
         topic = self._topic(subscription.name)
         topic.subscriptions[subscription.key] = subscription
         self._notices, self._newcomer = 0, subscription
@@ -131,8 +138,6 @@ class Topics:
                 detached = encode(frames.Detached(publisher.key, readers, reason))
                 self._emit(Queue(route.peer.id, route.lane, detached))
             self._leave_lane(route.peer.id, publisher.gid, route.lane)
-        if len(self._leaving) > SETTLE_LANES:
-            self._settle()
         publisher.routes.clear()
         for subscription in publisher.matched.values():
             subscription.matched.pop(publisher.key, None)
@@ -166,9 +171,7 @@ class Topics:
         if route.subscriptions:
             return
         del publisher.routes[peer.id]
-        self.abandoned += route.lane.pending
-        self.retired_dropped += route.lane.dropped
-        self._emit(Discard(route.peer.id, route.lane))
+        self._retire(peer.id, route.lane)
 
     def _topic(self, name: str) -> TopicRecord:
         topic = self._topics.get(name)
@@ -240,15 +243,18 @@ class Topics:
     def _leave_lane(self, peer: int, gid: bytes, lane: Lane) -> None:
         before = self._leaving.get((peer, gid))
         if before is not None:
-            self.retired_dropped += before.dropped
+            self._retired.append(before)
         self._leaving[peer, gid] = lane
+
+    def _retire(self, peer: int, lane: Lane) -> None:
+        """Nobody wants what waits in a lane any more."""
+        self._retired.append(lane)
+        self._emit(Discard(peer, lane))
 
     def forget_peer(self, peer: int) -> None:
         """Nothing can be sent to a peer any more."""
         for key in [key for key in self._leaving if key[0] == peer]:
-            lane = self._leaving.pop(key)
-            self.abandoned += lane.pending
-            self.retired_dropped += lane.dropped
+            self._retire(peer, self._leaving.pop(key))
 
     def _replay(self, publisher: PublisherRecord, subscription: SubscriptionRecord, route: Route) -> None:
         """Give a late joiner what it would have if it had been there, to its depth."""
@@ -358,9 +364,10 @@ class Topics:
         """Credit should have prevented this: whoever ignores it must go."""
         if publisher.echoes_owed:
             text = f"the publisher on '{publisher.name}' does not confirm its credit"
-            raise ProtocolError(ErrorCode.CREDIT, text)
-        text = f"a subscription to '{publisher.name}' grants credit without reading"
-        self._emit(Close(route.peer.id, ErrorCode.LIMIT, text))
+            self._emit(Close(publisher.peer.id, ErrorCode.CREDIT, text))
+        else:
+            text = f"a subscription to '{publisher.name}' grants credit without reading"
+            self._emit(Close(route.peer.id, ErrorCode.LIMIT, text))
 
     def _owned(self, peer: Peer, number: int) -> PublisherRecord:
         publisher = self._publishers.get(number)
@@ -418,18 +425,42 @@ class Topics:
         for delivery in credit.update(publisher):
             self._emit(delivery)
 
-    def all_lanes(self) -> list[Lane]:
-        """Return every lane in use, those that are being emptied for a publisher that has gone included."""
+    def tally(self) -> Tally:
+        """Return what has become of all copies: it adds up to `copies`, always."""
         self._settle()
-        used = [route.lane for record in self._publishers.values() for route in record.routes.values()]
-        return used + list(self._leaving.values())
+        tally = replace(self._settled)
+        for lane in self._lanes():
+            tally.add(lane)
+        return tally
+
+    def _lanes(self) -> Iterator[Lane]:
+        for publisher in self._publishers.values():
+            for route in publisher.routes.values():
+                yield route.lane
+        yield from self._leaving.values()
+        yield from self._retired
+
+    def _settle_some(self) -> None:
+        if len(self._leaving) + len(self._retired) > self._settle_at:
+            self._settle()
 
     def _settle(self) -> None:
-        """Count what the lanes of publishers that have gone have dropped, once they are empty."""
+        """Forget the lanes without a publisher or a reader that are empty; their numbers stay.
+
+        Not while something for such a lane is still to be delivered.
+        """
         for key, lane in tuple(self._leaving.items()):
             if lane.empty:
-                self.retired_dropped += lane.dropped
                 del self._leaving[key]
+                self._settled.add(lane)
+        retired, self._retired = self._retired, []
+        for lane in retired:
+            if lane.empty:
+                self._settled.add(lane)
+            else:
+                self._retired.append(lane)
+        # Twice what has stayed: asking too often would cost the square of it.
+        self._settle_at = max(SETTLE_LANES, 2 * (len(self._leaving) + len(self._retired)))
 
 
 def subscription_depth(qos: Qos) -> int | None:

@@ -29,7 +29,10 @@ class Lane:
         pending: Messages that wait; one that has begun to leave does not count.
         pending_bytes: What holding them takes: dropped messages count until their whole run is gone.
         control_bytes: Bytes of other frames that wait in order with the runs; they are never dropped.
+        sent: Messages that have left whole: handed to the transport.
         dropped: Messages dropped so far, because the link was slower than the publisher.
+        abandoned: Messages that waited when they were discarded: nobody wanted them any more.
+        lost_on_break: Messages that could not leave because the link had ended.
         sent_bytes: Bytes of messages that have left on this link; what `byte_limit` is compared with.
         sequence_limit, byte_limit: Credit; None is unlimited.
     """
@@ -40,14 +43,17 @@ class Lane:
         "_queue",
         "_skip",
         "_transfer",
+        "abandoned",
         "byte_limit",
         "control_bytes",
         "depth",
         "dropped",
+        "lost_on_break",
         "pending",
         "pending_bytes",
         "publisher",
         "scheduled",
+        "sent",
         "sent_bytes",
         "sequence_limit",
     )
@@ -58,7 +64,10 @@ class Lane:
         self.pending: int = 0
         self.pending_bytes: int = 0
         self.control_bytes = 0
-        self.dropped = 0
+        self.sent: int = 0
+        self.dropped: int = 0
+        self.abandoned: int = 0
+        self.lost_on_break: int = 0
         self.sent_bytes = 0
         self.sequence_limit: int | None = None
         self.byte_limit: int | None = None
@@ -167,6 +176,11 @@ class Lane:
         return is_large(head.raw if isinstance(head, Run) else head)
 
     @property
+    def leaving(self) -> int:
+        """Messages that have begun to leave and are not gone whole: some of their fragments are."""
+        return self._leaving.length if isinstance(self._leaving, Run) else 0
+
+    @property
     def empty(self) -> bool:
         """Whether everything put in has left."""
         return not self._queue and self._leaving is None
@@ -205,6 +219,7 @@ class Lane:
         item = self._leaving
         self._leaving = self._transfer = None
         if isinstance(item, Run):
+            self.sent += item.length
             self.sent_bytes += message_bytes(item)
             self._next_sequence = item.first_sequence + item.length
         elif item is not None:
@@ -272,15 +287,27 @@ class Lane:
         return self.dropped - before
 
     def discard(self, transfers: Transfers) -> bytes | None:
-        """Drop everything; return the ABORT for a transfer that had begun."""
+        """Drop everything, as nobody wants it; return the ABORT for a transfer that had begun."""
+        self.abandoned += self.pending + self.leaving
         transfer = self._transfer
-        self._queue.clear()
-        self._leaving = self._transfer = None
-        self.pending = self.pending_bytes = self.control_bytes = self._skip = 0
+        self._clear()
         if transfer is None:
             return None
         transfers.end(transfer)
         return encode(Abort(transfer.id))
+
+    def lose(self, run: Run | None = None) -> None:
+        """Count what cannot leave, as the link has ended: this run, or without one everything that waits."""
+        if run is not None:
+            self.lost_on_break += run.length
+            return
+        self.lost_on_break += self.pending + self.leaving
+        self._clear()
+
+    def _clear(self) -> None:
+        self._queue.clear()
+        self._leaving = self._transfer = None
+        self.pending = self.pending_bytes = self.control_bytes = self._skip = 0
 
 
 class _LargeCall(Lane):

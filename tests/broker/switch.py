@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, TypeVar
 
 from broker.records import Close, Discard, DropCall, Queue, Send, SendCalls
 from broker.router import Router
+from broker.server import lose
 from proto import frames, limits
 from proto.codec import decode, encode
 from proto.fragments import Reassembler
@@ -60,9 +62,13 @@ class Switch:
         accepted = [frame for frame in self.read(peer, frames.Accepted) if frame.id == declaration.id]
         return accepted[0].number
 
+    def cut(self, peer: int) -> None:
+        """A peer's connection is ending, and the router does not know yet."""
+        self._outboxes.pop(peer, None)
+
     def leave(self, peer: int) -> None:
         """Break a peer's connection."""
-        del self._outboxes[peer]
+        self.cut(peer)
         self._carry(self.router.disconnect(peer))
 
     def suspend(self, peer: int) -> None:
@@ -75,21 +81,30 @@ class Switch:
 
     def congest(self, peer: int) -> None:
         """Bring a peer's queues to their depth, as happens when its transport is full."""
-        self._outboxes[peer].trim()
+        if peer in self._outboxes:
+            self._outboxes[peer].trim()
 
-    def read_all(self, peer: int) -> list[frames.Frame]:
-        """Return everything that waits for a peer, whole, in the order in which it would leave."""
+    def read_all(self, peer: int, pieces: int = sys.maxsize) -> list[frames.Frame]:
+        """Return what waits for a peer, in the order in which it would leave; fragments put together.
+
+        At most so many pieces: frames or fragments.
+        """
         read: list[frames.Frame] = []
-        while raw := b"".join(self._outboxes[peer].take(1)[0]):
+        outbox = self._outboxes.get(peer) or Outbox()
+        while pieces > 0 and (raw := b"".join(outbox.take(1)[0])):
+            pieces -= 1
             assert len(raw) <= limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES
             frame = decode(raw)
+            if isinstance(frame, frames.Abort):
+                self._reassemblers[peer].abort(frame)
+                continue
             if isinstance(frame, frames.Fragment):
                 whole = self._reassemblers[peer].add(frame)
                 if whole is None:
                     continue
                 frame = decode(whole)
             read.append(frame)
-        self._outboxes[peer].trim()
+        outbox.trim()
         return read
 
     def read(self, peer: int, kind: type[F]) -> list[F]:
@@ -100,6 +115,7 @@ class Switch:
         for delivery in deliveries:
             outbox = self._outboxes.get(delivery.peer)
             if outbox is None:
+                lose(delivery)
                 continue
             match delivery:
                 case Queue(_, lane, item):
@@ -115,7 +131,7 @@ class Switch:
                     outbox.drop_lane(lane)
                 case Close(peer, code, _):
                     self.closed[peer] = code
-                    del self._outboxes[peer]
+                    self.cut(peer)
 
 
 def talk(switch: Switch, *, qos: frames.Options | None = None) -> tuple[int, int, int]:

@@ -229,6 +229,8 @@ def _broker_forgets(world: World) -> None:
     stats = world.broker.stats()
     if stats.connections or stats.endpoints or stats.queued or stats.pending_calls:
         world.complain(f"without nodes the broker has {stats}")
+    if stats.accounted != stats.copies:
+        world.complain(f"the broker's copies do not add up: {stats}")
     for router in world.broker._routers.values():
         left = {
             name: held
