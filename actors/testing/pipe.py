@@ -1,0 +1,146 @@
+"""One direction of a proxied connection: reads, holds a little, and passes it on as its weather says."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import socket
+from collections import deque
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from random import Random
+
+    from actors.testing.weather import Weather
+
+HELD_BYTES: Final = 64 * 1024
+"""Read and not yet passed on, at most; the kernel's buffers hold some more before and behind."""
+
+PIECE_BYTES: Final = 16 * 1024
+"""Read or written in one go: what a black hole may still find on its way out."""
+
+
+class _Chunk(NamedTuple):
+    """What one read has brought; no data means the end of the stream."""
+
+    data: bytes
+    came_at: float
+    chance: float
+    """Its part of the jitter, 0 to 1."""
+
+
+class Pipe:
+    """Bytes on their way from one socket to the other.
+
+    Args:
+        weather: What they go through; `change` changes it at any time.
+        random: Decides the jitter.
+        on_progress: Called when bytes have come or been passed on.
+
+    Attributes:
+        forwarded_bytes: Passed on so far.
+        held_bytes: Read and not passed on.
+    """
+
+    def __init__(self, weather: Weather, random: Random, on_progress: Callable[[], None]) -> None:
+        self.forwarded_bytes = 0
+        self.held_bytes = 0
+        self._weather = weather
+        self._random = random
+        self._on_progress = on_progress
+        self._chunks: deque[_Chunk] = deque()
+        self._ended = False
+        self._sent_at = -math.inf
+        self._reader_looks = asyncio.Event()
+        self._writer_looks = asyncio.Event()
+
+    def change(self, **changes: Any) -> None:
+        """Change the weather, also for what is under way."""
+        self._weather = replace(self._weather, **changes)
+        self._reader_looks.set()
+        self._writer_looks.set()
+
+    def end(self) -> None:
+        """End the stream after what is under way; what comes later is thrown away."""
+        if not self._ended:
+            self._ended = True
+            self._hold(b"")
+
+    def _hold(self, data: bytes) -> None:
+        now = asyncio.get_running_loop().time()
+        self._chunks.append(_Chunk(data, now, self._random.random()))
+        self.held_bytes += len(data)
+        self._writer_looks.set()
+        self._on_progress()
+
+    async def run(self, source: socket.socket, sink: socket.socket) -> None:
+        """Carry bytes until the source has ended and everything is passed on.
+
+        Raises:
+            ExceptionGroup: Of OSErrors: one of the sockets broke.
+        """
+        async with asyncio.TaskGroup() as ends:
+            ends.create_task(self._read(source))
+            ends.create_task(self._write(sink))
+
+    async def _read(self, source: socket.socket) -> None:
+        loop = asyncio.get_running_loop()
+        while True:
+            while self._weather.black_hole or self.held_bytes >= HELD_BYTES:
+                self._reader_looks.clear()
+                await self._reader_looks.wait()
+            data = await loop.sock_recv(source, min(PIECE_BYTES, HELD_BYTES - self.held_bytes))
+            if not data:
+                self.end()
+                return
+            if not self._ended:
+                self._hold(data)
+
+    async def _write(self, sink: socket.socket) -> None:
+        loop = asyncio.get_running_loop()
+        while True:
+            while (wait_s := self._wait_s(loop.time())) > 0:
+                self._writer_looks.clear()
+                with suppress(TimeoutError):
+                    async with asyncio.timeout(None if math.isinf(wait_s) else wait_s):
+                        await self._writer_looks.wait()
+            piece = self._take(loop.time())
+            if not piece:
+                break
+            await loop.sock_sendall(sink, piece)
+            self._sent_at = loop.time()
+            self.held_bytes -= len(piece)
+            self.forwarded_bytes += len(piece)
+            self._reader_looks.set()
+            self._on_progress()
+        with suppress(OSError):  # its receiver may have gone by itself
+            sink.shutdown(socket.SHUT_WR)
+
+    def _wait_s(self, now: float) -> float:
+        """Return how long the next piece has to wait still; infinite if for a change."""
+        weather = self._weather
+        if weather.black_hole or not self._chunks:
+            return math.inf
+        next_drip = -math.inf if weather.drip_bytes is None else self._sent_at + weather.drip_every_sec
+        return max(self._due_at(self._chunks[0]), next_drip) - now
+
+    def _due_at(self, chunk: _Chunk) -> float:
+        weather = self._weather
+        return chunk.came_at + weather.delay_sec + weather.jitter_sec * chunk.chance
+
+    def _take(self, now: float) -> bytes:
+        """Take out what may leave together; nothing means that the stream ends here."""
+        most = min(PIECE_BYTES, self._weather.drip_bytes or PIECE_BYTES)
+        parts: list[bytes] = []
+        size = 0
+        while size < most and self._chunks and self._chunks[0].data and self._due_at(self._chunks[0]) <= now:
+            chunk = self._chunks.popleft()
+            part = chunk.data[: most - size]
+            if len(part) < len(chunk.data):
+                self._chunks.appendleft(chunk._replace(data=chunk.data[len(part) :]))
+            parts.append(part)
+            size += len(part)
+        return b"".join(parts)
