@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.errors import NodeDestroyed, WaitTimeout
 from actors.mailbox import Mailbox, current_turn
+from actors.timing import SLOW_CALLBACK_SEC, Stopwatch
 from proto import frames
 from proto.names import full_node_name
 
@@ -27,6 +28,7 @@ class Core:
 
     Attributes:
         callback_errors: Callbacks that have raised so far.
+        watch: Times the node's callbacks.
         stop: Set by the node: ends it with an error.
         departing: What destroyed publishers have still to send in this session.
     """
@@ -40,6 +42,7 @@ class Core:
         link: Link,
         default_call_timeout_sec: float,
         stop_on_error: bool,
+        slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
     ) -> None:
         self.id = 0
         self.name = name
@@ -48,6 +51,7 @@ class Core:
         self.log = log
         self.link = link
         self.mailbox = Mailbox()
+        self.watch = Stopwatch(log.warning, slow_sec=slow_callback_sec)
         self.default_call_timeout_sec = default_call_timeout_sec
         self.callback_errors = 0
         self.destroyed = False

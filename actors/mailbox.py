@@ -22,6 +22,11 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Generator
 
+    from actors.timing import CallbackTiming
+
+IDLE_WORKERS: Final = 16
+"""Workers kept for the next turns; more end as soon as they have nothing to do."""
+
 current_turn: Final[ContextVar[Turn | None]] = ContextVar("callboard_turn", default=None)
 
 
@@ -30,6 +35,13 @@ class Source(Protocol):
 
     posted: bool
     """Whether it stands in the mailbox's queue; kept by the mailbox."""
+    timing: CallbackTiming
+    """How long its callback takes; kept by the mailbox and the turns."""
+
+    @property
+    def calls(self) -> int:
+        """How often its callback has been called so far."""
+        ...
 
     def dispatch(self) -> Turn | None:
         """Run queued callbacks until one turns out to be a coroutine; return that as a turn."""
@@ -47,11 +59,11 @@ class Turn:
         mailbox: Where it runs.
         coroutine: What the callback returned.
         ended: Called with the result, or with the exception that the callback raised.
+        timing: Gets what its steps take.
         beside: Run whether or not the mailbox is free (`concurrent=True`).
     """
 
     __slots__ = (
-        "_beside",
         "_calls",
         "_cancelled",
         "_coroutine",
@@ -59,6 +71,8 @@ class Turn:
         "_mailbox",
         "_suspended",
         "_task",
+        "_timing",
+        "beside",
         "holding",
     )
 
@@ -68,12 +82,14 @@ class Turn:
         coroutine: Coroutine[Any, Any, Any],
         ended: Callable[[Any, BaseException | None], None],
         *,
+        timing: CallbackTiming,
         beside: bool = False,
     ) -> None:
         self._mailbox = mailbox
         self._coroutine = coroutine
         self._ended = ended
-        self._beside = beside
+        self._timing = timing
+        self.beside = beside
         self._calls = 0
         self._suspended = False
         self._cancelled = False
@@ -143,11 +159,16 @@ class Turn:
         """Drive the coroutine, letting go of the mailbox at each suspension with a call in flight."""
         error: BaseException | None = None
         value: Any = None
+        timing, clock = self._timing, self._timing.clock
+        first = began = clock()
         while True:
             try:
                 waiting = self._coroutine.send(value) if error is None else self._coroutine.throw(error)
             except StopIteration as stop:
                 return stop.value
+            finally:
+                now = clock()
+                timing.stepped(now - began, now - first)
             self._suspended = True
             if self._calls:
                 self._let_go()
@@ -157,20 +178,26 @@ class Turn:
             except BaseException as thrown:  # noqa: BLE001 - handed on to the coroutine unchanged
                 error = thrown
             self._suspended = False
-            if not self.holding and not self._beside:
+            if not self.holding and not self.beside:
                 try:
                     yield from self._mailbox.take(self).__await__()
                 except asyncio.CancelledError as thrown:
                     error = error or thrown
+            began = clock()
 
 
 class Mailbox:
     """Runs the callbacks of one node, one at a time.
 
-    Bounded: the queue holds each source once; there are as many workers as turns at the same time.
+    Bounded: the queue holds each source once; there are as many workers as turns at the same time, and a few
+    that wait for the next one. How many turns there may be is the sources' business.
+
+    Attributes:
+        workers: Tasks that run turns, or wait for one.
     """
 
     def __init__(self) -> None:
+        self.workers = 0
         self._ready: deque[Source] = deque()
         self._resuming: deque[tuple[Turn, asyncio.Future[None]]] = deque()
         self._given: deque[Turn] = deque()
@@ -202,6 +229,26 @@ class Mailbox:
         return self._spawn is None
 
     @property
+    def busy(self) -> bool:
+        """Whether a coroutine callback holds it."""
+        return self._busy
+
+    @property
+    def waiting(self) -> int:
+        """Sources whose callbacks wait."""
+        return len(self._ready)
+
+    @property
+    def idle_workers(self) -> int:
+        """Workers that wait for a turn."""
+        return len(self._idle)
+
+    @property
+    def suspended(self) -> int:
+        """Turns that have let go of the mailbox: they wait for a call, or to have the mailbox back."""
+        return max(0, self.workers - len(self._idle) - self._busy)
+
+    @property
     def free(self) -> bool:
         """Whether a callback posted now would run at once."""
         return not self._busy and not self._pumping and not self._ready and self._spawn is not None
@@ -229,7 +276,7 @@ class Mailbox:
                     return
                 source = self._ready.popleft()
                 source.posted = False
-                turn_or_none = source.dispatch()
+                turn_or_none = self._dispatch(source)
                 if turn_or_none is not None:
                     self._busy = True
                     self._give(turn_or_none)
@@ -238,6 +285,16 @@ class Mailbox:
                     self._ready.append(source)
         finally:
             self._pumping = False
+
+    @staticmethod
+    def _dispatch(source: Source) -> Turn | None:
+        timing = source.timing
+        if timing.only_turns:
+            return source.dispatch()
+        began = timing.clock()
+        turn = source.dispatch()
+        timing.dispatched(timing.clock() - began, source.calls)
+        return turn
 
     def _give(self, turn: Turn) -> None:
         turn.holding = True
@@ -250,10 +307,17 @@ class Mailbox:
                 waiter.set_result(None)
                 return
         assert self._spawn is not None
+        self.workers += 1
         self._spawn(self._work())
 
     async def _work(self) -> None:
-        """Run turns until closed. Idle workers wait for the next turn."""
+        """Run turns until closed. A few idle workers wait for the next turn."""
+        try:
+            await self._work_on()
+        finally:
+            self.workers -= 1
+
+    async def _work_on(self) -> None:
         loop = asyncio.get_running_loop()
         while True:
             while self._given:
@@ -266,8 +330,9 @@ class Mailbox:
                     self._returning = True
                     self._pump()
                     self._returning = False
-            if self._spawn is None:
-                return  # closed meanwhile; the cancellation that came with it may have ended the turn
+            # Closed meanwhile (the cancellation that came with it may have ended the turn), or not needed.
+            if self._spawn is None or len(self._idle) >= IDLE_WORKERS:
+                return
             waiter: asyncio.Future[None] = loop.create_future()
             self._idle.append(waiter)
             await waiter

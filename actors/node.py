@@ -29,6 +29,7 @@ from actors.node_parameters import NodeParameters
 from actors.parameters import ParameterStore
 from actors.qos import QoSProfile, qos_from
 from actors.remapping import Remapper
+from actors.timing import SLOW_CALLBACK_SEC
 from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 from proto.url import DEFAULT_URL, parse_urls
 
@@ -68,6 +69,7 @@ class Node(NodeGraph, NodeParameters):
             waits in the background for ever.
         default_call_timeout_sec: The deadline of calls that name none.
         stop_timeout_sec: What leaving gives queued messages to be sent.
+        slow_callback_sec: A callback that holds the event loop for longer is named in a warning; None: never.
         on_error: "log" (default): a callback that raises is logged and counted; "stop": the node ends with
             the error.
 
@@ -75,6 +77,7 @@ class Node(NodeGraph, NodeParameters):
         InvalidNameError: The name or namespace breaks the naming rules.
         InvalidRosArgumentError: `cli_args` cannot be read.
         InvalidUrlError: The broker URL cannot be read.
+        ValueError: `slow_callback_sec` is no time.
     """
 
     def __init__(
@@ -92,6 +95,7 @@ class Node(NodeGraph, NodeParameters):
         connect_timeout_sec: float | None = None,
         default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
         stop_timeout_sec: float = STOP_TIMEOUT_SEC,
+        slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
         on_error: Literal["log", "stop"] = "log",
     ) -> None:
         own = parse_ros_arguments(cli_args or [])
@@ -112,6 +116,7 @@ class Node(NodeGraph, NodeParameters):
             link=link,
             default_call_timeout_sec=default_call_timeout_sec,
             stop_on_error=on_error == "stop",
+            slow_callback_sec=slow_callback_sec,
         )
         self._graph = GraphView(self._core)
         self._clock = Clock()

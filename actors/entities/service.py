@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 import msgpack
 
-from actors.callbacks import as_coroutine, name_of, takes
+from actors.callbacks import as_coroutine, takes
 from actors.core import Core, Server
 from actors.entities.entries import EntryBatch
 from actors.interfaces.codec import Codec, codec_for
@@ -45,6 +45,7 @@ class Service(Server, Generic[Q, A]):
     Attributes:
         srv_name: The full name of the service.
         served: Requests answered so far, errors included.
+        calls: Requests handed to the callback so far.
     """
 
     def __init__(
@@ -67,6 +68,8 @@ class Service(Server, Generic[Q, A]):
         self.srv_name = name
         self.posted = False
         self.served = 0
+        self.calls = 0
+        self.timing = core.watch.of(callback, f"the service '{name}'")
         self._callback = callback
         self._concurrent = concurrent
         self._waiting: OrderedDict[int, bytes] = OrderedDict()
@@ -114,6 +117,7 @@ class Service(Server, Generic[Q, A]):
             except InvalidMessageError as error:
                 self._reply_error(call, Status.INVALID_REQUEST, error)
                 continue
+            self.calls += 1
             try:
                 if self._with_response:
                     result = self._callback(request, self._response_type())
@@ -147,22 +151,18 @@ class Service(Server, Generic[Q, A]):
             if self.has_work():
                 self.core.mailbox.post(self)
 
-        turn = Turn(self.core.mailbox, coroutine, ended, beside=self._concurrent)
+        turn = Turn(self.core.mailbox, coroutine, ended, timing=self.timing, beside=self._concurrent)
         self._running[call] = turn
         return turn
 
     def _raised(self, call: int, error: BaseException) -> None:
         self._reply_error(call, Status.REMOTE_ERROR, error)
-        self.core.callback_failed(self._what, error)
+        self.core.callback_failed(self.timing.what, error)
 
     def _ended_in_vain(self, error: BaseException | None) -> None:
         """A handler whose call was abandoned has ended: its call number may be another call's by now."""
         if error is not None and not isinstance(error, asyncio.CancelledError):
-            self.core.callback_failed(self._what, error)
-
-    @property
-    def _what(self) -> str:
-        return f"Callback {name_of(self._callback)} of the service '{self.srv_name}'"
+            self.core.callback_failed(self.timing.what, error)
 
     def _reply(self, call: int, response: object) -> None:
         try:
@@ -171,7 +171,7 @@ class Service(Server, Generic[Q, A]):
         except (TypeError, InvalidMessageError) as error:
             self._reply_error(call, Status.INVALID_REPLY, error)
             self.core.callback_failed(
-                f"{self._what} did not return a valid {type_name(self._response_type)}; it", error
+                f"{self.timing.what} did not return a valid {type_name(self._response_type)}; it", error
             )
             return
         self._send(_entry(call, Status.OK, body))

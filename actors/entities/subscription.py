@@ -12,7 +12,7 @@ import time
 from collections import OrderedDict, deque
 from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar, cast
 
-from actors.callbacks import as_coroutine, name_of, takes
+from actors.callbacks import as_coroutine, takes
 from actors.core import Core, Entity
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
@@ -126,6 +126,7 @@ class Subscription(Entity, Generic[M]):
         self._credit = keep_all and resolved.reliability == ReliabilityPolicy.RELIABLE
         self._depth = BEST_EFFORT_KEEP_ALL_DEPTH if keep_all else max(1, resolved.depth)
         self._callback = callback
+        self.timing = core.watch.of(callback or self.__aiter__, f"the subscription to '{topic}'")
         self._concurrent = concurrent
         self._batches: deque[_Batch] = deque()
         self._pending = 0
@@ -141,6 +142,11 @@ class Subscription(Entity, Generic[M]):
     def topic(self) -> str:
         """The full name of the topic."""
         return self.topic_name
+
+    @property
+    def calls(self) -> int:
+        """Source: how often the callback has been called."""
+        return self.received
 
     @property
     def queued(self) -> int:
@@ -331,7 +337,9 @@ class Subscription(Entity, Generic[M]):
             coroutine = self._run(self._batches[0])
             if coroutine is not None:
                 self._running += 1
-                turn = Turn(self.core.mailbox, coroutine, self._ended, beside=self._concurrent)
+                turn = Turn(
+                    self.core.mailbox, coroutine, self._ended, timing=self.timing, beside=self._concurrent
+                )
                 if not self._concurrent:
                     return turn
                 self.core.mailbox.run_beside(turn)
@@ -353,7 +361,7 @@ class Subscription(Entity, Generic[M]):
             try:
                 result = callback(message) if info is None else callback(message, info)
             except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
-                self.core.callback_failed(self._what, error)
+                self.core.callback_failed(self.timing.what, error)
                 continue
             if result is not None and (coroutine := as_coroutine(result)) is not None:
                 return coroutine
@@ -363,14 +371,9 @@ class Subscription(Entity, Generic[M]):
         del result
         self._running -= 1
         if error is not None:
-            self.core.callback_failed(self._what, error)
+            self.core.callback_failed(self.timing.what, error)
         if self.has_work():
             self.core.mailbox.post(self)
-
-    @property
-    def _what(self) -> str:
-        assert self._callback is not None
-        return f"Callback {name_of(self._callback)} of the subscription to '{self.topic_name}'"
 
     async def __aiter__(self) -> AsyncIterator[M]:
         """Iterate over messages as they come; ends when the subscription or its node is destroyed."""

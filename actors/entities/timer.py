@@ -6,7 +6,7 @@ import asyncio
 import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from actors.callbacks import as_coroutine, name_of, takes
+from actors.callbacks import as_coroutine, takes
 from actors.errors import NodeDestroyed
 from actors.mailbox import Turn
 
@@ -47,6 +47,7 @@ class Timer:
         self.ticks = self.skipped = 0
         self._core = core
         self._callback = callback
+        self.timing = core.watch.of(callback, "a timer")
         self._handle: asyncio.TimerHandle | None = None
         self._due = 0.0
         self._due_now = False
@@ -119,6 +120,11 @@ class Timer:
         self._handle = loop.call_at(max(self._due, loop.time()), self._tick)
         self._core.mailbox.post(self)
 
+    @property
+    def calls(self) -> int:
+        """Source: how often the callback has been called."""
+        return self.ticks
+
     def has_work(self) -> bool:
         """Source: whether a tick is due."""
         return self._due_now and self._running is None and not self._canceled
@@ -132,12 +138,12 @@ class Timer:
         try:
             result = self._callback(self._info()) if self._with_info else self._callback()
         except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
-            self._core.callback_failed(self._what, error)
+            self._core.callback_failed(self.timing.what, error)
             return None
         coroutine = as_coroutine(result)
         if coroutine is None:
             return None
-        self._running = Turn(self._core.mailbox, coroutine, self._ended)
+        self._running = Turn(self._core.mailbox, coroutine, self._ended, timing=self.timing)
         return self._running
 
     def _info(self) -> TimerInfo:
@@ -152,8 +158,4 @@ class Timer:
         turn, self._running = self._running, None
         destroyed = turn is not None and turn.cancelled and isinstance(error, asyncio.CancelledError)
         if error is not None and not destroyed:
-            self._core.callback_failed(self._what, error)
-
-    @property
-    def _what(self) -> str:
-        return f"Callback {name_of(self._callback)} of a timer"
+            self._core.callback_failed(self.timing.what, error)

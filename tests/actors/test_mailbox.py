@@ -11,10 +11,18 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.core import in_flight
-from actors.mailbox import Mailbox, Turn
+from actors.mailbox import IDLE_WORKERS, Mailbox, Turn
+from actors.timing import Stopwatch
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
+
+    from actors.timing import CallbackTiming
+
+
+def timing() -> CallbackTiming:
+    """Return a stopwatch's face that nobody reads."""
+    return Stopwatch(lambda text: None).of(print, "a test")
 
 
 class Recorder:
@@ -28,6 +36,8 @@ class Recorder:
         self.errors: list[BaseException] = []
         self.reentrant = reentrant
         self.running = 0
+        self.calls = 0
+        self.timing = timing()
 
     def add(self, callback: Callable[[], Any]) -> None:
         self.queue.append(callback)
@@ -38,10 +48,11 @@ class Recorder:
 
     def dispatch(self) -> Turn | None:
         while self.has_work():
+            self.calls += 1
             result = self.queue.popleft()()
             if asyncio.iscoroutine(result):
                 self.running += 1
-                self.turn = Turn(self.mailbox, result, self.ended)
+                self.turn = Turn(self.mailbox, result, self.ended, timing=self.timing)
                 return self.turn
             self.results.append(result)
         return None
@@ -314,7 +325,8 @@ async def test_beside_runs_while_the_mailbox_is_taken() -> None:
 
         source.add(hold)
         await asyncio.sleep(0)
-        mailbox.run_beside(Turn(mailbox, beside(), lambda result, _: done.append(result), beside=True))
+        turn = Turn(mailbox, beside(), lambda result, _: done.append(result), timing=timing(), beside=True)
+        mailbox.run_beside(turn)
         await until(lambda: done == ["beside"])
         assert not source.results
         gate.set()
@@ -381,3 +393,42 @@ async def test_a_callback_that_cancels_its_own_task_ends_alone() -> None:
         await until(lambda: source.results == ["fine"])
         assert isinstance(source.errors[0], asyncio.CancelledError)
         assert len(tasks) == 1
+
+
+async def test_a_burst_leaves_few_idle_workers_behind() -> None:
+    """A hundred turns suspended in calls at once need a hundred workers; afterwards most of them end."""
+    mailbox = Mailbox()
+    async with opened(mailbox) as tasks:
+        source = Recorder(mailbox)
+        gate = asyncio.Event()
+
+        async def calling() -> None:
+            with in_flight():
+                await gate.wait()
+
+        for _ in range(100):
+            source.add(calling)
+        await until(lambda: mailbox.suspended == 100)
+        assert mailbox.workers == 100
+        assert not mailbox.busy
+        gate.set()
+        await until(lambda: len(source.results) == 100)
+        await until(lambda: mailbox.idle_workers == mailbox.workers)
+        assert mailbox.workers <= IDLE_WORKERS
+        assert sum(not task.done() for task in tasks) <= IDLE_WORKERS
+        assert mailbox.suspended == 0
+
+
+async def test_the_mailbox_says_what_it_does() -> None:
+    """Its properties tell a turn that holds it from sources that wait."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        source, other = Recorder(mailbox), Recorder(mailbox)
+        gate = asyncio.Event()
+        source.add(gate.wait)
+        other.add(lambda: None)
+        assert mailbox.busy
+        assert (mailbox.waiting, mailbox.suspended, mailbox.workers) == (1, 0, 1)
+        gate.set()
+        await until(lambda: not mailbox.busy)
+        assert (mailbox.waiting, mailbox.suspended) == (0, 0)

@@ -53,6 +53,7 @@ def determined(loop: SimulatedLoop, seed: int) -> Iterator[None]:
 
     with (
         mock.patch.object(time, "time_ns", now),
+        mock.patch.object(time, "perf_counter", loop.time),
         mock.patch.object(secrets, "token_bytes", chance.randbytes),
     ):
         yield
