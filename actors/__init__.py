@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from actors.qos import qos_profile_sensor_data as qos_profile_sensor_data
     from actors.qos import qos_profile_services_default as qos_profile_services_default
     from actors.running import run as run
+    from actors.service_introspection import ServiceIntrospectionState as ServiceIntrospectionState
     from proto.errors import CallboardError as CallboardError
     from proto.errors import InvalidNameError as InvalidNameError
     from proto.errors import InvalidNamespaceError as InvalidNamespaceError
@@ -123,6 +124,7 @@ _HOMES = {
         "qos_profile_services_default",
     ),
     "actors.running": ("run",),
+    "actors.service_introspection": ("ServiceIntrospectionState",),
     "actors.entities.subscription": ("MessageInfo", "Subscription"),
     "actors.entities.timer": ("Timer", "TimerInfo"),
     "proto.errors": (

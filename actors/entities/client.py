@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import secrets
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import msgpack
@@ -16,12 +17,17 @@ from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
 from actors.mailbox import Turn, current_turn
+from actors.service_introspection import CallIdentity, EventKind, ServiceEvents, configured
 from proto import frames, limits
 from proto.codec import encode
 from proto.frames import ReplyEntry, RequestEntry, Status
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from actors.clock import Clock
+    from actors.qos import QoSProfile
+    from actors.service_introspection import ServiceIntrospectionState
 
 Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)
@@ -55,6 +61,7 @@ class Client(Caller, Generic[Q, A]):
 
     Attributes:
         srv_name: The full name of the service.
+        gid: 16 bytes that name this client in service events.
     """
 
     def __init__(
@@ -70,6 +77,8 @@ class Client(Caller, Generic[Q, A]):
         self._next_call = 0
         self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
         self._cancelled: list[int] = []
+        self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
+        self._events: ServiceEvents | None = None
         core.link.add(self)
 
     @property
@@ -78,9 +87,33 @@ class Client(Caller, Generic[Q, A]):
         return self.srv_name
 
     @property
+    def events_lost(self) -> int:
+        """Service events that could not be published since introspection was configured."""
+        return 0 if self._events is None else self._events.lost
+
+    @property
     def pending(self) -> int:
         """Calls in flight."""
         return len(self._pending)
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile | int,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Tell what becomes of calls on the topic `<service>/_service_event`, or tell it no longer.
+
+        Arguments and errors as for `Service.configure_introspection`.
+        """
+        self.require_alive()
+        self._events = configured(
+            self._events,
+            self,
+            clock=clock,
+            qos=service_event_qos_profile,
+            state=introspection_state,
+        )
 
     def service_is_ready(self) -> bool:
         """Tell whether a server is there now."""
@@ -144,8 +177,17 @@ class Client(Caller, Generic[Q, A]):
         if limit != math.inf:
             self._deadlines.add(call, loop.time() + limit)
             remaining_ms = math.ceil(min(limit * 1000, limits.MAX_U32))
-        self._outgoing.send(RequestEntry(call, remaining_ms, None, body), self, self.core.link)
+        attributes = None
+        if self._events is not None:
+            attributes = self._tell_request(self._events, call, request)
+        self._outgoing.send(RequestEntry(call, remaining_ms, attributes, body), self, self.core.link)
         return future
+
+    def _tell_request(self, events: ServiceEvents, call: int, request: Q) -> frames.Options:
+        """Publish that a request leaves; return the attributes by which the server tells of the same call."""
+        identity = CallIdentity(self.gid, call)
+        events.request(EventKind.REQUEST_SENT, identity, request)
+        return identity.attributes()
 
     def flush_turn(self) -> None:
         """Put what this loop turn sent into the outbox. Called by the link."""
@@ -174,6 +216,9 @@ class Client(Caller, Generic[Q, A]):
             except InvalidMessageError as error:
                 self._fail(future, RemoteError(type(error).__name__, str(error)))
                 return
+            if self._events is not None:
+                identity = CallIdentity(self.gid, entry.call)
+                self._events.response(EventKind.RESPONSE_RECEIVED, identity, reply)
             future.leave_turn()
             if not future.done():
                 future.set_result(reply)
@@ -222,6 +267,8 @@ class Client(Caller, Generic[Q, A]):
         for future in self._take_pending():
             future.leave_turn()
             future.cancel()
+        if self._events is not None:
+            self._events.close()
         super().destroy()
 
     def refused(self, code: int, text: str) -> None:

@@ -15,12 +15,17 @@ from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, definition, type_hash, type_name
 from actors.mailbox import Turn
+from actors.service_introspection import CallIdentity, EventKind, ServiceEvents, configured
 from proto import frames
 from proto.codec import encode
 from proto.frames import ReplyEntry, RequestEntry, Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from actors.clock import Clock
+    from actors.qos import QoSProfile
+    from actors.service_introspection import ServiceIntrospectionState
 
 Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)
@@ -72,9 +77,10 @@ class Service(Server, Generic[Q, A]):
         self.timing = core.watch.of(callback, f"the service '{name}'")
         self._callback = callback
         self._concurrent = concurrent
-        self._waiting: OrderedDict[int, bytes] = OrderedDict()
+        self._waiting: OrderedDict[int, RequestEntry] = OrderedDict()
         self._running: dict[int, Turn] = {}
         self._outgoing: EntryBatch[ReplyEntry] = EntryBatch()
+        self._events: ServiceEvents | None = None
         core.link.add(self)
 
     @property
@@ -83,9 +89,40 @@ class Service(Server, Generic[Q, A]):
         return self.srv_name
 
     @property
+    def events_lost(self) -> int:
+        """Service events that could not be published since introspection was configured."""
+        return 0 if self._events is None else self._events.lost
+
+    @property
     def pending(self) -> int:
         """Requests that wait or are being handled."""
         return len(self._waiting) + len(self._running)
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile | int,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Tell what becomes of requests on the topic `<service>/_service_event`, or tell it no longer.
+
+        Args:
+            clock: Stamps the events.
+            service_event_qos_profile: Of the topic; a profile or a depth.
+            introspection_state: OFF (as at first), METADATA, or CONTENTS: requests and responses, too.
+
+        Raises:
+            InvalidTopicNameError: The service's name leaves no room for the topic's.
+            NodeDestroyed: The service has been destroyed.
+        """
+        self.require_alive()
+        self._events = configured(
+            self._events,
+            self,
+            clock=clock,
+            qos=service_event_qos_profile,
+            state=introspection_state,
+        )
 
     def requested(self, entries: tuple[RequestEntry, ...]) -> None:
         """Requests came."""
@@ -93,7 +130,7 @@ class Service(Server, Generic[Q, A]):
             if len(self._waiting) >= MAX_QUEUED:
                 self._reply_text(entry.call, Status.OVERLOADED, f"{MAX_QUEUED} requests wait already")
             else:
-                self._waiting[entry.call] = entry.body
+                self._waiting[entry.call] = entry
         self.core.mailbox.post(self)
 
     def cancelled(self, calls: tuple[int, ...]) -> None:
@@ -111,13 +148,16 @@ class Service(Server, Generic[Q, A]):
     def dispatch(self) -> Turn | None:
         """Source: run the handler for what waits, until it returns something to await."""
         while self.has_work():
-            call, body = self._waiting.popitem(last=False)
+            call, entry = self._waiting.popitem(last=False)
             try:
-                request = self._requests.decode(body)
+                request = self._requests.decode(entry.body)
             except InvalidMessageError as error:
                 self._reply_error(call, Status.INVALID_REQUEST, error)
                 continue
             self.calls += 1
+            if self._events is not None:
+                identity = CallIdentity.of(entry.attributes, call)
+                self._events.request(EventKind.REQUEST_RECEIVED, identity, request)
             try:
                 if self._with_response:
                     result = self._callback(request, self._response_type())
@@ -128,22 +168,22 @@ class Service(Server, Generic[Q, A]):
                 continue
             coroutine = as_coroutine(result)
             if coroutine is None:
-                self._reply(call, result)
+                self._reply(call, result, entry.attributes)
                 continue
-            turn = self._turn(call, coroutine)
+            turn = self._turn(call, coroutine, entry.attributes)
             if not self._concurrent:
                 return turn
             self.core.mailbox.run_beside(turn)
         return None
 
-    def _turn(self, call: int, coroutine: Any) -> Turn:
+    def _turn(self, call: int, coroutine: Any, attributes: frames.Options | None) -> Turn:
         def ended(result: object, error: BaseException | None) -> None:
             if self._running.get(call) is not turn:
                 self._ended_in_vain(error)
                 return
             del self._running[call]
             if error is None:
-                self._reply(call, result)
+                self._reply(call, result, attributes)
             elif turn.cancelled and isinstance(error, asyncio.CancelledError):
                 self._reply_text(call, Status.CANCELLED, "the handler was cancelled")
             else:
@@ -164,7 +204,7 @@ class Service(Server, Generic[Q, A]):
         if error is not None and not isinstance(error, asyncio.CancelledError):
             self.core.callback_failed(self.timing.what, error)
 
-    def _reply(self, call: int, response: object) -> None:
+    def _reply(self, call: int, response: object, attributes: frames.Options | None) -> None:
         try:
             body = self._replies.encode(cast("A", response))
             self.core.link.require_fits(f"A response of '{self.srv_name}'", len(body))
@@ -175,6 +215,9 @@ class Service(Server, Generic[Q, A]):
             )
             return
         self._send(_entry(call, Status.OK, body))
+        if self._events is not None:
+            identity = CallIdentity.of(attributes, call)
+            self._events.response(EventKind.RESPONSE_SENT, identity, cast("A", response))
 
     def _reply_error(self, call: int, status: Status, error: BaseException) -> None:
         body = msgpack.packb([type(error).__name__, str(error)[:MAX_ERROR_TEXT]])
@@ -214,6 +257,8 @@ class Service(Server, Generic[Q, A]):
             link.channel.outbox.put_calls(encode(frames.Undeclare(self.id)))  # behind the replies made so far
             link.channel.flush_soon()
         super().destroy()
+        if self._events is not None:
+            self._events.close()
         self._abandon()
 
     def link_lost(self) -> None:

@@ -9,13 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, cast
-
-import msgspec
+from typing import Any
 
 from actors.interfaces.builtin_interfaces.msg import Time
-from actors.interfaces.message import Action, Message, Service, type_name
-from actors.interfaces.naming import MessageType
+from actors.interfaces.message import Action, Message, Service, message_class, type_name
 from actors.interfaces.types import int8
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 
@@ -35,25 +32,13 @@ class ActionTypes:
     feedback_message: type[Message]
 
 
-def _message(owner: type[Action], name: str, fields: dict[str, tuple[Any, Any]]) -> type[Message]:
-    """Make a message class from field name to (type, default value or message class)."""
-    namespace: dict[str, Any] = {
-        "__module__": owner.__module__,
-        "__annotations__": {field: kind for field, (kind, _) in fields.items()},
-    }
-    for field, (_, default) in fields.items():
-        namespace[field] = msgspec.field(default_factory=default) if isinstance(default, type) else default
-    made = MessageType(name.rpartition("/")[2], (Message,), namespace, type_name=name)
-    return cast("type[Message]", made)
-
-
 def _service(
     owner: type[Action], name: str, request: dict[str, Any], response: dict[str, Any]
 ) -> type[Service]:
     namespace = {
         "__module__": owner.__module__,
-        "Request": _message(owner, f"{name}_Request", request),
-        "Response": _message(owner, f"{name}_Response", response),
+        "Request": message_class(owner, f"{name}_Request", request),
+        "Response": message_class(owner, f"{name}_Response", response),
     }
     make: Any = type(Service)
     made: type[Service] = make(name.rpartition("/")[2], (Service,), namespace, type_name=name)
@@ -92,7 +77,7 @@ def action_types(action: type[Action]) -> ActionTypes:
             goal_id,
             {"status": (int8, 0), "result": (parts.Result, parts.Result)},
         ),
-        feedback_message=_message(
+        feedback_message=message_class(
             action,
             f"{name}_FeedbackMessage",
             {**goal_id, "feedback": (parts.Feedback, parts.Feedback)},

@@ -17,12 +17,15 @@ Fields are checked when a message is sent and when it is received, not when they
 from __future__ import annotations
 
 from functools import cache
-from typing import Any, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import msgspec
 
 from actors.interfaces.definition import action_definition, hash_of, message_definition, service_definition
 from actors.interfaces.naming import TYPE_NAME, MessageType, message_name, package_of
+
+if TYPE_CHECKING:
+    from actors.interfaces.service_event import ServiceEvent
 
 _REPR_BYTES = 256
 """Longer binary fields are not written out in a repr."""
@@ -79,8 +82,29 @@ def _adopt(owner: type, parts: tuple[str, ...], kind: str, type_name: str | None
             setattr(message, TYPE_NAME, f"{name}_{part}")
 
 
+RequestT = TypeVar("RequestT", bound=Message)
+ResponseT = TypeVar("ResponseT", bound=Message)
+
+
+class _EventClass:
+    """Makes a service's event class when somebody asks for it."""
+
+    def __get__(
+        self, instance: object, owner: type[ServiceType[RequestT, ResponseT]]
+    ) -> type[ServiceEvent[RequestT, ResponseT]]:
+        from actors.interfaces.service_event import service_event  # noqa: PLC0415 - a circle, and seldom needed
+
+        return service_event(owner)
+
+
 class Service:
-    """Base of service types: a namespace with the message classes `Request` and `Response`."""
+    """Base of service types: a namespace with the message classes `Request` and `Response`.
+
+    Attributes:
+        Event: The message class in which service introspection tells of calls; made when first used.
+    """
+
+    Event = _EventClass()
 
     def __init_subclass__(cls, *, type_name: str | None = None) -> None:
         _adopt(cls, ("Request", "Response"), "srv", type_name)
@@ -135,6 +159,24 @@ class ActionType(Protocol[GoalT_co, ResultT_co, FeedbackT_co]):
     def Feedback(self) -> type[FeedbackT_co]:  # noqa: N802 - rclpy's name
         """The feedback's class."""
         ...
+
+
+def message_class(owner: type, name: str, fields: dict[str, tuple[Any, Any]]) -> type[Message]:
+    """Make a message class that ROS derives from another type.
+
+    Args:
+        owner: The class it is derived from; theirs is the module.
+        name: The new type's name, such as "example_interfaces/action/Fibonacci_FeedbackMessage".
+        fields: Field name to its type and its default: a value, or a class to make it with.
+    """
+    namespace: dict[str, Any] = {
+        "__module__": owner.__module__,
+        "__annotations__": {field: kind for field, (kind, _) in fields.items()},
+    }
+    for field, (_, default) in fields.items():
+        namespace[field] = msgspec.field(default_factory=default) if isinstance(default, type) else default
+    made = MessageType(name.rpartition("/")[2], (Message,), namespace, type_name=name)
+    return cast("type[Message]", made)
 
 
 def is_message_type(cls: object) -> bool:

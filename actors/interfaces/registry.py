@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 STANDARD_ROOT: Final = "actors.interfaces"
 """The Python package of the standard interface packages."""
 _NAME: Final = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Z][A-Za-z0-9]*)")
+_EVENT: Final = "_Event"
 _BASES: Final[dict[str, type]] = {"msg": Message, "srv": Service, "action": Action}
 
 
@@ -103,13 +104,26 @@ def _suggestion(name: str, package: str) -> str:
     return f"; did you mean {short[close[0]]}?" if close else ""
 
 
+def _find_event(name: str) -> type[Message]:
+    from actors.interfaces.service_event import service_event  # noqa: PLC0415 - seldom needed
+
+    service = find_interface(name.removesuffix(_EVENT))
+    if not issubclass(service, Service):
+        raise UnknownInterfaceError(f"'{name}' is not an interface name: only services have events")
+    return service_event(cast("Any", service))
+
+
 def find_interface(name: str) -> type[Message | Service | Action]:
     """Return the class of an interface: "std_msgs/msg/String", "std_msgs/String", "std_srvs/srv/SetBool".
+
+    "std_srvs/srv/SetBool_Event" is the message in which introspection tells of calls of that service.
 
     Raises:
         UnknownInterfaceError: The name is none, or no such class can be imported; with a suggestion.
     """
     match = _NAME.fullmatch(name)
+    if match is None and name.endswith(_EVENT):
+        return _find_event(name)
     if match is None:
         hint = _suggestion(name, name.partition("/")[0]) if re.fullmatch(r"[\w/]{3,255}", name) else ""
         raise UnknownInterfaceError(

@@ -1,0 +1,66 @@
+"""The message in which service introspection tells of a call: ROS's `<Service>_Event`.
+
+Every service type has one, `AddTwoInts.Event`, generated and hand-written types alike. It is part of the
+service's definition, and so of its hash; the class is made when it is first asked for.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar, cast
+
+from actors.interfaces.message import Message, Service, message_class, type_name
+from actors.interfaces.service_msgs.msg import ServiceEventInfo
+from actors.interfaces.types import AtMost
+
+if TYPE_CHECKING:
+    import msgspec
+
+    from actors.interfaces.message import ServiceType
+
+RequestT = TypeVar("RequestT", bound=Message)
+ResponseT = TypeVar("ResponseT", bound=Message)
+
+
+if TYPE_CHECKING:
+
+    class ServiceEvent(Message, Generic[RequestT, ResponseT]):
+        """What an event class is to a type checker."""
+
+        info: ServiceEventInfo = msgspec.field(default_factory=ServiceEventInfo)
+        """What happened, when, and in which call."""
+        request: list[RequestT] = msgspec.field(default_factory=list[RequestT])
+        """The request, in events about one, if contents are told."""
+        response: list[ResponseT] = msgspec.field(default_factory=list[ResponseT])
+        """The response, in events about one, if contents are told."""
+
+
+def service_event(
+    srv_type: type[ServiceType[RequestT, ResponseT]],
+) -> type[ServiceEvent[RequestT, ResponseT]]:
+    """Return the event class of a service class; it is made once.
+
+    Raises:
+        TypeError: `srv_type` is no service class.
+    """
+    return cast("type[ServiceEvent[RequestT, ResponseT]]", _event(srv_type))
+
+
+@cache
+def _event(srv_type: Any) -> type[Message]:
+    if not (isinstance(srv_type, type) and issubclass(srv_type, Service)) or srv_type is Service:
+        raise TypeError(
+            f"Expected a service class, such as example_interfaces.srv.AddTwoInts; got {srv_type!r}"
+        )
+    parts: Any = srv_type
+    made = message_class(
+        srv_type,
+        f"{type_name(srv_type)}_Event",
+        {
+            "info": (ServiceEventInfo, ServiceEventInfo),
+            "request": (Annotated[list[parts.Request], AtMost(1)], list),
+            "response": (Annotated[list[parts.Response], AtMost(1)], list),
+        },
+    )
+    made.__qualname__ = f"{srv_type.__qualname__}.Event"  # where pickle looks for it
+    return made

@@ -1,0 +1,173 @@
+"""Service introspection: a client or a server tells what becomes of its calls, on a topic beside the service.
+
+The topic of the service `/add` is `/add/_service_event`, which tools hide; its messages are
+`AddTwoInts.Event`. A call between two ends that both tell has four events: REQUEST_SENT (the client),
+REQUEST_RECEIVED (the server, as its handler begins), RESPONSE_SENT and RESPONSE_RECEIVED. What has not come
+about is not told: a call that ends with an error has no response, and so no event of one.
+
+Telling never harms the call: an event that cannot be published is dropped, counted and logged.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, cast
+
+from actors.entities.publisher import Publisher
+from actors.errors import PublisherFull
+from actors.interfaces.errors import InvalidMessageError
+from actors.qos import qos_from
+from proto import limits
+from proto.names import validate_full_topic_name
+
+if TYPE_CHECKING:
+    from actors.clock import Clock
+    from actors.core import Core
+    from actors.interfaces.message import Message
+    from actors.qos import QoSProfile
+    from proto.frames import Options
+
+TOPIC_SUFFIX: Final = "/_service_event"
+
+_GID: Final = "client_gid"
+_NUMBER: Final = "sequence_number"
+_MAX_INT64: Final = 2**63 - 1
+_WARN_EVERY_SEC: Final = 10.0
+
+
+class ServiceIntrospectionState(IntEnum):
+    """How much a client or a server tells of its calls."""
+
+    OFF = 0
+    """Nothing."""
+    METADATA = 1
+    """What happened, when, in which call."""
+    CONTENTS = 2
+    """Requests and responses, too."""
+
+
+class EventKind(IntEnum):
+    """What an event tells; the numbers are those of service_msgs/msg/ServiceEventInfo."""
+
+    REQUEST_SENT = 0
+    REQUEST_RECEIVED = 1
+    RESPONSE_SENT = 2
+    RESPONSE_RECEIVED = 3
+
+
+class CallIdentity(NamedTuple):
+    """Which call it is, the same at both ends.
+
+    Attributes:
+        client_gid: 16 bytes that name the client.
+        sequence_number: The client's number for the call, from 1.
+    """
+
+    client_gid: bytes
+    sequence_number: int
+
+    def attributes(self) -> Options:
+        """Return it as a request carries it (docs/protocol.md §7.8)."""
+        return {_GID: self.client_gid, _NUMBER: self.sequence_number}
+
+    @classmethod
+    def of(cls, attributes: Options | None, call: int) -> CallIdentity:
+        """Read a request's attributes; a client that does not tell is all zeros, its call the broker's."""
+        known = attributes or {}
+        gid, number = known.get(_GID), known.get(_NUMBER)
+        if not isinstance(gid, bytes) or len(gid) != limits.INSTANCE_BYTES:
+            gid = bytes(limits.INSTANCE_BYTES)
+        if type(number) is not int or not 0 <= number <= _MAX_INT64:
+            number = call & _MAX_INT64
+        return cls(gid, number)
+
+
+class Teller(Protocol):
+    """A client or a server."""
+
+    core: Core
+    srv_type: type
+    srv_name: str
+
+
+class ServiceEvents:
+    """The events of one client or server. They are published until `close`.
+
+    Args:
+        teller: The client or server.
+        clock: Stamps the events.
+        qos: Of the topic.
+        contents: Whether requests and responses are told.
+
+    Attributes:
+        lost: Events that could not be published: the topic was full, or the event too large for the broker.
+
+    Raises:
+        InvalidTopicNameError: The service's name leaves no room for the topic's.
+    """
+
+    def __init__(self, teller: Teller, *, clock: Clock, qos: QoSProfile, contents: bool) -> None:
+        from actors.interfaces.service_event import service_event  # noqa: PLC0415 - for those who need it
+
+        topic = teller.srv_name + TOPIC_SUFFIX
+        validate_full_topic_name(topic)
+        self.lost = 0
+        self._log = teller.core.log
+        self._clock = clock
+        self._contents = contents
+        self._event_type = service_event(cast("Any", teller.srv_type))
+        self._publisher = Publisher(teller.core, self._event_type, topic, qos)
+
+    def request(self, kind: EventKind, identity: CallIdentity, request: Message) -> None:
+        """Tell that a request was sent or received."""
+        self._tell(kind, identity, [request] if self._contents else [], [])
+
+    def response(self, kind: EventKind, identity: CallIdentity, response: Message) -> None:
+        """Tell that a response was sent or received."""
+        self._tell(kind, identity, [], [response] if self._contents else [])
+
+    def _tell(
+        self, kind: EventKind, identity: CallIdentity, request: list[Message], response: list[Message]
+    ) -> None:
+        publisher = self._publisher
+        if publisher.destroyed:
+            return  # the node is going
+        event = self._event_type(request=request, response=response)
+        event.info.event_type = kind
+        event.info.stamp = self._clock.now().to_msg()
+        event.info.client_gid, event.info.sequence_number = identity
+        try:
+            publisher.publish(event)
+        except (PublisherFull, InvalidMessageError) as error:
+            self.lost += 1
+            self._log.warning(
+                f"Lost service event number {self.lost}: {error}", throttle_duration_sec=_WARN_EVERY_SEC
+            )
+
+    def close(self) -> None:
+        """Publish nothing more."""
+        self._publisher.destroy()
+
+
+def configured(
+    before: ServiceEvents | None,
+    teller: Teller,
+    *,
+    clock: Clock,
+    qos: QoSProfile | int,
+    state: ServiceIntrospectionState,
+) -> ServiceEvents | None:
+    """Return what tells of calls from now on, instead of `before`, which is closed; None for OFF.
+
+    Raises:
+        InvalidTopicNameError: The service's name leaves no room for the topic's.
+        TypeError, ValueError: No QoS, or no state.
+    """
+    state, profile = ServiceIntrospectionState(state), qos_from(qos)
+    after = None
+    if state is not ServiceIntrospectionState.OFF:
+        contents = state is ServiceIntrospectionState.CONTENTS
+        after = ServiceEvents(teller, clock=clock, qos=profile, contents=contents)
+    if before is not None:
+        before.close()
+    return after
