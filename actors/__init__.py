@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from actors.decorators import service as service
     from actors.decorators import subscription as subscription
     from actors.decorators import timer as timer
+    from actors.entities.backlog import MessageInfo as MessageInfo
     from actors.entities.client import Client as Client
     from actors.entities.publisher import Publisher as Publisher
-    from actors.entities.subscription import MessageInfo as MessageInfo
     from actors.entities.subscription import Subscription as Subscription
     from actors.entities.timer import Timer as Timer
     from actors.entities.timer import TimerInfo as TimerInfo
@@ -38,6 +38,15 @@ if TYPE_CHECKING:
     from actors.errors import ServiceTimeout as ServiceTimeout
     from actors.errors import ServiceUnavailable as ServiceUnavailable
     from actors.errors import WaitTimeout as WaitTimeout
+    from actors.events import DeadlineMissedInfo as DeadlineMissedInfo
+    from actors.events import IncompatibleQoSInfo as IncompatibleQoSInfo
+    from actors.events import IncompatibleTypeInfo as IncompatibleTypeInfo
+    from actors.events import LivelinessChangedInfo as LivelinessChangedInfo
+    from actors.events import LivelinessLostInfo as LivelinessLostInfo
+    from actors.events import MatchedInfo as MatchedInfo
+    from actors.events import MessageLostInfo as MessageLostInfo
+    from actors.events import PublisherEventCallbacks as PublisherEventCallbacks
+    from actors.events import SubscriptionEventCallbacks as SubscriptionEventCallbacks
     from actors.graph import EndpointInfo as EndpointInfo
     from actors.graph import GraphPicture as GraphPicture
     from actors.interfaces.errors import InvalidMessageError as InvalidMessageError
@@ -63,11 +72,15 @@ if TYPE_CHECKING:
     from actors.qos import DurabilityPolicy as DurabilityPolicy
     from actors.qos import HistoryPolicy as HistoryPolicy
     from actors.qos import InvalidQoSProfileError as InvalidQoSProfileError
+    from actors.qos import LivelinessPolicy as LivelinessPolicy
     from actors.qos import QoSProfile as QoSProfile
     from actors.qos import ReliabilityPolicy as ReliabilityPolicy
     from actors.qos import qos_profile_default as qos_profile_default
     from actors.qos import qos_profile_sensor_data as qos_profile_sensor_data
     from actors.qos import qos_profile_services_default as qos_profile_services_default
+    from actors.qos_compatibility import QoSCompatibility as QoSCompatibility
+    from actors.qos_compatibility import QoSPolicyKind as QoSPolicyKind
+    from actors.qos_compatibility import qos_check_compatible as qos_check_compatible
     from actors.running import run as run
     from actors.service_introspection import ServiceIntrospectionState as ServiceIntrospectionState
     from proto.errors import CallboardError as CallboardError
@@ -95,6 +108,17 @@ _HOMES = {
         "ServiceUnavailable",
         "WaitTimeout",
     ),
+    "actors.events": (
+        "DeadlineMissedInfo",
+        "IncompatibleQoSInfo",
+        "IncompatibleTypeInfo",
+        "LivelinessChangedInfo",
+        "LivelinessLostInfo",
+        "MatchedInfo",
+        "MessageLostInfo",
+        "PublisherEventCallbacks",
+        "SubscriptionEventCallbacks",
+    ),
     "actors.graph": ("EndpointInfo", "GraphPicture"),
     "actors.interfaces.errors": ("InvalidMessageError",),
     "actors.interfaces.message": ("Action", "Message", "Service"),
@@ -117,15 +141,18 @@ _HOMES = {
         "DurabilityPolicy",
         "HistoryPolicy",
         "InvalidQoSProfileError",
+        "LivelinessPolicy",
         "QoSProfile",
         "ReliabilityPolicy",
         "qos_profile_default",
         "qos_profile_sensor_data",
         "qos_profile_services_default",
     ),
+    "actors.qos_compatibility": ("QoSCompatibility", "QoSPolicyKind", "qos_check_compatible"),
     "actors.running": ("run",),
     "actors.service_introspection": ("ServiceIntrospectionState",),
-    "actors.entities.subscription": ("MessageInfo", "Subscription"),
+    "actors.entities.backlog": ("MessageInfo",),
+    "actors.entities.subscription": ("Subscription",),
     "actors.entities.timer": ("Timer", "TimerInfo"),
     "proto.errors": (
         "CallboardError",

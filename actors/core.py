@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.entities.timer import Timer
+    from actors.events import EntityEvents
     from actors.link import Link
     from actors.logger import Logger
     from proto.outbox import Lane
@@ -154,12 +155,14 @@ class Entity:
 
     Attributes:
         peers: How many counterparts it has now.
+        events: What befalls it beside its messages; None for what has no events.
     """
 
-    def __init__(self, core: Core) -> None:
+    def __init__(self, core: Core, events: EntityEvents | None = None) -> None:
         core.require_alive()
         self.id = 0
         self.core = core
+        self.events = events
         self.peers = 0
         self.destroyed = False
         core.entities[self] = None
@@ -192,17 +195,23 @@ class Entity:
 
     def matched(self, peers: int, total: int) -> None:
         """Endpoint: the number of counterparts."""
-        del total
         self.peers = peers
+        if self.events is not None:
+            self.events.matched_now(peers, total)
         self.core.link.wake()
 
     def notice(self, notice: frames.Notice) -> None:
         """Endpoint: a warning."""
-        self.core.log.warning(notice.text)
+        if self.events is not None:
+            self.events.notice(notice)
+        else:
+            self.core.log.warning(notice.text)
 
     def link_lost(self) -> None:
         """Endpoint: the session has ended."""
         self.peers = 0
+        if self.events is not None:
+            self.events.session_over()
 
 
 class Server(Entity):

@@ -6,13 +6,16 @@ attached to the publisher. An `Inflow` is one such pair.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from proto.frames import DetachReason
 
 if TYPE_CHECKING:
     from proto import frames
-    from proto.frames import Replay, Run
+    from proto.frames import Options, Replay, Run
+
+MANUAL_BY_TOPIC: Final = 3
+"""Its number in a QoS map."""
 
 
 class Reader(Protocol):
@@ -47,7 +50,9 @@ class Inflow:
         publisher: The publisher's id on this broker.
         gid: The publisher's id for good, also across reconnects.
         node: The publisher's node.
-        qos: The publisher's QoS map.
+        lifespan_s: Seconds after which the publisher's messages are of no use; 0 for no limit.
+        lease_s: Seconds within which a MANUAL_BY_TOPIC publisher shows itself; 0 for any other.
+        watched: Whether somebody wants to know that a run has come; kept by the reader.
         first_sequence: Live runs are for this subscription from here on.
         expected: The next sequence number; anything below has been seen.
         missed: Messages counted as lost at the attachment; latched ones may still come.
@@ -61,12 +66,14 @@ class Inflow:
         "gid",
         "granted_bytes",
         "granted_sequence",
+        "lease_s",
+        "lifespan_s",
         "missed",
         "node",
         "publisher",
-        "qos",
         "reader",
         "taken_bytes",
+        "watched",
     )
 
     def __init__(self, reader: Reader, attached: frames.Attached) -> None:
@@ -74,13 +81,22 @@ class Inflow:
         self.publisher = attached.publisher
         self.gid = attached.gid
         self.node = attached.node
-        self.qos = attached.qos
+        self.lifespan_s = _seconds(attached.qos, "lifespan_ns")
+        manual = attached.qos.get("liveliness") == MANUAL_BY_TOPIC
+        self.lease_s = _seconds(attached.qos, "lease_ns") if manual else 0.0
+        self.watched = False
         self.first_sequence = attached.first_sequence
         self.expected = attached.first_sequence
         self.missed = 0
         self.granted_sequence = 0
         self.granted_bytes = 0
         self.taken_bytes = 0
+
+
+def _seconds(qos: Options, key: str) -> float:
+    """Return a time in a QoS map, in seconds; 0 if there is none."""
+    value = qos.get(key, 0)
+    return value / 1e9 if isinstance(value, int) and value > 0 else 0.0
 
 
 class Feeds:

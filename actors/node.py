@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from actors.core import Entity
+    from actors.events import PublisherEventCallbacks, SubscriptionEventCallbacks
     from actors.interfaces.message import Message, ServiceType
     from actors.parameter_types import ParameterValue
 
@@ -179,7 +180,12 @@ class Node(NodeGraph, NodeParameters):
     # What it has
 
     def create_publisher(
-        self, msg_type: type[MessageT], topic: str, qos_profile: QoSProfile | int = 10
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        qos_profile: QoSProfile | int = 10,
+        *,
+        event_callbacks: PublisherEventCallbacks | None = None,
     ) -> Publisher[MessageT]:
         """Make a publisher.
 
@@ -187,6 +193,7 @@ class Node(NodeGraph, NodeParameters):
             msg_type: A message class: generated, or a subclass of `actors.Message`.
             topic: Relative to the namespace, absolute with `/`, private with `~/`.
             qos_profile: A profile, or a depth, which means KEEP_LAST of that depth.
+            event_callbacks: What to call when it misses its deadline, is matched, and so on.
 
         Raises:
             InvalidTopicNameError: The name breaks the rules.
@@ -194,7 +201,7 @@ class Node(NodeGraph, NodeParameters):
             NodeDestroyed: The node has been destroyed.
         """
         qos = qos_from(qos_profile)
-        return Publisher(self._core, msg_type, self._names.resolve_topic(topic), qos)
+        return Publisher(self._core, msg_type, self._names.resolve_topic(topic), qos, event_callbacks)
 
     @overload
     def create_subscription(
@@ -207,6 +214,7 @@ class Node(NodeGraph, NodeParameters):
         qos: QoSProfile | int | None = ...,
         concurrent: bool = ...,
         raw: Literal[False] = ...,
+        event_callbacks: SubscriptionEventCallbacks | None = ...,
     ) -> Subscription[MessageT]: ...
 
     @overload
@@ -220,6 +228,7 @@ class Node(NodeGraph, NodeParameters):
         qos: QoSProfile | int | None = ...,
         concurrent: bool = ...,
         raw: bool = ...,
+        event_callbacks: SubscriptionEventCallbacks | None = ...,
     ) -> Subscription[Any]: ...
 
     def create_subscription(
@@ -232,6 +241,7 @@ class Node(NodeGraph, NodeParameters):
         qos: QoSProfile | int | None = None,
         concurrent: bool = False,
         raw: bool = False,
+        event_callbacks: SubscriptionEventCallbacks | None = None,
     ) -> Subscription[Any]:
         """Make a subscription.
 
@@ -243,6 +253,7 @@ class Node(NodeGraph, NodeParameters):
             qos: The same by keyword, for subscriptions without a callback.
             concurrent: Do not wait for the node's other callbacks, nor for this one.
             raw: Give each message as bytes (msgpack), and match publishers of every type.
+            event_callbacks: What to call when messages are lost, publishers come and go, and so on.
 
         Raises:
             InvalidTopicNameError: The name breaks the rules.
@@ -254,7 +265,16 @@ class Node(NodeGraph, NodeParameters):
         name = self._names.resolve_topic(topic)
         if msg_type is None and not raw:
             raise TypeError("create_subscription needs a message class, unless raw=True")
-        return Subscription(self._core, msg_type, name, callback, profile, concurrent=concurrent, raw=raw)
+        return Subscription(
+            self._core,
+            msg_type,
+            name,
+            callback,
+            profile,
+            concurrent=concurrent,
+            raw=raw,
+            event_callbacks=event_callbacks,
+        )
 
     def create_service(
         self,

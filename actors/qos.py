@@ -1,8 +1,8 @@
 """Quality of service: how many messages are kept, for whom, and what two sides can agree on.
 
 Names, numbers and presets are rclpy's. A profile is immutable: `dataclasses.replace` makes another one.
-Deadline, lifespan and liveliness are not supported yet, so passing them is a `TypeError` instead of a promise
-that nobody keeps.
+What is kept and who is held back is the broker's business, too; deadline, lifespan and lease are judged by
+the nodes (watchdogs.py, docs/protocol.md §5.3.2).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum, unique
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from actors.clock import INFINITE, Duration
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -85,26 +86,26 @@ class DurabilityPolicy(QoSPolicyEnum):
     BEST_AVAILABLE = 4
 
 
-class QoSPolicyKind(IntEnum):
-    """The policies that two profiles can disagree on, with rclpy's numbers."""
+@unique
+class LivelinessPolicy(QoSPolicyEnum):
+    """What shows that a publisher is alive: its process (AUTOMATIC), or its messages (MANUAL_BY_TOPIC)."""
 
-    DURABILITY = 1 << 1
-    RELIABILITY = 1 << 4
-
-
-class QoSCompatibility(IntEnum):
-    """What `qos_check_compatible` found."""
-
-    OK = 0
-    WARNING = 1
-    ERROR = 2
+    SYSTEM_DEFAULT = 0
+    AUTOMATIC = 1
+    MANUAL_BY_TOPIC = 3
+    UNKNOWN = 4
+    BEST_AVAILABLE = 5
 
 
 QoSHistoryPolicy = HistoryPolicy
 QoSReliabilityPolicy = ReliabilityPolicy
 QoSDurabilityPolicy = DurabilityPolicy
+QoSLivelinessPolicy = LivelinessPolicy
 
-_Policy = TypeVar("_Policy", HistoryPolicy, ReliabilityPolicy, DurabilityPolicy)
+_Policy = TypeVar("_Policy", HistoryPolicy, ReliabilityPolicy, DurabilityPolicy, LivelinessPolicy)
+
+UNLIMITED: Final = Duration()
+"""A time that is not given; rclpy's default."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, init=False)
@@ -116,17 +117,29 @@ class QoSProfile:
         depth: Messages to keep, 0 to `MAX_DEPTH`. Zero with KEEP_LAST warns, and counts as `DEFAULT_DEPTH`.
         reliability: RELIABLE unless said otherwise.
         durability: VOLATILE unless said otherwise.
+        deadline: A publisher publishes, and a subscription wants a message, at least this often.
+        lifespan: A publisher's messages are of no use after this time; no subscription gets an older one.
+            The hosts' clocks must agree to well below it.
+        liveliness: AUTOMATIC unless said otherwise.
+        liveliness_lease_duration: A MANUAL_BY_TOPIC publisher publishes or calls `assert_liveliness` at least
+            this often. An AUTOMATIC publisher is taken for dead at the broker's keepalive limit.
+
+    Times are a Duration or seconds; zero and infinite ones are none at all.
 
     Raises:
         InvalidQoSProfileError: Neither history nor depth is given, KEEP_LAST has no depth, or a number is out
             of range.
-        TypeError: A value is not an int or a policy, or an option is unknown.
+        TypeError: A value is of another type, or an option is unknown.
     """
 
     history: HistoryPolicy
     depth: int
     reliability: ReliabilityPolicy
     durability: DurabilityPolicy
+    deadline: Duration
+    lifespan: Duration
+    liveliness: LivelinessPolicy
+    liveliness_lease_duration: Duration
 
     def __init__(
         self,
@@ -135,6 +148,10 @@ class QoSProfile:
         depth: int | None = None,
         reliability: ReliabilityPolicy | int = ReliabilityPolicy.RELIABLE,
         durability: DurabilityPolicy | int = DurabilityPolicy.VOLATILE,
+        deadline: Duration | float = UNLIMITED,
+        lifespan: Duration | float = UNLIMITED,
+        liveliness: LivelinessPolicy | int = LivelinessPolicy.AUTOMATIC,
+        liveliness_lease_duration: Duration | float = UNLIMITED,
     ) -> None:
         if history is None:
             if depth is None:
@@ -153,33 +170,51 @@ class QoSProfile:
         object.__setattr__(self, "depth", depth)
         object.__setattr__(self, "reliability", _policy(ReliabilityPolicy, "reliability", reliability))
         object.__setattr__(self, "durability", _policy(DurabilityPolicy, "durability", durability))
+        object.__setattr__(self, "deadline", _time("deadline", deadline))
+        object.__setattr__(self, "lifespan", _time("lifespan", lifespan))
+        object.__setattr__(self, "liveliness", _policy(LivelinessPolicy, "liveliness", liveliness))
+        lease = _time("liveliness_lease_duration", liveliness_lease_duration)
+        object.__setattr__(self, "liveliness_lease_duration", lease)
 
     def resolved(self) -> QoSProfile:
         """Return the profile that is in force: nothing in it is left to a default.
 
-        SYSTEM_DEFAULT, UNKNOWN and BEST_AVAILABLE become KEEP_LAST, RELIABLE and VOLATILE; with a history
-        left to the system, or a KEEP_LAST depth of 0, the depth becomes `DEFAULT_DEPTH`.
+        SYSTEM_DEFAULT, UNKNOWN and BEST_AVAILABLE become KEEP_LAST, RELIABLE, VOLATILE and AUTOMATIC; with a
+        history left to the system, or a KEEP_LAST depth of 0, the depth becomes `DEFAULT_DEPTH`; infinite
+        times become zero, which is none.
         """
         keep_all = self.history is HistoryPolicy.KEEP_ALL
         best_effort = self.reliability is ReliabilityPolicy.BEST_EFFORT
         transient = self.durability is DurabilityPolicy.TRANSIENT_LOCAL
+        manual = self.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
         said = self.history in {HistoryPolicy.KEEP_LAST, HistoryPolicy.KEEP_ALL}
         return QoSProfile(
             history=HistoryPolicy.KEEP_ALL if keep_all else HistoryPolicy.KEEP_LAST,
             depth=self.depth if said and self.depth else DEFAULT_DEPTH,
             reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
             durability=DurabilityPolicy.TRANSIENT_LOCAL if transient else DurabilityPolicy.VOLATILE,
+            deadline=_limited(self.deadline),
+            lifespan=_limited(self.lifespan),
+            liveliness=LivelinessPolicy.MANUAL_BY_TOPIC if manual else LivelinessPolicy.AUTOMATIC,
+            liveliness_lease_duration=_limited(self.liveliness_lease_duration),
         )
 
     def to_wire(self) -> dict[str, int]:
-        """Return the resolved profile as plain ints by name, ready for a declaration frame."""
+        """Return the resolved profile as plain ints by name, ready for a declaration frame.
+
+        Times are in nanoseconds; what is at its default beyond the first four keys is left out.
+        """
         profile = self.resolved()
-        return {
+        fields = {
             "history": int(profile.history),
             "depth": profile.depth,
             "reliability": int(profile.reliability),
             "durability": int(profile.durability),
         }
+        if profile.liveliness is not LivelinessPolicy.AUTOMATIC:
+            fields["liveliness"] = int(profile.liveliness)
+        times = {key: getattr(profile, name).nanoseconds for key, name in _TIMES.items()}
+        return fields | {key: value for key, value in times.items() if value}
 
     @classmethod
     def from_wire(cls, fields: Mapping[str, object]) -> QoSProfile:
@@ -191,7 +226,7 @@ class QoSProfile:
             ValueError: A value is not an int, or out of range.
         """
         numbers: dict[str, int] = {}
-        for key in ("history", "depth", "reliability", "durability"):
+        for key in ("history", "depth", "reliability", "durability", "liveliness", *_TIMES):
             value = fields.get(key)
             if value is None:
                 continue
@@ -207,8 +242,18 @@ class QoSProfile:
             depth=depth,
             reliability=numbers.get("reliability", ReliabilityPolicy.RELIABLE),
             durability=numbers.get("durability", DurabilityPolicy.VOLATILE),
+            liveliness=numbers.get("liveliness", LivelinessPolicy.AUTOMATIC),
+            **{name: _nanoseconds(key, numbers.get(key, 0)) for key, name in _TIMES.items()},
         )
         return profile.resolved()
+
+
+_TIMES: Final = {
+    "deadline_ns": "deadline",
+    "lifespan_ns": "lifespan",
+    "lease_ns": "liveliness_lease_duration",
+}
+"""The times of a profile by their keys on the wire."""
 
 
 def qos_from(value: QoSProfile | int) -> QoSProfile:
@@ -224,69 +269,6 @@ def qos_from(value: QoSProfile | int) -> QoSProfile:
     return QoSProfile(depth=value)
 
 
-def qos_check_compatible(
-    publisher_qos: QoSProfile, subscription_qos: QoSProfile
-) -> tuple[QoSCompatibility, str]:
-    """Tell whether a publisher offers what a subscription asks for, and why not.
-
-    Returns:
-        The verdict, and the reasons, each ending in a semicolon: empty if OK. A WARNING means that a side
-        leaves a policy open, so that nobody can tell.
-    """
-    errors = [text for _, text in _disagreements(publisher_qos, subscription_qos)]
-    if errors:
-        return QoSCompatibility.ERROR, "".join(f"ERROR: {text};" for text in errors)
-    doubts = (
-        *_reliability_doubts(publisher_qos, subscription_qos),
-        *_durability_doubts(publisher_qos, subscription_qos),
-    )
-    if doubts:
-        return QoSCompatibility.WARNING, "".join(f"WARNING: {text};" for text in doubts)
-    return QoSCompatibility.OK, ""
-
-
-def incompatible_policies(
-    publisher_qos: QoSProfile, subscription_qos: QoSProfile
-) -> tuple[QoSPolicyKind, ...]:
-    """Return the policies in which the subscription asks for more than the publisher offers, if any."""
-    return tuple(kind for kind, _ in _disagreements(publisher_qos, subscription_qos))
-
-
-def _disagreements(pub: QoSProfile, sub: QoSProfile) -> list[tuple[QoSPolicyKind, str]]:
-    found: list[tuple[QoSPolicyKind, str]] = []
-    reliable = sub.reliability is ReliabilityPolicy.RELIABLE
-    if pub.reliability is ReliabilityPolicy.BEST_EFFORT and reliable:
-        found.append((QoSPolicyKind.RELIABILITY, "Best effort publisher and reliable subscription"))
-    transient = sub.durability is DurabilityPolicy.TRANSIENT_LOCAL
-    if pub.durability is DurabilityPolicy.VOLATILE and transient:
-        found.append((QoSPolicyKind.DURABILITY, "Volatile publisher and transient local subscription"))
-    return found
-
-
-def _reliability_doubts(pub: QoSProfile, sub: QoSProfile) -> list[str]:
-    open_policies = {ReliabilityPolicy.SYSTEM_DEFAULT, ReliabilityPolicy.UNKNOWN}
-    pub_key, sub_key = pub.reliability.short_key, sub.reliability.short_key
-    if pub.reliability in open_policies and sub.reliability in open_policies:
-        return [f"Publisher reliability is {pub_key} and subscription reliability is {sub_key}"]
-    if pub.reliability in open_policies and sub.reliability is ReliabilityPolicy.RELIABLE:
-        return [f"Reliable subscription, but publisher is {pub_key}"]
-    if pub.reliability is ReliabilityPolicy.BEST_EFFORT and sub.reliability in open_policies:
-        return [f"Best effort publisher, but subscription is {sub_key}"]
-    return []
-
-
-def _durability_doubts(pub: QoSProfile, sub: QoSProfile) -> list[str]:
-    open_policies = {DurabilityPolicy.SYSTEM_DEFAULT, DurabilityPolicy.UNKNOWN}
-    pub_key, sub_key = pub.durability.short_key, sub.durability.short_key
-    if pub.durability in open_policies and sub.durability in open_policies:
-        return [f"Publisher durability is {pub_key} and subscription durability is {sub_key}"]
-    if pub.durability in open_policies and sub.durability is DurabilityPolicy.TRANSIENT_LOCAL:
-        return [f"Transient local subscription, but publisher is {pub_key}"]
-    if pub.durability is DurabilityPolicy.VOLATILE and sub.durability in open_policies:
-        return [f"Volatile publisher, but subscription is {sub_key}"]
-    return []
-
-
 def _policy(kind: type[_Policy], name: str, value: object) -> _Policy:
     if not isinstance(value, int) or isinstance(value, bool):
         raise TypeError(f"{name} must be a {kind.__name__} or its number, not {type(value).__name__}")
@@ -296,6 +278,30 @@ def _policy(kind: type[_Policy], name: str, value: object) -> _Policy:
         return kind(value)
     except ValueError:
         raise InvalidQoSProfileError(f"{value} is not the number of a {kind.__name__}") from None
+
+
+def _time(name: str, value: object) -> Duration:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        try:
+            value = INFINITE if value == float("inf") else Duration(seconds=value)
+        except (OverflowError, ValueError) as error:
+            raise InvalidQoSProfileError(f"{name}: {error}") from None
+    if not isinstance(value, Duration):
+        raise TypeError(f"{name} must be a Duration or seconds, not {type(value).__name__}")
+    if value < UNLIMITED:
+        raise InvalidQoSProfileError(f"{name} must be greater than or equal to zero")
+    return value
+
+
+def _limited(duration: Duration) -> Duration:
+    return UNLIMITED if duration == INFINITE else duration
+
+
+def _nanoseconds(key: str, number: int) -> Duration:
+    try:
+        return Duration(nanoseconds=number)
+    except OverflowError as error:
+        raise InvalidQoSProfileError(f"{key}: {error}") from None
 
 
 def _check_depth(depth: object) -> None:
@@ -318,23 +324,28 @@ qos_profile_unknown: Final = QoSProfile(
     depth=0,
     reliability=ReliabilityPolicy.UNKNOWN,
     durability=DurabilityPolicy.UNKNOWN,
+    liveliness=LivelinessPolicy.UNKNOWN,
 )
 qos_profile_system_default: Final = QoSProfile(
     history=HistoryPolicy.SYSTEM_DEFAULT,
     depth=0,
     reliability=ReliabilityPolicy.SYSTEM_DEFAULT,
     durability=DurabilityPolicy.SYSTEM_DEFAULT,
+    liveliness=LivelinessPolicy.SYSTEM_DEFAULT,
 )
 qos_profile_sensor_data: Final = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 qos_profile_services_default: Final = QoSProfile(depth=DEFAULT_DEPTH)
 qos_profile_parameters: Final = QoSProfile(depth=1000)
 qos_profile_parameter_events: Final = QoSProfile(depth=1000)
-qos_profile_rosout_default: Final = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+qos_profile_rosout_default: Final = QoSProfile(
+    depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL, lifespan=10.0
+)
 qos_profile_action_status_default: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 qos_profile_best_available: Final = QoSProfile(
     depth=DEFAULT_DEPTH,
     reliability=ReliabilityPolicy.BEST_AVAILABLE,
     durability=DurabilityPolicy.BEST_AVAILABLE,
+    liveliness=LivelinessPolicy.BEST_AVAILABLE,
 )
 
 

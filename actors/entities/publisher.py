@@ -10,7 +10,9 @@ from collections import deque
 from typing import Final, Generic, TypeVar
 
 from actors.core import Core, Entity, in_flight
+from actors.entities.promises import Promises
 from actors.errors import PublisherFull, WaitTimeout
+from actors.events import PublisherEventCallbacks, PublisherEvents
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.message import Message, definition, type_hash, type_name
 from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
@@ -42,9 +44,17 @@ class Publisher(Entity, Generic[T]):
         published: Messages published so far.
     """
 
-    def __init__(self, core: Core, msg_type: type[T], topic: str, qos: QoSProfile) -> None:
+    def __init__(
+        self,
+        core: Core,
+        msg_type: type[T],
+        topic: str,
+        qos: QoSProfile,
+        event_callbacks: PublisherEventCallbacks | None = None,
+    ) -> None:
         self._codec: Codec[T] = codec_for(msg_type)
-        super().__init__(core)
+        events = PublisherEvents(core, topic, event_callbacks or PublisherEventCallbacks())
+        super().__init__(core, events)
         self.msg_type = msg_type
         self.topic_name = topic
         self.qos_profile = qos
@@ -63,6 +73,7 @@ class Publisher(Entity, Generic[T]):
         self._live = False
         self._unlimited = True
         self._retained: deque[frames.Run] = deque()
+        self._promises = Promises(core, resolved, events)
         core.link.add(self)
 
     @property
@@ -144,6 +155,20 @@ class Publisher(Entity, Generic[T]):
         self._put(self._run.single(buffer, self._lane.publisher, time.time_ns()))
         link.flush()
 
+    def assert_liveliness(self) -> None:
+        """Say that this publisher is alive, although it publishes nothing, so that its lease begins anew.
+
+        Only a MANUAL_BY_TOPIC publisher has something to say; any other is alive while its node is.
+
+        Raises:
+            NodeDestroyed: The publisher has been destroyed.
+        """
+        self.require_alive()
+        self._promises.shown()
+        channel = self.core.link.channel
+        if self._promises.by_hand and self._live and channel is not None:
+            channel.send(frames.Assert(self._lane.publisher))
+
     def _require_room(self) -> None:
         """Look how many messages may be published before the next look; raise if none may."""
         self.require_alive()
@@ -174,6 +199,8 @@ class Publisher(Entity, Generic[T]):
             self._room = 0  # what waits has grown: look again
         if self._latched:
             self._retain(run)
+        if self._promises.any:
+            self._promises.published()
         channel = self.core.link.channel
         if self._live and channel is not None:
             channel.outbox.put_lane(self._lane, run)
@@ -233,6 +260,7 @@ class Publisher(Entity, Generic[T]):
             return
         self.flush_turn()
         self.destroyed = True
+        self._promises.stop()
         self._room = 0
         self.core.entities.pop(self, None)
         if self._live:
@@ -289,6 +317,7 @@ class Publisher(Entity, Generic[T]):
         self._resend_retained()
         self._live = True
         self._unlimited = True
+        self._promises.shown()
         link.publishers[number] = self
         channel.outbox.wake(self._lane)
         if self.destroyed:

@@ -1,24 +1,29 @@
 """Subscriptions: runs come in, messages go to a callback or to `async for`.
 
 A run that finds its reader idle is handed over whole, in one decode. At a busy reader only the last `depth`
-messages of a run are kept (before they are decoded), and the queue drops its oldest beyond the depth; each
+messages of a run are kept (before they are decoded), and the backlog drops its oldest beyond the depth; each
 drop is counted. With KEEP_ALL nothing is dropped: the publisher gets credit as messages are taken.
 """
 
 from __future__ import annotations
 
 import asyncio
+import math
 import time
-from collections import OrderedDict, deque
-from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar, cast
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 from actors.callbacks import as_coroutine, takes
 from actors.core import Core, Entity
+from actors.entities.backlog import Backlog, Batch
+from actors.entities.liveliness import Liveliness
+from actors.events import SubscriptionEventCallbacks, SubscriptionEvents
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
 from actors.mailbox import Turn
 from actors.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from actors.watchdogs import Watchdog
 from proto import frames
 from proto.frames import Replay, Run
 from proto.runs import cut, message_bytes, messages
@@ -44,49 +49,6 @@ REMEMBERED_PUBLISHERS: Final = 1024
 """Publishers whose last sequence number is remembered after they have gone, against duplicates."""
 
 
-class MessageInfo(NamedTuple):
-    """What comes with a message: a callback's second argument."""
-
-    source_timestamp: int
-    """When its run was sent, in ns since the epoch, by the publisher's clock."""
-    received_timestamp: int
-    """When it came in, in ns since the epoch."""
-    publication_sequence_number: int
-    """Its number among the publisher's messages, from 0."""
-    publisher_gid: bytes
-    """The publisher's id, the same across reconnects."""
-    publisher_node: str
-    """The full name of the publisher's node."""
-
-
-class _Batch:
-    """Decoded messages of one run that wait."""
-
-    __slots__ = ("end", "index", "inflow", "messages", "numbers", "received_ns", "size", "stamp_ns")
-
-    def __init__(
-        self,
-        inflow: Inflow,
-        run: Run | Replay,
-        decoded: list[Any],
-        numbers: Sequence[int],
-        received_ns: int,
-    ) -> None:
-        self.inflow = inflow
-        self.messages = decoded
-        self.index = 0
-        self.numbers = numbers
-        self.stamp_ns = run.stamp_ns
-        self.received_ns = received_ns
-        self.end = 0
-        self.size = 0
-
-    def info(self) -> MessageInfo:
-        """Return the message info of the message at `index`."""
-        flow = self.inflow
-        return MessageInfo(self.stamp_ns, self.received_ns, self.numbers[self.index], flow.gid, flow.node)
-
-
 class Subscription(Entity, Generic[M]):
     """Hears messages on one topic. Made by `Node.create_subscription`.
 
@@ -99,6 +61,7 @@ class Subscription(Entity, Generic[M]):
         dropped: Messages dropped here because the reader was slower than the depth allows.
         lost: Messages that never came over an unbroken link: dropped by the broker or the publisher.
         lost_on_break: Messages that never came because a link broke.
+        expired: Messages not handed over because they were older than their publisher's lifespan.
         undecodable: Messages dropped because they were not valid.
     """
 
@@ -112,15 +75,17 @@ class Subscription(Entity, Generic[M]):
         *,
         concurrent: bool,
         raw: bool,
+        event_callbacks: SubscriptionEventCallbacks | None = None,
     ) -> None:
         self._codec: Codec[Any] | None = None if raw or msg_type is None else codec_for(msg_type)
         self._with_info = callback is not None and takes(callback, (1, 2), "subscription") == 2
-        super().__init__(core)
+        events = SubscriptionEvents(core, topic, event_callbacks or SubscriptionEventCallbacks())
+        super().__init__(core, events)
         self.msg_type = msg_type
         self.topic_name = topic
         self.qos_profile = qos
         self.posted = False
-        self.received = self.dropped = self.lost = self.lost_on_break = self.undecodable = 0
+        self.received = self.dropped = self.lost = self.lost_on_break = self.expired = self.undecodable = 0
         resolved = qos.resolved()
         keep_all = resolved.history == HistoryPolicy.KEEP_ALL
         self._credit = keep_all and resolved.reliability == ReliabilityPolicy.RELIABLE
@@ -128,9 +93,12 @@ class Subscription(Entity, Generic[M]):
         self._callback = callback
         self.timing = core.watch.of(callback or self.__aiter__, f"the subscription to '{topic}'")
         self._concurrent = concurrent
-        self._batches: deque[_Batch] = deque()
-        self._pending = 0
+        self._backlog = Backlog(self._finished)
         self._running = 0
+        self._events = events
+        self._liveliness = Liveliness(core, events.liveliness)
+        self._deadline_s = resolved.deadline.nanoseconds / 1e9
+        self._deadline: Watchdog | None = None
         self._waiter: asyncio.Future[None] | None = None
         self._seen: OrderedDict[bytes, int] = OrderedDict()
         self._inflows: dict[bytes, Inflow] = {}
@@ -151,7 +119,7 @@ class Subscription(Entity, Generic[M]):
     @property
     def queued(self) -> int:
         """Messages that have come and wait for the callback or the iterator."""
-        return self._pending
+        return self._backlog.pending
 
     def get_publisher_count(self) -> int:
         """Return how many publishers are matched now."""
@@ -170,22 +138,43 @@ class Subscription(Entity, Generic[M]):
             inflow.missed = max(0, inflow.first_sequence - seen)
             self.lost_on_break += inflow.missed
             inflow.expected = max(seen, inflow.first_sequence)
+        leased = self._liveliness.attached(inflow)
+        inflow.watched = leased or self._deadline_s > 0
         if self._credit:
             inflow.granted_sequence = inflow.first_sequence + WINDOW_MESSAGES
             inflow.granted_bytes = WINDOW_BYTES
 
     def asserted(self, inflow: Inflow) -> None:
         """Reader: a publisher is alive."""
+        self._liveliness.heard(inflow)
 
     def forgotten(self, inflow: Inflow) -> None:
         """Reader: a publisher that was silent is back, or gone."""
+        del inflow
+        self._liveliness.forgotten()
 
     def detached(self, inflow: Inflow, *, silent: bool = False) -> None:
         """Reader: no more runs of this publisher; what is queued stays."""
-        del silent
+        self._liveliness.detached(inflow, silent=silent)
+        self._give_up_missed(inflow)
         if self._inflows.get(inflow.gid) is inflow:
             del self._inflows[inflow.gid]
             self._remember(inflow)
+
+    def matched(self, peers: int, total: int) -> None:
+        """Endpoint: the number of publishers; the deadline holds while there is one."""
+        super().matched(peers, total)
+        loop = self.core.link.loop
+        if not peers:
+            self._stop_deadline()
+        elif self._deadline is None and self._deadline_s and loop is not None:
+            self._deadline = Watchdog(loop, self._deadline_s, self._events.deadline.add)
+            self._deadline.feed()
+
+    def _stop_deadline(self) -> None:
+        if self._deadline is not None:
+            self._deadline.stop()
+            self._deadline = None
 
     def _remember(self, inflow: Inflow) -> None:
         self._seen[inflow.gid] = inflow.expected
@@ -197,26 +186,17 @@ class Subscription(Entity, Generic[M]):
         """Reader: a run, or latched messages. What has been seen is discarded, gaps are counted."""
         if self._inflows.get(inflow.gid) is not inflow:
             return  # a leftover, counted as lost when the publisher came back
-        start = 0
         if isinstance(run, Run):
-            gap = run.first_sequence - inflow.expected
-            if gap > 0:
-                self.lost += gap
-            start = max(0, -gap)
-            inflow.expected = max(inflow.expected, run.first_sequence + run.length)
+            start, size = self._next_of(inflow, run), message_bytes(run)
         else:
-            start = max(0, self._seen.get(inflow.gid, 0) - run.first_sequence)
-            found = min(inflow.missed, max(0, run.length - start))
-            inflow.missed -= found
-            self.lost_on_break -= found
-            self._seen[inflow.gid] = max(self._seen.get(inflow.gid, 0), run.first_sequence + run.length)
+            start, size = self._late(inflow, run), 0
         stop = run.length
-        end, size = run.first_sequence + stop, message_bytes(run) if isinstance(run, Run) else 0
+        end = run.first_sequence + stop
         if start >= stop:
             self._taken(inflow, end, size)
             return
         if not self._credit and not self._idle and stop - start > self._depth:
-            self.dropped += stop - start - self._depth
+            self._drop(stop - start - self._depth)
             start = stop - self._depth
         if start:
             run = cut(_as_run(run), start, stop)
@@ -224,15 +204,51 @@ class Subscription(Entity, Generic[M]):
         if not decoded:
             self._taken(inflow, end, size)
             return
-        batch = _Batch(inflow, run, decoded, numbers, time.time_ns())
+        batch = Batch(inflow, run, decoded, numbers, time.time_ns())
         batch.end, batch.size = end, size
-        self._batches.append(batch)
-        self._pending += len(decoded)
+        if inflow.lifespan_s:
+            age_s = max(0, batch.received_ns - batch.stamp_ns) / 1e9
+            batch.expires_at = self.core.require_loop().time() + inflow.lifespan_s - age_s
+        self._backlog.put(batch)
         self._wake()
+
+    def _next_of(self, inflow: Inflow, run: Run) -> int:
+        """Note that a live run has come; return how many of its messages have been seen."""
+        if inflow.watched:
+            self._liveliness.heard(inflow)
+            if self._deadline is not None:
+                self._deadline.feed()
+        if inflow.missed:
+            self._give_up_missed(inflow)
+        gap = run.first_sequence - inflow.expected
+        if gap > 0:
+            self.lost += gap
+            self._events.message_lost.add(gap)
+        inflow.expected = max(inflow.expected, run.first_sequence + run.length)
+        return max(0, -gap)
+
+    def _late(self, inflow: Inflow, replay: Replay) -> int:
+        """Note that latched messages have come; return how many of them have been seen."""
+        seen = self._seen.get(inflow.gid, 0)
+        start = max(0, seen - replay.first_sequence)
+        found = min(inflow.missed, max(0, replay.length - start))
+        inflow.missed -= found
+        self.lost_on_break -= found
+        self._seen[inflow.gid] = max(seen, replay.first_sequence + replay.length)
+        return start
+
+    def _give_up_missed(self, inflow: Inflow) -> None:
+        """What latched messages could still have made good is lost for good: live ones follow, or nothing."""
+        self._events.message_lost.add(inflow.missed)
+        inflow.missed = 0
+
+    def _drop(self, count: int) -> None:
+        self.dropped += count
+        self._events.message_lost.add(count)
 
     @property
     def _idle(self) -> bool:
-        if self._pending:
+        if self._backlog.pending:
             return False
         if self._callback is None:
             return self._waiter is not None and not self._waiter.done()
@@ -280,33 +296,14 @@ class Subscription(Entity, Generic[M]):
 
     def _trim(self) -> None:
         """Drop the oldest beyond the depth."""
-        if self._credit:
-            return
-        excess = self._pending - self._depth
-        while excess > 0:
-            batch = self._batches[0]
-            gone = min(excess, len(batch.messages) - batch.index)
-            batch.index += gone
-            self._pending -= gone
-            self.dropped += gone
-            excess -= gone
-            if batch.index == len(batch.messages):
-                self._batches.popleft()
+        if not self._credit and self._backlog.pending > self._depth:
+            self._drop(self._backlog.trim(self._depth))
 
-    def _pop(self) -> Any:
-        """Take the oldest message."""
-        batch = self._batches[0]
-        message = batch.messages[batch.index]
-        batch.index += 1
-        self._pending -= 1
-        self.received += 1
-        if batch.index == len(batch.messages):
-            self._finish(batch)
-        return message
+    def _expire(self) -> None:
+        """Throw away what is at the front and too old."""
+        self.expired += self._backlog.expire(self.core.require_loop().time())
 
-    def _finish(self, batch: _Batch) -> None:
-        """All messages of the first batch have been taken."""
-        self._batches.popleft()
+    def _finished(self, batch: Batch) -> None:
         self._taken(batch.inflow, batch.end, batch.size)
 
     def _taken(self, inflow: Inflow, end: int, size: int) -> None:
@@ -329,12 +326,12 @@ class Subscription(Entity, Generic[M]):
     def has_work(self) -> bool:
         """Source: whether a callback could run now."""
         limit = MAX_CONCURRENT if self._concurrent else 1
-        return bool(self._batches) and self._running < limit and not self.destroyed
+        return bool(self._backlog.batches) and self._running < limit and not self.destroyed
 
     def dispatch(self) -> Turn | None:
         """Source: run the callback for what waits, until it returns something to await."""
         while self.has_work():
-            coroutine = self._run(self._batches[0])
+            coroutine = self._run(self._backlog.batches[0])
             if coroutine is not None:
                 self._running += 1
                 turn = Turn(
@@ -345,19 +342,22 @@ class Subscription(Entity, Generic[M]):
                 self.core.mailbox.run_beside(turn)
         return None
 
-    def _run(self, batch: _Batch) -> Coroutine[Any, Any, Any] | None:
+    def _run(self, batch: Batch) -> Coroutine[Any, Any, Any] | None:
         """Run the callback for the messages of a batch, to its end or to something to await."""
         callback, with_info, waiting = self._callback, self._with_info, batch.messages
         assert callback is not None
-        size = len(waiting)
+        backlog, size, ages = self._backlog, len(waiting), batch.expires_at < math.inf
         while batch.index < size and not self.destroyed:
+            if ages and batch.expires_at <= self.core.require_loop().time():
+                self._expire()
+                return None
             message = waiting[batch.index]
             info = batch.info() if with_info else None
             batch.index += 1
-            self._pending -= 1
+            backlog.pending -= 1
             self.received += 1
             if batch.index == size:
-                self._finish(batch)
+                backlog.finish()
             try:
                 result = callback(message) if info is None else callback(message, info)
             except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
@@ -381,8 +381,9 @@ class Subscription(Entity, Generic[M]):
             raise TypeError("This subscription has a callback; make one without to iterate")
         loop = self.core.require_loop()
         while not self.destroyed:
-            while self._batches:
-                yield cast("M", self._pop())
+            while self._next_is_fresh():
+                self.received += 1
+                yield cast("M", self._backlog.take())
             if self.destroyed:
                 return
             if self._waiter is not None and not self._waiter.done():
@@ -393,16 +394,29 @@ class Subscription(Entity, Generic[M]):
             finally:
                 self._waiter = None
 
+    def _next_is_fresh(self) -> bool:
+        """Tell whether there is a message to take, after those that have got too old are gone."""
+        batches = self._backlog.batches
+        if batches and batches[0].expires_at < math.inf:
+            self._expire()
+        return bool(batches)
+
     def destroy(self) -> None:
         """Hear nothing more; what waits is discarded."""
         if self.destroyed:
             return
         super().destroy()
         self.core.link.feeds.remove_reader(self.id)
-        self._batches.clear()
-        self._pending = 0
+        self._backlog.clear()
+        self._liveliness.stop()
+        self._stop_deadline()
         if self._waiter is not None and not self._waiter.done():
             self._waiter.set_result(None)
+
+    def link_lost(self) -> None:
+        """Endpoint: the session has ended, and with it every publisher."""
+        super().link_lost()
+        self._stop_deadline()
 
     def declaration(self) -> frames.Frame:
         """Endpoint: declare the subscription."""

@@ -1,4 +1,4 @@
-"""QoS profiles: rclpy's numbers, defaults and presets, the wire form, and who fits whom."""
+"""QoS profiles: rclpy's numbers, defaults and presets, and the wire form."""
 
 from __future__ import annotations
 
@@ -10,19 +10,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from actors.clock import INFINITE, Duration
 from actors.qos import (
     DEFAULT_DEPTH,
     MAX_DEPTH,
     DurabilityPolicy,
     HistoryPolicy,
     InvalidQoSProfileError,
-    QoSCompatibility,
-    QoSPolicyKind,
+    LivelinessPolicy,
     QoSPresetProfiles,
     QoSProfile,
     ReliabilityPolicy,
-    incompatible_policies,
-    qos_check_compatible,
     qos_from,
     qos_profile_action_status_default,
     qos_profile_best_available,
@@ -36,12 +34,21 @@ from actors.qos import (
     qos_profile_unknown,
 )
 
+TIMES = st.one_of(
+    st.just(INFINITE),
+    st.integers(0, 2**62).map(lambda number: Duration(nanoseconds=number)),
+    st.floats(0, 1e9),
+)
 PROFILES = st.builds(
     QoSProfile,
     history=st.sampled_from(HistoryPolicy),
     depth=st.integers(1, MAX_DEPTH),
     reliability=st.sampled_from(ReliabilityPolicy),
     durability=st.sampled_from(DurabilityPolicy),
+    deadline=TIMES,
+    lifespan=TIMES,
+    liveliness=st.sampled_from(LivelinessPolicy),
+    liveliness_lease_duration=TIMES,
 )
 
 
@@ -103,9 +110,11 @@ def test_depth_out_of_range(depth: int) -> None:
         {"depth": True},
         {"depth": 1, "history": "keep_last"},
         {"depth": 1, "history": ReliabilityPolicy.RELIABLE},
-        {"depth": 1, "deadline": 1},
-        {"depth": 1, "lifespan": 1},
-        {"depth": 1, "liveliness": 1},
+        {"depth": 1, "deadline": "1"},
+        {"depth": 1, "lifespan": True},
+        {"depth": 1, "liveliness": HistoryPolicy.KEEP_ALL},
+        {"depth": 1, "liveliness_lease_duration": None},
+        {"depth": 1, "lease": 1},
     ],
 )
 def test_wrong_types_and_options(options: dict[str, Any]) -> None:
@@ -124,6 +133,7 @@ def test_policy_numbers() -> None:
     }
     assert (ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT) == (1, 2)
     assert (DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE) == (1, 2)
+    assert (LivelinessPolicy.AUTOMATIC, LivelinessPolicy.MANUAL_BY_TOPIC) == (1, 3)
     assert (ReliabilityPolicy.BEST_AVAILABLE, DurabilityPolicy.BEST_AVAILABLE) == (4, 4)
     assert QoSProfile(history=2, reliability=2, durability=1) == QoSProfile(
         history=HistoryPolicy.KEEP_ALL,
@@ -178,6 +188,24 @@ def test_presets_by_name() -> None:
         QoSPresetProfiles.get_from_short_key("nothing")
 
 
+def test_times() -> None:
+    """G07, G10: times are durations or seconds; zero and infinite ones are none, negative ones an error."""
+    profile = QoSProfile(depth=1, deadline=0.5, lifespan=Duration(nanoseconds=7), liveliness_lease_duration=2)
+    assert profile.deadline == Duration(seconds=0.5)
+    assert profile.to_wire() == {
+        **QoSProfile(depth=1).to_wire(),
+        "deadline_ns": 500_000_000,
+        "lifespan_ns": 7,
+        "lease_ns": 2_000_000_000,
+    }
+    endless = QoSProfile(depth=1, deadline=INFINITE, lifespan=float("inf"), liveliness_lease_duration=0)
+    assert endless.resolved() == QoSProfile(depth=1)
+    assert qos_profile_rosout_default.lifespan == Duration(seconds=10)
+    for wrong in (-1, -0.1, Duration(seconds=-1), 1e30, float("nan")):
+        with pytest.raises(InvalidQoSProfileError, match="deadline"):
+            QoSProfile(depth=1, deadline=wrong)
+
+
 def test_profiles_are_values() -> None:
     """Profiles compare and hash by value, cannot be changed, and can be replaced."""
     profile = QoSProfile(depth=1)
@@ -189,87 +217,12 @@ def test_profiles_are_values() -> None:
     assert "depth=1" in repr(profile)
 
 
-def test_best_effort_publisher_and_reliable_subscription() -> None:
-    """G08: the reason says which side is what, and the policy can be named."""
-    best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-    reliable = QoSProfile(depth=1)
-    assert qos_check_compatible(best_effort, reliable) == (
-        QoSCompatibility.ERROR,
-        "ERROR: Best effort publisher and reliable subscription;",
-    )
-    assert incompatible_policies(best_effort, reliable) == (QoSPolicyKind.RELIABILITY,)
-    assert qos_check_compatible(reliable, best_effort) == (QoSCompatibility.OK, "")
-    assert incompatible_policies(reliable, best_effort) == ()
-
-
-def test_durability_pairs() -> None:
-    """G09: only a volatile publisher with a transient local subscription is an error."""
-    volatile = QoSProfile(depth=1)
-    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    assert qos_check_compatible(volatile, latched) == (
-        QoSCompatibility.ERROR,
-        "ERROR: Volatile publisher and transient local subscription;",
-    )
-    assert incompatible_policies(volatile, latched) == (QoSPolicyKind.DURABILITY,)
-    for pub, sub in ((volatile, volatile), (latched, volatile), (latched, latched)):
-        assert qos_check_compatible(pub, sub)[0] is QoSCompatibility.OK
-
-
-def test_both_errors_are_told_and_hide_warnings() -> None:
-    """G08, G09, G12: several errors are listed, DURABILITY last; a warning shows only without an error."""
-    weak = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-    strong = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    verdict, reason = qos_check_compatible(weak, strong)
-    assert verdict is QoSCompatibility.ERROR
-    assert reason.count("ERROR: ") == 2
-    assert incompatible_policies(weak, strong)[-1] is QoSPolicyKind.DURABILITY
-    half_open = dataclasses.replace(strong, reliability=ReliabilityPolicy.SYSTEM_DEFAULT)
-    assert "WARNING" not in qos_check_compatible(weak, half_open)[1]
-
-
-@pytest.mark.parametrize(
-    ("pub", "sub", "reason"),
-    [
-        ({"reliability": 0}, {"reliability": 1}, "Reliable subscription, but publisher is system_default"),
-        ({"reliability": 2}, {"reliability": 3}, "Best effort publisher, but subscription is unknown"),
-        (
-            {"reliability": 0},
-            {"reliability": 3},
-            "Publisher reliability is system_default and subscription reliability is unknown",
-        ),
-        (
-            {"durability": 0},
-            {"durability": 1},
-            "Transient local subscription, but publisher is system_default",
-        ),
-        ({"durability": 2}, {"durability": 0}, "Volatile publisher, but subscription is system_default"),
-        (
-            {"durability": 3},
-            {"durability": 0},
-            "Publisher durability is unknown and subscription durability is system_default",
-        ),
-    ],
-)
-def test_open_policies_warn(pub: dict[str, int], sub: dict[str, int], reason: str) -> None:
-    """G12: a policy that a side leaves open is a warning that says so."""
-    verdict = qos_check_compatible(QoSProfile(depth=1, **pub), QoSProfile(depth=1, **sub))
-    assert verdict == (QoSCompatibility.WARNING, f"WARNING: {reason};")
-
-
-@given(PROFILES)
-def test_a_resolved_profile_fits_itself(profile: QoSProfile) -> None:
-    """G12: identical profiles with nothing left open are OK without a reason."""
-    fixed = profile.resolved()
-    assert qos_check_compatible(fixed, fixed) == (QoSCompatibility.OK, "")
-    assert fixed.resolved() == fixed
-
-
 @given(PROFILES)
 def test_wire_round_trip(profile: QoSProfile) -> None:
     """What goes on the wire is the resolved profile, and comes back as it."""
     fields = profile.to_wire()
     assert all(type(value) is int for value in fields.values())
-    assert QoSProfile.from_wire({**fields, "lifespan": [1, 2]}) == profile.resolved()
+    assert QoSProfile.from_wire({**fields, "later": [1, 2]}) == profile.resolved()
 
 
 def test_wire_defaults() -> None:
@@ -290,6 +243,10 @@ def test_wire_defaults() -> None:
         {"reliability": 1.0},
         {"durability": b"\x01"},
         {"durability": []},
+        {"liveliness": 2},
+        {"deadline_ns": 0.5},
+        {"lifespan_ns": -1},
+        {"lease_ns": 2**70},
     ],
 )
 def test_wire_rejects(fields: dict[str, object]) -> None:

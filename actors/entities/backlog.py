@@ -1,0 +1,143 @@
+"""What has come for a subscription and waits to be taken: decoded runs, a batch each.
+
+A batch that finds its reader idle is taken whole. At a busy reader only the newest `depth` messages stay.
+Where the publisher sets a lifespan, what gets too old while it waits is thrown away when its turn comes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from actors.feeds import Inflow
+    from proto.frames import Replay, Run
+
+
+class MessageInfo(NamedTuple):
+    """What comes with a message: a callback's second argument."""
+
+    source_timestamp: int
+    """When its run was sent, in ns since the epoch, by the publisher's clock."""
+    received_timestamp: int
+    """When it came in, in ns since the epoch."""
+    publication_sequence_number: int
+    """Its number among the publisher's messages, from 0."""
+    publisher_gid: bytes
+    """The publisher's id, the same across reconnects."""
+    publisher_node: str
+    """The full name of the publisher's node."""
+
+
+class Batch:
+    """Decoded messages of one run that wait; those from `index` on have not been taken.
+
+    Attributes:
+        end: The number after the run's last message.
+        size: The bytes of the whole run, for credit.
+        expires_at: Loop time after which nothing of it is handed over.
+    """
+
+    __slots__ = (
+        "end",
+        "expires_at",
+        "index",
+        "inflow",
+        "messages",
+        "numbers",
+        "received_ns",
+        "size",
+        "stamp_ns",
+    )
+
+    def __init__(
+        self,
+        inflow: Inflow,
+        run: Run | Replay,
+        decoded: list[Any],
+        numbers: Sequence[int],
+        received_ns: int,
+    ) -> None:
+        self.inflow = inflow
+        self.messages = decoded
+        self.index = 0
+        self.numbers = numbers
+        self.stamp_ns = run.stamp_ns
+        self.received_ns = received_ns
+        self.end = 0
+        self.size = 0
+        self.expires_at = math.inf
+
+    def info(self) -> MessageInfo:
+        """Return the message info of the message at `index`."""
+        flow = self.inflow
+        return MessageInfo(self.stamp_ns, self.received_ns, self.numbers[self.index], flow.gid, flow.node)
+
+
+class Backlog:
+    """The batches of one subscription, oldest first.
+
+    Args:
+        finished: Told of each batch that is off our hands, in order.
+
+    Attributes:
+        batches: Those of which something waits.
+        pending: Messages that wait.
+    """
+
+    __slots__ = ("_finished", "batches", "pending")
+
+    def __init__(self, finished: Callable[[Batch], None]) -> None:
+        self.batches: deque[Batch] = deque()
+        self.pending = 0
+        self._finished = finished
+
+    def put(self, batch: Batch) -> None:
+        """A run has come."""
+        self.batches.append(batch)
+        self.pending += len(batch.messages)
+
+    def take(self) -> Any:
+        """Take the oldest message. Needs one."""
+        batch = self.batches[0]
+        message = batch.messages[batch.index]
+        batch.index += 1
+        self.pending -= 1
+        if batch.index == len(batch.messages):
+            self.finish()
+        return message
+
+    def finish(self) -> None:
+        """All messages of the first batch have been taken."""
+        self._finished(self.batches.popleft())
+
+    def trim(self, depth: int) -> int:
+        """Drop the oldest messages beyond the depth; return how many that were."""
+        excess = gone = max(0, self.pending - depth)
+        while excess > 0:
+            batch = self.batches[0]
+            part = min(excess, len(batch.messages) - batch.index)
+            batch.index += part
+            excess -= part
+            if batch.index == len(batch.messages):
+                self.batches.popleft()
+        self.pending -= gone
+        return gone
+
+    def expire(self, now: float) -> int:
+        """Drop what is too old, from the oldest on; return how many messages that were."""
+        gone = 0
+        while self.batches and self.batches[0].expires_at <= now:
+            batch = self.batches[0]
+            gone += len(batch.messages) - batch.index
+            self.pending -= len(batch.messages) - batch.index
+            self.finish()
+        return gone
+
+    def clear(self) -> None:
+        """Drop everything."""
+        self.batches.clear()
+        self.pending = 0

@@ -1,0 +1,64 @@
+"""What a publisher promises about time, and whether it keeps it: its deadline and, by hand, its lease.
+
+Both are judged where they are made, so that the publisher itself is told; its readers judge by what they see.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.qos import LivelinessPolicy
+from actors.watchdogs import Watchdog
+
+if TYPE_CHECKING:
+    from actors.core import Core
+    from actors.events import PublisherEvents
+    from actors.qos import QoSProfile
+
+
+class Promises:
+    """One publisher's.
+
+    Args:
+        core: The node.
+        qos: The publisher's resolved profile.
+        events: Told of what has not been kept.
+
+    Attributes:
+        any: Whether there is something to keep.
+        by_hand: Whether readers want to be told that it is alive.
+    """
+
+    def __init__(self, core: Core, qos: QoSProfile, events: PublisherEvents) -> None:
+        self._core = core
+        self._events = events
+        self.by_hand = qos.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
+        self._deadline_s = qos.deadline.nanoseconds / 1e9
+        self._lease_s = qos.liveliness_lease_duration.nanoseconds / 1e9 if self.by_hand else 0.0
+        self.any = self._deadline_s > 0 or self._lease_s > 0
+        self._deadline: Watchdog | None = None
+        self._lease: Watchdog | None = None
+
+    def published(self) -> None:
+        """A message has been published: from the first one on the deadline holds."""
+        loop = self._core.link.loop
+        if self._deadline is None and self._deadline_s and loop is not None:
+            self._deadline = Watchdog(loop, self._deadline_s, self._events.deadline.add)
+        if self._deadline is not None:
+            self._deadline.feed()
+        self.shown()
+
+    def shown(self) -> None:
+        """It has shown itself: from the first session on the lease holds."""
+        loop = self._core.link.loop
+        if self._lease is None and self._lease_s and loop is not None:
+            self._lease = Watchdog(loop, self._lease_s, self._events.liveliness.add, once=True)
+        if self._lease is not None:
+            self._lease.feed()
+
+    def stop(self) -> None:
+        """It is destroyed: nothing is promised any more."""
+        self.any = False
+        for watchdog in (self._deadline, self._lease):
+            if watchdog is not None:
+                watchdog.stop()
