@@ -178,11 +178,12 @@ class Turn:
             except BaseException as thrown:  # noqa: BLE001 - handed on to the coroutine unchanged
                 error = thrown
             self._suspended = False
-            if not self.holding and not self.beside:
+            # A cancellation does not let it go on beside another callback: it waits for its turn, too.
+            while not (self.holding or self.beside or self._mailbox.closed):
                 try:
                     yield from self._mailbox.take(self).__await__()
                 except asyncio.CancelledError as thrown:
-                    error = error or thrown
+                    error = thrown  # as in any task, it outranks what was awaited
             began = clock()
 
 

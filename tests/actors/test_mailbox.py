@@ -280,7 +280,7 @@ async def test_cancelling_a_turn_before_it_starts() -> None:
 
 
 async def test_cancelling_a_turn_that_waits_for_the_mailbox() -> None:
-    """A turn that is cancelled while it waits to go on ends, and the mailbox is not lost."""
+    """It ends when it is its turn again, not beside the one that runs, and the mailbox is not lost."""
     mailbox = Mailbox()
     async with opened(mailbox):
         reply: asyncio.Future[int] = asyncio.get_running_loop().create_future()
@@ -301,10 +301,45 @@ async def test_cancelling_a_turn_that_waits_for_the_mailbox() -> None:
         await until(reply.done)
         await asyncio.sleep(0)
         caller.turn.cancel()
-        await until(lambda: bool(caller.errors))
+        for _ in range(5):
+            await asyncio.sleep(0)
+        assert not caller.errors
         gate.set()
+        await until(lambda: bool(caller.errors))
         other.add(lambda: "after")
         await until(lambda: other.results == [None, "after"])
+
+
+async def test_a_cancellation_outranks_the_error_of_the_call() -> None:
+    """A turn that is cancelled after its call has failed, before it could go on, is cancelled."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        reply: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+        gate = asyncio.Event()
+        caller, other = Recorder(mailbox), Recorder(mailbox)
+
+        async def call() -> str:
+            try:
+                with in_flight():
+                    await reply
+            except ValueError:
+                return "went on"
+            return "never"
+
+        async def hold() -> None:
+            reply.set_exception(ValueError("the call failed"))
+            await gate.wait()
+
+        caller.add(call)
+        await asyncio.sleep(0)
+        other.add(hold)
+        await until(reply.done)
+        await asyncio.sleep(0)
+        caller.turn.cancel()
+        gate.set()
+        await until(lambda: bool(caller.results or caller.errors))
+        assert not caller.results
+        assert isinstance(caller.errors[0], asyncio.CancelledError)
 
 
 async def test_beside_runs_while_the_mailbox_is_taken() -> None:
