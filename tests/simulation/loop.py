@@ -7,13 +7,17 @@ ever happen again raises `Stuck` instead of hanging.
 from __future__ import annotations
 
 import asyncio
+import heapq
 from asyncio.base_events import BaseEventLoop
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
-from tests.simulation.network import Network
+from tests.simulation.network import Network, host_in
 
 if TYPE_CHECKING:
+    from collections import deque
     from collections.abc import Callable, Coroutine
+    from contextvars import Context
     from typing import TypeVar
 
     T = TypeVar("T")
@@ -29,33 +33,31 @@ class Stuck(Exception):  # noqa: N818 - it is a verdict, not an error of the loo
     """Nothing is ready, nothing is scheduled, and somebody still waits; or the loop spins."""
 
 
-class _Selector:
-    """Stands where BaseEventLoop expects to wait for sockets: moves the clock instead."""
-
-    def __init__(self, loop: SimulatedLoop) -> None:
-        self._loop = loop
-
-    def select(self, timeout: float | None) -> list[Any]:
-        self._loop.idle(timeout)
-        return []
-
-
 class SimulatedLoop(BaseEventLoop):
     """A loop with a virtual clock, over the in-memory network of one seed.
+
+    What runs belongs to the host in its context. A *frozen* host (a process that got SIGSTOP) runs nothing:
+    what is due for it waits until it is thawed, and then comes all at once and late.
 
     Attributes:
         network: Serves create_connection, create_server and their unix twins.
         errors: What reached the exception handler: an exception nobody took.
+        after_turn: Called after each turn of the loop.
+        turns: Turns so far.
     """
 
-    _scheduled: list[asyncio.TimerHandle]
+    _ready: deque[asyncio.Handle]
+    _stopping: bool
 
     def __init__(self, seed: int = 0) -> None:
         super().__init__()
         self._now = 0.0
-        self._clock_resolution = 1e-9
-        self._selector = _Selector(self)
-        self._turns = 0
+        self.turns = 0
+        self._timers: list[tuple[float, int, asyncio.TimerHandle]] = []
+        self._timer_numbers = count()
+        self._frozen: dict[str, list[asyncio.Handle]] = {}
+        """Hosts that run nothing, and what waits for them."""
+        self.after_turn: Callable[[], None] | None = None
         self.network = Network(self, seed)
         self.errors: list[dict[str, Any]] = []
         self.set_exception_handler(lambda _, context: self.errors.append(context))
@@ -64,25 +66,58 @@ class SimulatedLoop(BaseEventLoop):
         """Return the virtual time in seconds; 0 at the start."""
         return self._now
 
-    def idle(self, timeout: float | None) -> None:
-        """Called once a turn: the loop would sleep this long now (None: for ever)."""
-        self._turns += 1
-        if self._turns > MAX_TURNS:
+    def call_at(  # type: ignore[override]
+        self, when: float, callback: Callable[..., object], *args: Any, context: Context | None = None
+    ) -> asyncio.TimerHandle:
+        """Part of BaseEventLoop. Timers of the same time come in the order in which they were set."""
+        timer = asyncio.TimerHandle(when, callback, args, self, context)
+        heapq.heappush(self._timers, (when, next(self._timer_numbers), timer))
+        return timer
+
+    def _run_once(self) -> None:
+        """Part of BaseEventLoop: one turn."""
+        ready, timers = self._ready, self._timers
+        if not ready and not self._stopping:
+            self._jump()
+        while timers and (timers[0][0] <= self._now or timers[0][2].cancelled()):
+            ready.append(heapq.heappop(timers)[2])
+        for _ in range(len(ready)):
+            handle = ready.popleft()
+            if handle._cancelled:
+                continue
+            if self._frozen and (held := self._frozen.get(host_in(handle._context))) is not None:  # type: ignore[attr-defined]
+                held.append(handle)
+            else:
+                handle._run()
+        self.turns += 1
+        if self.turns > MAX_TURNS:
             raise Stuck(f"{MAX_TURNS} turns of the loop, now at {self._now:.6f} s")
+        if self.after_turn is not None:
+            self.after_turn()
+
+    def _jump(self) -> None:
+        """Nothing is ready: go to the time of the next timer."""
+        timers = self._timers
+        while timers and timers[0][2].cancelled():
+            heapq.heappop(timers)
+        if not timers:
+            raise Stuck(f"nothing can ever happen again, at {self._now:.6f} s")
+        self._now = max(self._now, timers[0][0])
         if self._now > MAX_SECONDS:
             waiting = sorted(f"{task.get_name()}: {task.get_stack()}" for task in asyncio.all_tasks(self))
             raise Stuck(f"at {self._now:.6f} s there still run {waiting}")
-        if timeout is None:
-            raise Stuck(f"nothing can ever happen again, at {self._now:.6f} s")
-        if timeout > 0:
-            self._now = max(self._now, self._scheduled[0].when())
 
     def stall(self, seconds: float) -> None:
         """Let time pass in which nobody in the process runs: every timer comes late."""
         self._now += seconds
 
-    def _process_events(self, event_list: list[Any]) -> None:
-        """Part of BaseEventLoop: there are no events."""
+    def freeze(self, host: str) -> None:
+        """Stop a host: it neither reads nor writes, and its timers do not fire. Its kernel goes on."""
+        self._frozen.setdefault(host, [])
+
+    def thaw(self, host: str) -> None:
+        """Let a host go on: it finds everything that has become due meanwhile."""
+        self._ready.extend(self._frozen.pop(host, ()))
 
     def _write_to_self(self) -> None:
         """Part of BaseEventLoop: there is no other thread."""

@@ -15,7 +15,7 @@ import errno
 import hashlib
 from collections import deque
 from contextlib import contextmanager
-from contextvars import ContextVar
+from contextvars import Context, ContextVar, copy_context
 from dataclasses import dataclass
 from random import Random
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -27,6 +27,15 @@ BROKER: Final = "broker"
 HIGH_WATER: Final = 64 * 1024
 
 _host: Final[ContextVar[str]] = ContextVar("simulated_host", default="nowhere")
+
+
+_KERNEL: Final = Context()
+"""Where what no process does happens: it goes on while processes are frozen."""
+
+
+def host_in(context: Context) -> str:
+    """Return the host that what runs in a context is on."""
+    return context.get(_host, "nowhere")
 
 
 @contextmanager
@@ -56,7 +65,7 @@ class Weather:
 _FIN: Final = "fin"
 _RESET: Final = "reset"
 
-_FINE: Final = 3000
+_FINE: Final = 1000
 """After so many segments, or reads, a pipe takes larger ones: the point has been made."""
 
 _COARSE: Final = 64 * 1024
@@ -103,7 +112,7 @@ class Pipe:
                 return
             self._segments += 1
             most = self.weather.segment if self._segments < _FINE else _COARSE
-            size = min(room, len(self.unsent), self._random.randint(1, most))
+            size = min(room, len(self.unsent), 1 + int(self._random.random() * most))
             segment = bytes(self.unsent[:size])
             del self.unsent[:size]
             self._in_flight += size
@@ -127,7 +136,7 @@ class Pipe:
         self._last_arrival = max(self._last_arrival, self._loop.time() + delay)
         self._flight.append(item)
         self._due.append(self._last_arrival)
-        self._loop.call_at(self._last_arrival, self.arrive)
+        self._loop.call_at(self._last_arrival, self.arrive, context=_KERNEL)
 
     def arrive(self) -> None:
         """What has travelled long enough arrives, unless the way is blocked: then later, as TCP would."""
@@ -153,7 +162,10 @@ class Pipe:
         if self._read_due or not (self._arrived or self._end):
             return
         self._read_due = True
-        self._loop.call_at(max(self._loop.time(), self._read_at), self._read)
+        if self._read_at <= self._loop.time():
+            self._loop.call_soon(self._read, context=self.target.context)
+        else:
+            self._loop.call_at(self._read_at, self._read, context=self.target.context)
 
     def _read(self) -> None:
         self._read_due = False
@@ -164,10 +176,12 @@ class Pipe:
             self._reads += 1
             coarse = self._reads > _FINE and not self.weather.read_pause
             most = max(_COARSE, self.weather.read) if coarse else self.weather.read
-            size = self.target.take(self._arrived, self._random.randint(1, most))
+            size = self.target.take(self._arrived, 1 + int(self._random.random() * most))
             self._network.note(self.name, size)
-            self.pump()
-            self.source.drained()
+            if self.unsent:
+                self.pump()
+            if self.source.waits:
+                self._loop.call_soon(self.source.drained, context=self.source.context)
             self.read_soon()
         elif self._end is not None:
             kind, self._end = self._end, None
@@ -185,10 +199,16 @@ class Pipe:
 
 
 class MemoryTransport(asyncio.Transport):
-    """One end of a connection, with the manners of asyncio's socket transport."""
+    """One end of a connection, with the manners of asyncio's socket transport.
 
-    def __init__(self, network: Network, out: Pipe, into: Pipe, host: str, peer: str) -> None:
+    Attributes:
+        context: In which its protocol is called: that of whoever connected or listened, as a loop's readers.
+    """
+
+    def __init__(self, network: Network, out: Pipe, into: Pipe, peer: str, context: Context) -> None:
+        host = host_in(context)
         super().__init__({"peername": (peer, 1), "sockname": (host, 1)})
+        self.context = context
         self.host = host
         self.peer = peer
         self.server: MemoryServer | None = None
@@ -296,6 +316,11 @@ class MemoryTransport(asyncio.Transport):
         self._protocol.buffer_updated(size)
         return size
 
+    @property
+    def waits(self) -> bool:
+        """Whether somebody must be told when there is room in the write buffer."""
+        return self._paused or (self._closing and not self.closed)
+
     def drained(self) -> None:
         """The pipe has taken something out of the write buffer."""
         if self._paused and len(self._out.unsent) <= self._low and not self.closed:
@@ -303,6 +328,12 @@ class MemoryTransport(asyncio.Transport):
             self._protocol.resume_writing()
         if self._closing and not self._out.unsent:
             self._lose(None)
+
+    def refused(self) -> None:
+        """The listener was closed before it took this connection: its kernel answers with a reset."""
+        self.closed = self._closing = True
+        self._out.end(_RESET)
+        self._network.ended(self)
 
     def refuse(self) -> None:
         """Bytes came for a closed end: its kernel answers with a reset."""
@@ -339,7 +370,7 @@ class MemoryTransport(asyncio.Transport):
         self._out.end(_RESET if self._into.unread else _FIN)
         self._into.discard()
         self._network.ended(self)
-        self._network.loop.call_soon(self._protocol.connection_lost, error)
+        self._network.loop.call_soon(self._protocol.connection_lost, error, context=self.context)
 
 
 def _reset_error() -> ConnectionResetError:
@@ -367,7 +398,8 @@ class MemoryServer:
     """A listener, with asyncio.Server's manners (of 3.12: `wait_closed` waits for the connections)."""
 
     def __init__(self, network: Network, address: str, name: object, factory: Callable[[], Any]) -> None:
-        self.host = _host.get()
+        self.context = copy_context()
+        self.host = host_in(self.context)
         self.factory = factory
         self.address = address
         self.sockets: tuple[_Socket, ...] = (_Socket(name),)
@@ -462,10 +494,16 @@ class Network:
         if server is None:
             raise ConnectionRefusedError(errno.ECONNREFUSED, f"Connection refused: {address}")
         client, accepted = self._pair(here, server)
-        self.loop.call_soon(accepted.start, server.factory())
+        self.loop.call_soon(self._accept, accepted, server, context=accepted.context)
         protocol = factory()
         client.start(protocol)
         return client, protocol
+
+    def _accept(self, accepted: MemoryTransport, server: MemoryServer) -> None:
+        if server.sockets:
+            accepted.start(server.factory())
+        else:
+            accepted.refused()
 
     def _pair(self, here: str, server: MemoryServer) -> tuple[MemoryTransport, MemoryTransport]:
         number, there = self.connections, server.host
@@ -473,8 +511,8 @@ class Network:
         up = Pipe(self, f"{number} {here}>{there}", self.choose_weather(self._random))
         down = Pipe(self, f"{number} {there}>{here}", self.choose_weather(self._random))
         self._pipes += [up, down]
-        client = MemoryTransport(self, up, down, here, there)
-        accepted = MemoryTransport(self, down, up, there, here)
+        client = MemoryTransport(self, up, down, there, copy_context())
+        accepted = MemoryTransport(self, down, up, here, server.context.copy())
         accepted.server = server
         self.open[client] = self.open[accepted] = None
         self.note("connected", here, there)
