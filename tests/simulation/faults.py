@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
-from tests.simulation.network import BROKER
+import actors
+from tests.simulation.network import BROKER, on_host
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -61,19 +62,53 @@ async def stop(world: World, member: Member, lasting: float) -> None:
     member.start()
 
 
+async def freeze(world: World, member: Member, lasting: float) -> None:
+    """Stop a process, as SIGSTOP does: its kernel takes bytes, and nobody reads them."""
+    host = world.random.choice([member.host, member.host, BROKER])
+    world.freeze(host)
+    await asyncio.sleep(lasting)
+    world.thaw(host)
+
+
+async def intrude(world: World, member: Member, lasting: float) -> None:
+    """Start a process whose node has the name of another's."""
+    outcomes: list[str] = []
+
+    async def twin() -> None:
+        node = actors.Node(member.name, url=world.url, connect_timeout_sec=2.0, use_global_arguments=False)
+        try:
+            async with node:
+                await asyncio.sleep(min(lasting, 1.0))
+        except actors.CallboardError as error:
+            outcomes.append(type(error).__name__)
+
+    await _connected(world, member)
+    with on_host(f"{member.host}'"):
+        await asyncio.create_task(twin())
+    if world.calm and outcomes != ["NodeNameTaken"]:
+        world.complain(f"a second node called {member.name} was met with {outcomes}")
+
+
+async def _connected(world: World, member: Member) -> None:
+    """In calm weather: wait until the member has its name."""
+    while world.calm and not member.node.connected:
+        await asyncio.sleep(0.1)
+    await asyncio.sleep(1.0)
+
+
 async def crash_broker(world: World, member: Member, lasting: float) -> None:
     """Kill the broker; another one follows at the same address."""
-    await world.crash_broker(silent=world.random.random() < 0.3)
+    await world.home.crash(silent=world.random.random() < 0.3)
     await asyncio.sleep(min(lasting, 8.0))
-    world.network.heal()
-    await world.start_broker()
+    world.heal()
+    await world.home.start()
 
 
 async def restart_broker(world: World, member: Member, lasting: float) -> None:
     """End the broker in order; another one follows."""
-    await world.stop_broker()
+    await world.home.stop()
     await asyncio.sleep(min(lasting, 3.0))
-    await world.start_broker()
+    await world.home.start()
 
 
 async def stall(world: World, member: Member, lasting: float) -> None:
@@ -81,8 +116,8 @@ async def stall(world: World, member: Member, lasting: float) -> None:
     world.stall(min(lasting, 8.0))
 
 
-OF_THE_NETWORK: tuple[Fault, ...] = (drop, half_open, partition, slow, stall)
-OF_PROCESSES: tuple[Fault, ...] = (kill, stop, crash_broker, restart_broker)
+OF_THE_NETWORK: tuple[Fault, ...] = (drop, half_open, partition, slow, stall, freeze)
+OF_PROCESSES: tuple[Fault, ...] = (kill, stop, crash_broker, restart_broker, intrude)
 """Two kinds, because two of one kind at the same time make no sense, and one of each does."""
 
 
@@ -92,5 +127,6 @@ async def strike(world: World, faults: tuple[Fault, ...]) -> None:
     member = world.random.choice(world.members)
     lasting = world.random.choice([0.1, 1.0, 2.9, 3.5, 8.0, 35.0])
     world.note(f"fault {fault.__name__} {member.host} {lasting}")
+    world.journal.struck[fault.__name__] += 1
     await fault(world, member, lasting)
-    world.network.heal()
+    world.heal()

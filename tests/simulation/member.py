@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import actors
@@ -11,13 +12,12 @@ from tests.simulation.network import on_host
 from tests.simulation.records import Ask, Call, Heard, Note, Told
 
 if TYPE_CHECKING:
-    from collections.abc import Coroutine, Iterator
+    from collections.abc import Callable, Coroutine, Iterator
     from random import Random
 
     from actors.entities.service import Service
     from tests.simulation.world import World
 
-URL: Final = "callboard://127.0.0.1:7411"
 TOPICS: Final = ("red", "green", "blue")
 SERVICES: Final = ("double", "twice")
 
@@ -29,6 +29,9 @@ CANCEL_SEC: Final = 0.7
 
 STOP_SEC: Final = 15.0
 """A node stops within this, whatever its callbacks do."""
+
+GONE: Final = "nobody"
+"""Stands for the callback that runs when the process has ended."""
 
 KINDS: Final = ("plain", "plain", "async", "slow", "calling", "beside", "iterate")
 """How subscriptions read."""
@@ -47,7 +50,11 @@ class Member:
         self.heard: list[Heard] = []
         self.clients: list[tuple[str, actors.Client[Ask.Request, Ask.Response]]] = []
         self.services: list[Service[Ask.Request, Ask.Response]] = []
+        self.raised = 0
+        """Times that a subscription's callback has raised in this life."""
         self.task: asyncio.Task[None] | None = None
+        self._inside = ""
+        """The callback that holds the mailbox."""
         self._lives = 0
         self._calls = 0
         self._stop = asyncio.Event()
@@ -55,7 +62,7 @@ class Member:
         self._activities: list[asyncio.Task[None]] = []
         self._published = random.choices(TOPICS, k=random.randint(0, 3))
         self._subscribed = random.choices(TOPICS, k=random.randint(1, 3))
-        self._served = random.sample(SERVICES, k=random.randint(0, 2))
+        self._served = random.choices(SERVICES, k=random.randint(0, 2))
         self._called = random.sample(SERVICES, k=random.randint(0, 2))
 
     @property
@@ -76,8 +83,9 @@ class Member:
             self.task = asyncio.create_task(self._live(), name=self.host)
 
     def _make_node(self) -> None:
-        self.node = actors.Node(self.name, url=URL, use_global_arguments=False)
+        self.node = actors.Node(self.name, url=self.world.url, use_global_arguments=False)
         self.told, self.heard, self.clients, self.services = [], [], [], []
+        self.raised, self._inside = 0, ""
         for topic in self._published:
             self.publish_on(topic)
         for service in self._served:
@@ -86,7 +94,7 @@ class Member:
             self.clients.append((service, self.node.create_client(Ask, service)))
 
     async def _live(self) -> None:
-        for _ in range(10):
+        for _ in range(20):
             try:
                 await self._run_node()
                 return
@@ -108,6 +116,7 @@ class Member:
                 self._gone()
 
     def _gone(self) -> None:
+        self._inside = GONE
         for task in (*self._activities, *self._readers):
             task.cancel()
         for told in self.told:
@@ -133,10 +142,11 @@ class Member:
     async def stop(self) -> None:
         """End the process in order."""
         self.world.note(f"stop {self.host}")
-        began = self.world.loop.time()
+        self.world.thaw(self.host)
+        began, lost = self.world.loop.time(), self.world.lost_time(self.host)
         self._stop.set()
         await self._ended()
-        took = self.world.loop.time() - began
+        took = self.world.loop.time() - began - (self.world.lost_time(self.host) - lost)
         if took > STOP_SEC:
             self.world.complain(f"{self.host} took {took:.3f} s to stop")
 
@@ -145,6 +155,7 @@ class Member:
         self.world.note(f"kill {self.host}")
         self._gone()
         self.world.network.crash(self.host, silent=silent)
+        self.world.thaw(self.host)
         assert self.task is not None
         self.task.cancel()
         await self._ended()
@@ -160,6 +171,7 @@ class Member:
         """Add a publisher."""
         publisher = self.node.create_publisher(Note, topic, self._qos())
         told = Told(f"{self.host}>{topic}>{len(self.world.journal.told)}", publisher)
+        self.world.steps.told(told)
         self.told.append(told)
         self.world.journal.told.append(told)
         return told
@@ -182,13 +194,18 @@ class Member:
 
         def plain(message: Note, info: actors.MessageInfo) -> None:
             heard.note(message, info)
+            with self._alone(heard.name, concurrent=False):
+                if self.random.random() < 0.005:
+                    self.raised += 1
+                    raise ValueError("this message is not to my liking")
 
         async def asynchronous(message: Note, info: actors.MessageInfo) -> None:
             heard.note(message, info)
-            if kind == "slow" or self.random.random() < 0.1:
-                await asyncio.sleep(pause * self.random.random())
-            if kind == "calling" and self.clients and self.random.random() < 0.05:
-                await self._call(*self.random.choice(self.clients))
+            with self._alone(heard.name, concurrent=kind == "beside"):
+                if kind == "slow" or self.random.random() < 0.1:
+                    await asyncio.sleep(pause * self.random.random())
+                if kind == "calling" and self.clients and self.random.random() < 0.05:
+                    await self._call_inside(heard.name)
 
         callback = None if kind == "iterate" else plain if kind == "plain" else asynchronous
         subscription = self.node.create_subscription(
@@ -198,6 +215,7 @@ class Member:
         heard = Heard(name, self.world.complain, self.world.loop.time, subscription)
         self.heard.append(heard)
         self.world.journal.heard.append(heard)
+        self.world.steps.heard(heard)
         if kind == "iterate":
             self._readers.append(asyncio.create_task(self._iterate(heard, pause)))
         return heard
@@ -209,19 +227,55 @@ class Member:
                 await asyncio.sleep(pause * self.random.random())
 
     def _serve(self, name: str) -> None:
+        concurrent = self.random.random() < 0.5
+        what = f"{self.host}!{name}"
+
         async def asynchronous(request: Ask.Request) -> Ask.Response:
             self.world.journal.handle(request.caller, request.number)
-            await asyncio.sleep(request.seconds)
+            with self._alone(what, concurrent=concurrent):
+                await asyncio.sleep(request.seconds)
+                if request.hops and self.clients:
+                    await self._call_inside(what, concurrent=concurrent, hops=request.hops - 1)
             self._still_wanted(request)
             return _answer(request)
 
         def plain(request: Ask.Request) -> Ask.Response:
             self.world.journal.handle(request.caller, request.number)
-            return _answer(request)
+            with self._alone(what, concurrent=concurrent):
+                return _answer(request)
 
         callback = self.random.choice([plain, asynchronous])
-        concurrent = self.random.random() < 0.5
         self.services.append(self.node.create_service(Ask, name, callback, concurrent=concurrent))
+
+    @contextmanager
+    def _alone(self, name: str, *, concurrent: bool) -> Iterator[None]:
+        """A callback runs: unless it may run beside others, no other one is running."""
+        if concurrent:
+            yield
+            return
+        self._enter(name)
+        try:
+            yield
+        finally:
+            if self._inside != GONE:
+                self._inside = ""
+
+    def _enter(self, name: str) -> None:
+        if self._inside == GONE:
+            return
+        if self._inside:
+            self.world.complain(f"{name} runs while {self._inside} does")
+        self._inside = name
+
+    async def _call_inside(self, name: str, *, concurrent: bool = False, hops: int = 0) -> None:
+        """Call somebody from a callback, which lets others run meanwhile."""
+        if not concurrent and self._inside != GONE:
+            self._inside = ""
+        try:
+            await self._call(*self.random.choice(self.clients), hops=hops)
+        finally:
+            if not concurrent:
+                self._enter(name)
 
     def _still_wanted(self, request: Ask.Request) -> None:
         """Where nothing is broken, a handler is cancelled soon after its caller has given up."""
@@ -235,9 +289,14 @@ class Member:
         for told in self.told:
             yield self._publish(told)
         for name, client in self.clients:
-            yield self._keep_calling(name, client)
-            yield self._keep_waiting(client)
+            yield from self._use(name, client)
         yield self._come_and_go()
+
+    def _use(
+        self, name: str, client: actors.Client[Ask.Request, Ask.Response]
+    ) -> Iterator[Coroutine[Any, Any, None]]:
+        yield self._keep_calling(name, client)
+        yield self._keep_waiting(client)
 
     def next_number(self) -> int:
         """Return the number of the next call that the handlers like."""
@@ -276,27 +335,30 @@ class Member:
         self, wait: Coroutine[Any, Any, object], timeout: float, *expected: type[Exception]
     ) -> object:
         """Await something with a deadline; complain if it comes late or ends otherwise."""
-        began, stalled = self.world.loop.time(), self.world.stalled
+        host = self.host
+        began, lost = self.world.loop.time(), self.world.lost_time(host)
         name = getattr(wait, "__qualname__", "")
         try:
             return await wait
         except expected:
             return None
         finally:
-            took = self.world.loop.time() - began - (self.world.stalled - stalled)
+            took = self.world.loop.time() - began - (self.world.lost_time(host) - lost)
             if took > timeout + SLACK_SEC:
                 self.world.complain(f"{self.host}: {name} took {took:.6f} s, {timeout} s were allowed")
 
     async def _keep_calling(self, name: str, client: actors.Client[Ask.Request, Ask.Response]) -> None:
-        while self.world.active:
+        while self.world.active and not client.destroyed:
             await asyncio.sleep(self.random.expovariate(2))
+            many = self.random.random() < 0.02
             calls = [
                 asyncio.create_task(self._call(name, client))
-                for _ in range(self.random.choice([1, 1, 2, 10]))
+                for _ in range(40 if many else self.random.choice([1, 1, 2, 10]))
             ]
-            if self.random.random() < 0.1:
-                await asyncio.sleep(0.1 * self.random.random())
-                calls[0].cancel()
+            if many or self.random.random() < 0.1:
+                await asyncio.sleep(self.random.choice([0.0, 0.0, 0.1]) * self.random.random())
+                for call in calls if many else calls[:1]:
+                    call.cancel()
             try:
                 await asyncio.wait(calls)
             finally:
@@ -304,22 +366,29 @@ class Member:
                     call.cancel()
             self._look_at(set(calls))
 
-    async def _call(self, name: str, client: actors.Client[Ask.Request, Ask.Response]) -> str:
-        """Make one call and write it down; return its outcome."""
-        world = self.world
+    async def _call(
+        self, name: str, client: actors.Client[Ask.Request, Ask.Response], *, hops: int | None = None
+    ) -> str:
+        """Make one call and write it down; return its outcome.
+
+        Its handler makes a call, too, if `hops` is not 0, and so on.
+        """
+        world, host = self.world, self.host
         self._calls += 1
         timeout = self.random.choice([0.01, 0.5, 3.0, 20.0])
         call = Call(f"{self.host}?{name}", self._calls, world.loop.time(), timeout)
         world.journal.calls.append(call)
         seconds = self.random.choice([0.0, 0.0, 0.01, 1.0])
         weight = bytes(400_000 if self.random.random() < 0.03 else 0)
-        request = Ask.Request(caller=call.name, number=self._calls, seconds=seconds, weight=weight)
-        stalled = world.stalled
+        if hops is None:
+            hops = self.random.choice([0, 0, 0, 0, 0, 1, 3])
+        request = Ask.Request(caller=call.name, number=self._calls, seconds=seconds, weight=weight, hops=hops)
+        lost = world.lost_time(host)
 
         def ended(_: object) -> None:
             # Not when the caller goes on: in a callback it waits for the mailbox first.
             call.ended = world.journal.given_up[call.name, call.number] = world.loop.time()
-            allowed = timeout + SLACK_SEC + world.stalled - stalled
+            allowed = timeout + SLACK_SEC + world.lost_time(host) - lost
             if call.ended - call.began > allowed:
                 world.complain(f"{call.name} took {call.ended - call.began:.6f} s of {timeout} s")
 
@@ -338,6 +407,10 @@ class Member:
         except actors.NodeDestroyed:
             ended(None)
             call.outcome = "destroyed"
+        except asyncio.CancelledError:
+            if not client.destroyed or _is_cancelled():
+                raise
+            call.outcome = "client destroyed"
         finally:
             world.note(f"{call.name} #{call.number} ends: {call.outcome or 'cancelled'}")
         return call.outcome
@@ -345,8 +418,10 @@ class Member:
     async def _keep_waiting(self, client: actors.Client[Ask.Request, Ask.Response]) -> None:
         while self.world.active:
             await asyncio.sleep(self.random.expovariate(1))
+            if client.destroyed:
+                return
             timeout = self.random.choice([0.0, 0.5, 5.0])
-            there = await self._in_time(client.wait_for_service(timeout), timeout)
+            there = await self._in_time(client.wait_for_service(timeout), timeout, actors.NodeDestroyed)
             if there and not client.service_is_ready():
                 self.world.complain(f"{self.host}: wait_for_service says yes, service_is_ready no")
 
@@ -354,7 +429,10 @@ class Member:
         """Endpoints that come late, and go."""
         while self.world.active:
             await asyncio.sleep(self.random.expovariate(0.5))
-            self.random.choice([self._come, self._go, self._serve_anew, self._publish_anew])()
+            self.random.choice(self._changes())()
+
+    def _changes(self) -> list[Callable[[], None]]:
+        return [self._come, self._go, self._serve_anew, self._publish_anew, self._call_anew]
 
     def _come(self) -> None:
         self.subscribe_to(self.random.choice(TOPICS))
@@ -379,6 +457,20 @@ class Member:
             self.node.destroy_publisher(told.publisher)
             told = self.publish_on(told.publisher.topic)
             self._activities.append(asyncio.create_task(self._publish(told)))
+
+    def _call_anew(self) -> None:
+        if self.clients:
+            name, client = self.clients.pop(0)
+            self.node.destroy_client(client)
+            client = self.node.create_client(Ask, name)
+            self.clients.append((name, client))
+            self._activities += map(asyncio.create_task, self._use(name, client))
+
+
+def _is_cancelled() -> bool:
+    """Tell whether the current task itself is to end."""
+    task = asyncio.current_task()
+    return task is not None and task.cancelling() > 0
 
 
 def _answer(request: Ask.Request) -> Ask.Response:

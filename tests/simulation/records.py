@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,7 @@ class Ask(actors.Service, type_name="simulation/srv/Ask"):
         caller: str = ""
         number: int = 0
         seconds: float = 0.0
+        hops: int = 0
         weight: bytes = b""
 
     class Response(actors.Message):
@@ -53,6 +55,19 @@ class Told:
     name: str
     publisher: actors.Publisher[Note]
     gone: bool = False
+    resent: int = 0
+    """Messages queued a second time, for a broker that may not have them."""
+
+    def __post_init__(self) -> None:
+        publisher = self.publisher
+        resend, lane = publisher._resend_retained, publisher._lane
+
+        def noting_resend() -> None:
+            before = lane.pending
+            resend()
+            self.resent += lane.pending - before
+
+        publisher._resend_retained = noting_resend  # type: ignore[method-assign]
 
     @property
     def published(self) -> int:
@@ -77,6 +92,7 @@ class Heard:
         first: By publisher gid, the sequence number from which live messages had to come.
         numbers: By publisher name, the numbers of the messages received.
         early: By publisher gid, latched messages from before `first` that have come.
+        moved: Whether something has come since somebody looked at its sums.
     """
 
     name: str
@@ -87,15 +103,18 @@ class Heard:
     first: dict[bytes, int] = field(default_factory=dict)
     numbers: dict[str, list[int]] = field(default_factory=dict)
     early: dict[bytes, set[int]] = field(default_factory=dict)
+    moved: bool = False
 
     def __post_init__(self) -> None:
         attached, receive = self.subscription.attached, self.subscription.receive
 
         def noting_attached(inflow: Inflow) -> None:
             self.first.setdefault(inflow.gid, inflow.first_sequence)
+            self.moved = True
             attached(inflow)
 
         def noting_receive(inflow: Inflow, run: Run | Replay) -> None:
+            self.moved = True
             if isinstance(run, Replay):
                 start = max(run.first_sequence, self.subscription._seen.get(inflow.gid, 0))
                 end = min(run.first_sequence + run.length, self.first[inflow.gid])
@@ -104,6 +123,27 @@ class Heard:
 
         self.subscription.attached = noting_attached  # type: ignore[method-assign]
         self.subscription.receive = noting_receive  # type: ignore[method-assign]
+
+    @property
+    def gone(self) -> bool:
+        """Whether its process, or it, has ended."""
+        return self.gone_at < math.inf
+
+    @property
+    def about_to_take(self) -> bool:
+        """Whether an idle iterator has been woken, and takes what has come in its next step."""
+        waiter = self.subscription._waiter
+        return waiter is not None and waiter.done()
+
+    @property
+    def due(self) -> int:
+        """Messages that its inflows have covered so far: each has come, or is counted where it was lost."""
+        subscription, due = self.subscription, 0
+        for gid, first in self.first.items():
+            inflow = subscription._inflows.get(gid)
+            end = subscription._seen[gid] if inflow is None else inflow.expected
+            due += end - first + len(self.early.get(gid, ()))
+        return due
 
     def leave(self) -> None:
         """Nothing more should come."""
@@ -145,6 +185,7 @@ class Journal:
     told: list[Told] = field(default_factory=list)
     heard: list[Heard] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
+    struck: Counter[str] = field(default_factory=Counter)
     handled: dict[tuple[str, int], int] = field(default_factory=dict)
     given_up: dict[tuple[str, int], float] = field(default_factory=dict)
     events: list[str] = field(default_factory=list)

@@ -26,7 +26,7 @@ def live(seed: int, *, calm: bool) -> str:
     async def main(loop: SimulatedLoop) -> str:
         world = World(loop, seed, calm=calm)
         worlds.append(world)
-        with determined(loop, seed), noted(world):
+        with determined(loop, seed), noted(world), world.steps.taken():
             await world.run()
             await check(world)
             return loop.network.digest

@@ -1,4 +1,4 @@
-"""A small random world: one broker, some nodes with everything nodes have, and what befalls them.
+"""A small random world: a broker or two, some nodes with everything nodes have, and what befalls them.
 
 `World` is made from a seed and runs on a simulated loop. Each *member* stands for a process: a host of its
 own, one node, and tasks that publish, call and wait. A member that dies comes back as a new process.
@@ -14,12 +14,12 @@ from random import Random
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
-from broker.options import BrokerOptions
-from broker.server import Broker
 from tests.simulation import faults
+from tests.simulation.brokers import BrokerProcess
 from tests.simulation.member import Member
-from tests.simulation.network import BROKER, Weather, on_host
+from tests.simulation.network import BROKER, Weather
 from tests.simulation.records import Journal
+from tests.simulation.steps import Steps
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,9 +28,6 @@ if TYPE_CHECKING:
 
 CHAOS_SEC: Final = 15.0
 """How long the world publishes and calls, and suffers."""
-
-STOP_SEC: Final = 15.0
-"""A broker drains and stops within this."""
 
 WEATHERS: Final = (
     Weather(),
@@ -60,12 +57,14 @@ def determined(loop: SimulatedLoop, seed: int) -> Iterator[None]:
 
 
 class World:
-    """The broker, the members and their fate.
+    """The brokers, the members and their fate.
 
     Attributes:
         calm: No faults, only weather.
         active: Whether members begin new things.
-        stalled: Seconds for which everybody was frozen so far: deadlines cannot be met in them.
+        home: The broker that everybody prefers.
+        standby: A second one, for those that do not reach the first; in some histories.
+        steps: What is checked all the time.
     """
 
     def __init__(self, loop: SimulatedLoop, seed: int, *, calm: bool) -> None:
@@ -77,15 +76,28 @@ class World:
         self.journal = Journal()
         self.random = Random(f"{seed} world")
         self.active = True
-        self.stalled = 0.0
-        self.broker: Broker | None = None
-        self._broker_task: asyncio.Task[None] | None = None
-        self._broker_stop = asyncio.Event()
-        self._broker_up = asyncio.Event()
+        self._stalled = 0.0
+        self._frozen_since: dict[str, float] = {}
+        self._frozen_for: dict[str, float] = {}
+        self.home = BrokerProcess(self, BROKER, 7411)
+        self.standby: BrokerProcess | None = None
+        if not calm and self.random.random() < 0.25:
+            self.standby = BrokerProcess(self, "standby", 7412)
         self.members: list[Member] = [
             Member(self, f"member{number}", Random(f"{seed} member {number}"))
             for number in range(self.random.randint(2, 4))
         ]
+        self.steps = Steps(self)
+
+    @property
+    def url(self) -> str:
+        """Where the members look for a broker."""
+        return self.home.url if self.standby is None else f"{self.home.url},{self.standby.url}"
+
+    @property
+    def brokers(self) -> list[BrokerProcess]:
+        """All of them."""
+        return [self.home] if self.standby is None else [self.home, self.standby]
 
     def note(self, text: str) -> None:
         """Write something down, into the network's trace, too."""
@@ -97,77 +109,72 @@ class World:
         self.note(f"WRONG: {text}")
         self.journal.complaints.append(f"at {self.loop.time():.6f} s: {text}")
 
+    # Processes that do not run
+
     def stall(self, seconds: float) -> None:
         """Freeze every process for a while."""
-        self.stalled += seconds
+        self._stalled += seconds
         self.loop.stall(seconds)
 
-    # The broker's life
+    def freeze(self, host: str) -> None:
+        """Stop one process, until `thaw`."""
+        self._frozen_since.setdefault(host, self.loop.time())
+        self.loop.freeze(host)
 
-    async def start_broker(self) -> None:
-        """Start a broker at the world's address."""
-        self.note("start broker")
-        self._broker_stop, self._broker_up = asyncio.Event(), asyncio.Event()
-        with on_host(BROKER):
-            self._broker_task = asyncio.create_task(self._run_broker(), name="broker")
-        up = asyncio.create_task(self._broker_up.wait())
-        await asyncio.wait({up, self._broker_task}, return_when=asyncio.FIRST_COMPLETED)
-        up.cancel()
-        if self._broker_task.done():
-            await self._broker_task
+    def thaw(self, host: str) -> None:
+        """Let a process go on, if it was stopped."""
+        since = self._frozen_since.pop(host, None)
+        if since is not None:
+            self._frozen_for[host] = self._frozen_for.get(host, 0.0) + self.loop.time() - since
+            self.loop.thaw(host)
 
-    async def _run_broker(self) -> None:
-        async with Broker(BrokerOptions()) as self.broker:
-            self._broker_up.set()
-            await self._broker_stop.wait()
+    def heal(self) -> None:
+        """The network is well, and everybody runs."""
+        self.network.heal()
+        for host in tuple(self._frozen_since):
+            self.thaw(host)
 
-    async def stop_broker(self) -> None:
-        """Let the broker drain and end."""
-        assert self._broker_task is not None
-        self.note("stop broker")
-        began, stalled = self.loop.time(), self.stalled
-        self._broker_stop.set()
-        await self._broker_task
-        took = self.loop.time() - began - (self.stalled - stalled)
-        if took > STOP_SEC:
-            self.complain(f"the broker took {took:.3f} s to stop")
-
-    async def crash_broker(self, *, silent: bool) -> None:
-        """End the broker as a dead process, or a machine without power, ends."""
-        assert self._broker_task is not None
-        self.note(f"crash broker, silent: {silent}")
-        self.network.crash(BROKER, silent=silent)
-        self._broker_task.cancel()
-        await asyncio.wait({self._broker_task})
+    def lost_time(self, host: str) -> float:
+        """Return for how many seconds a process did not run so far: it cannot meet a deadline in them."""
+        return self._stalled + self._frozen_for.get(host, 0.0)
 
     # The history
 
     async def run(self) -> None:
         """Start everything, let it happen, heal."""
         late = not self.calm and self.random.random() < 0.3
+        if self.standby is not None:
+            await self.standby.start()
         if not late:
-            await self.start_broker()
+            await self.home.start()
         for member in self.members:
             member.start()
             await asyncio.sleep(0 if self.calm else self.random.random())
         if late:
             await asyncio.sleep(3 * self.random.random())
-            await self.start_broker()
+            await self.home.start()
         end = self.loop.time() + CHAOS_SEC
-        if not self.calm:
-            together = self.random.random() < 0.3
-            if together:
-                await asyncio.gather(
-                    self._suffer(faults.OF_THE_NETWORK, end), self._suffer(faults.OF_PROCESSES, end)
-                )
-            else:
-                await self._suffer((*faults.OF_THE_NETWORK, *faults.OF_PROCESSES), end)
-            self.network.heal()
+        if self.calm:
+            await faults.intrude(self, self.random.choice(self.members), 1.0)
+        else:
+            await self._suffer_all(end)
+            self.heal()
         await asyncio.sleep(max(0.0, end - self.loop.time()))
+        if self.standby is not None:
+            await self.standby.stop()
         self.note("quiet")
         self.active = False
         for member in self.members:
             await member.activities_end()
+
+    async def _suffer_all(self, end: float) -> None:
+        together = self.random.random() < 0.3
+        if together:
+            await asyncio.gather(
+                self._suffer(faults.OF_THE_NETWORK, end), self._suffer(faults.OF_PROCESSES, end)
+            )
+        else:
+            await self._suffer((*faults.OF_THE_NETWORK, *faults.OF_PROCESSES), end)
 
     async def _suffer(self, kind: tuple[faults.Fault, ...], end: float) -> None:
         while self.loop.time() < end:

@@ -1,0 +1,77 @@
+"""A simulated broker process: it starts, drains and ends, crashes, and comes back at its address."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+from broker.options import BrokerOptions
+from broker.server import Broker
+from tests.simulation.network import on_host
+
+if TYPE_CHECKING:
+    from tests.simulation.world import World
+
+STOP_SEC: Final = 15.0
+"""A broker drains and stops within this."""
+
+
+class BrokerProcess:
+    """A host that runs a broker, most of the time.
+
+    Attributes:
+        broker: The latest one; None before the first.
+    """
+
+    def __init__(self, world: World, host: str, port: int) -> None:
+        self.host = host
+        self.url = f"callboard://127.0.0.1:{port}"
+        self.broker: Broker | None = None
+        self._world = world
+        self._port = port
+        self._task: asyncio.Task[None] | None = None
+        self._stop = asyncio.Event()
+        self._up = asyncio.Event()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process runs."""
+        return self._task is not None and not self._task.done()
+
+    async def start(self) -> None:
+        """Start a broker and wait until it listens."""
+        self._world.note(f"start {self.host}")
+        self._stop, self._up = asyncio.Event(), asyncio.Event()
+        with on_host(self.host):
+            self._task = asyncio.create_task(self._run(), name=self.host)
+        up = asyncio.create_task(self._up.wait())
+        await asyncio.wait({up, self._task}, return_when=asyncio.FIRST_COMPLETED)
+        up.cancel()
+        if self._task.done():
+            await self._task
+
+    async def _run(self) -> None:
+        async with Broker(BrokerOptions(port=self._port)) as self.broker:
+            self._up.set()
+            await self._stop.wait()
+
+    async def stop(self) -> None:
+        """Let the broker drain and end."""
+        assert self._task is not None
+        self._world.note(f"stop {self.host}")
+        self._world.thaw(self.host)
+        began, lost = self._world.loop.time(), self._world.lost_time(self.host)
+        self._stop.set()
+        await self._task
+        took = self._world.loop.time() - began - (self._world.lost_time(self.host) - lost)
+        if took > STOP_SEC:
+            self._world.complain(f"the broker took {took:.3f} s to stop")
+
+    async def crash(self, *, silent: bool) -> None:
+        """End the broker as a dead process, or a machine without power, ends."""
+        assert self._task is not None
+        self._world.note(f"crash {self.host}, silent: {silent}")
+        self._world.network.crash(self.host, silent=silent)
+        self._world.thaw(self.host)
+        self._task.cancel()
+        await asyncio.wait({self._task})

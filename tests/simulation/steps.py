@@ -1,0 +1,186 @@
+"""What must hold at every step of every history: after each turn of the loop in which something has moved.
+
+The sums of the design: each copy that a broker has routed, each message that a publisher has published and
+each message that a subscription's publishers have sent it is where a counter says, at any moment and whatever
+breaks. Looking at everything after every turn would take most of the time, so the parts that have moved are
+looked at, and the structure behind the sums (`structure.py`) in every `DEEP`th such turn.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+from unittest import mock
+
+from broker.server import Broker
+from proto.aio import Channel
+from proto.session import Role
+from tests.simulation import structure
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from broker.records import Delivery
+    from broker.router import Router
+    from proto.outbox import Lane
+    from tests.simulation.records import Heard, Told
+    from tests.simulation.world import World
+
+DEEP: Final = 100
+"""So many turns in which something has moved to one look at the structure."""
+
+SUBSCRIPTION_COUNTS: Final = ("received", "dropped", "lost", "lost_on_break", "undecodable", "queued")
+
+
+class Steps:
+    """Looks at a world after each turn of its loop.
+
+    Attributes:
+        looks: Turns in which something had moved.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._brokers_moved = self._nodes_moved = False
+        self._told: dict[Told, None] = {}
+        self._heard: dict[Heard, None] = {}
+        self._depths: dict[Lane, float] = {}
+        """By lane with messages in it, the greatest depth it has had since it last kept its depth."""
+        self.looks = 0
+
+    def told(self, told: Told) -> None:
+        """Look at this publisher, too."""
+        self._told[told] = None
+
+    def heard(self, heard: Heard) -> None:
+        """Look at this subscription, too."""
+        self._heard[heard] = None
+
+    @contextmanager
+    def taken(self) -> Iterator[None]:
+        """Look, while inside."""
+        flush, deliver = Channel.flush, Broker.deliver
+
+        def noting_flush(channel: Channel) -> None:
+            if channel.session.role is Role.BROKER:
+                self._brokers_moved = True
+            else:
+                self._nodes_moved = True
+            flush(channel)
+
+        def noting_deliver(broker: Broker, router: Router, deliveries: list[Delivery]) -> None:
+            self._brokers_moved = True
+            deliver(broker, router, deliveries)
+
+        self._world.loop.after_turn = self._turn_ended
+        try:
+            with (
+                mock.patch.object(Channel, "flush", noting_flush),
+                mock.patch.object(Broker, "deliver", noting_deliver),
+            ):
+                yield
+        finally:
+            self._world.loop.after_turn = None
+
+    def _turn_ended(self) -> None:
+        if self._brokers_moved or self._nodes_moved:
+            self.looks += 1
+            if self.looks % DEEP == 0:
+                self.look_deeply()
+            self.look()
+
+    def look(self) -> None:
+        """Look at what has moved since the last look."""
+        if self._brokers_moved:
+            self._brokers_moved = False
+            for host, broker in self._brokers():
+                for router in broker._routers.values():
+                    self._routed_is_accounted_for(host, router)
+        if self._nodes_moved:
+            self._nodes_moved = False
+            for told in tuple(self._told):
+                self._published_is_accounted_for(told)
+        for heard in tuple(self._heard):
+            if heard.moved:
+                self._due_is_accounted_for(heard)
+
+    def look_deeply(self) -> None:
+        """Look at everything, moved or not, and at what is behind it."""
+        self._brokers_moved = self._nodes_moved = True
+        for heard in self._heard:
+            heard.moved = True
+        self.look()
+        for host, broker in self._brokers():
+            self._complain(host, structure.of_broker(broker))
+        for member in self._world.members:
+            if member.alive:
+                self._complain(member.host, structure.of_node(member.node))
+
+    def _brokers(self) -> Iterator[tuple[str, Broker]]:
+        for process in self._world.brokers:
+            if process.broker is not None and process.alive:
+                yield process.host, process.broker
+
+    def _complain(self, host: str, wrongs: Iterator[str]) -> None:
+        for wrong in wrongs:
+            self._world.complain(f"{host}: {wrong}")
+
+    def _routed_is_accounted_for(self, host: str, router: Router) -> None:
+        """Each copy is delivered, dropped, abandoned, lost with its link, on its way or queued."""
+        topics = router.topics
+        # Not `tally()`, which forgets empty lanes: to look must change nothing.
+        tally = replace(topics._settled)
+        for lane in topics._lanes():
+            tally.add(lane)
+            self._keeps_its_depth(host, lane)
+        known = tally.delivered + tally.dropped + tally.abandoned + tally.lost_on_break
+        if topics.copies != known + tally.leaving + tally.queued:
+            self._world.complain(f"{host}: {topics.copies} copies were made, and there are {tally}")
+
+    def _keeps_its_depth(self, host: str, lane: Lane) -> None:
+        """What waits is no more than the depth, or the depth it had when that came."""
+        depth = math.inf if lane.depth is None else lane.depth
+        if lane.pending <= depth:
+            if lane.pending:
+                self._depths[lane] = depth
+            else:
+                self._depths.pop(lane, None)
+            return
+        most = self._depths[lane] = max(depth, self._depths.get(lane, 0))
+        if lane.pending > most:
+            self._world.complain(f"{host}: {lane.pending} messages wait where {most} may")
+
+    def _published_is_accounted_for(self, told: Told) -> None:
+        """Each message, and each that was queued anew for a new broker, is sent, dropped or waits."""
+        publisher, lane = told.publisher, told.publisher._lane
+        known = lane.sent + lane.leaving + publisher.queued + publisher.dropped
+        if publisher.published + told.resent != known:
+            self._world.complain(
+                f"{told.name}: published {publisher.published}, {told.resent} again; sent {lane.sent},"
+                f" leaving {lane.leaving}, queued {publisher.queued}, dropped {publisher.dropped}"
+            )
+        # What a destroyed publisher has still to send is held to the depth at the end of the next turn.
+        if lane.depth is not None and lane.pending > lane.depth and not publisher.destroyed:
+            self._world.complain(f"{told.name}: {lane.pending} messages wait where {lane.depth} may")
+        if told.gone:
+            del self._told[told]
+
+    def _due_is_accounted_for(self, heard: Heard) -> None:
+        """Each message that a publisher has sent while matched is received, queued or counted as lost."""
+        subscription = heard.subscription
+        # An iterator that has been woken takes what is too much in its next step.
+        heard.moved = heard.about_to_take
+        if subscription.destroyed or heard.gone:
+            del self._heard[heard]
+            return
+        due = heard.due
+        known = sum(getattr(subscription, name) for name in SUBSCRIPTION_COUNTS)
+        if due != known:
+            counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
+            self._world.complain(f"{heard.name}: {due} messages were due, and there are {counts}")
+        if subscription.queued > subscription._depth and not subscription._credit and not heard.about_to_take:
+            self._world.complain(
+                f"{heard.name}: {subscription.queued} messages wait where {subscription._depth} may"
+            )

@@ -1,0 +1,125 @@
+"""What hangs together behind the sums: each total equals what it is the total of.
+
+Each function yields what is wrong, in words; nothing means that all is well.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+from broker.records import ClientRecord, PublisherRecord, ServiceRecord, SubscriptionRecord
+from proto.frames import Run
+from proto.runs import message_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import actors
+    from broker.records import Endpoint, Peer
+    from broker.router import Router
+    from broker.server import Broker
+    from proto.outbox import Lane, Outbox
+
+Wrongs: TypeAlias = "Iterator[str]"
+
+
+def of_broker(broker: Broker) -> Wrongs:
+    """Look at a broker: its graphs, and what waits for its links."""
+    for router in broker._routers.values():
+        yield from of_router(router)
+    for connection in broker._connections:
+        yield from of_outbox(connection.channel.outbox)
+
+
+def of_node(node: actors.Node) -> Wrongs:
+    """Look at a node: what waits on its link."""
+    channel = node._core.link.channel
+    if channel is not None:
+        yield from of_outbox(channel.outbox)
+
+
+def of_router(router: Router) -> Wrongs:
+    """Look at a graph."""
+    peers = list(router._peers.values())
+    endpoints = [endpoint for peer in peers for endpoint in peer.endpoints.values()]
+    there = [endpoint for endpoint in endpoints if not endpoint.peer.suspended]
+    if {endpoint.key for endpoint in there} != set(router.graph._entries):
+        yield f"{len(there)} endpoints are there, and the graph has {len(router.graph)}"
+    for endpoint in endpoints:
+        yield from _of_endpoint(endpoint)
+    for peer in peers:
+        yield from _of_peer(peer)
+    yield from _of_calls(router, endpoints)
+    for lane in router.topics._lanes():
+        yield from of_lane(lane)
+
+
+def _of_endpoint(endpoint: Endpoint) -> Wrongs:
+    if isinstance(endpoint, PublisherRecord):
+        readers = {(reader.peer.id, reader.id) for reader in endpoint.matched.values()}
+        routed = {(peer, reader) for peer, route in endpoint.routes.items() for reader in route.subscriptions}
+        if readers != routed:
+            yield f"publisher {endpoint.key} is matched with {readers} and sends to {routed}"
+        kept = endpoint.latched
+        held = sum(map(message_bytes, kept)), sum(run.length for run in kept)
+        if held != (endpoint.latched_bytes, endpoint.latched_messages):
+            yield f"publisher {endpoint.key} keeps {held}, not {endpoint.latched_bytes} bytes"
+    if isinstance(endpoint, PublisherRecord | SubscriptionRecord):
+        if endpoint.peers != len(endpoint.matched):
+            yield f"endpoint {endpoint.key} has {endpoint.peers} counterparts, not {len(endpoint.matched)}"
+        if endpoint.peer.suspended and endpoint.matched:
+            yield f"endpoint {endpoint.key} is suspended, and matched"
+
+
+def _of_peer(peer: Peer) -> Wrongs:
+    endpoints = peer.endpoints.values()
+    latched = sum(each.latched_bytes for each in endpoints if isinstance(each, PublisherRecord))
+    if latched != peer.latched_bytes:
+        yield f"peer {peer.id} has latched {peer.latched_bytes} bytes, its publishers {latched}"
+    matched = sum(each.peers > 0 for each in endpoints)
+    if matched != peer.matched:
+        yield f"peer {peer.id} has {peer.matched} matched endpoints, not {matched}"
+    pending = sum(len(each.pending) for each in endpoints if isinstance(each, ClientRecord))
+    if pending != peer.pending_calls:
+        yield f"peer {peer.id} has {peer.pending_calls} calls pending, its clients {pending}"
+
+
+def _of_calls(router: Router, endpoints: list[Endpoint]) -> Wrongs:
+    asked = sum(len(each.pending) for each in endpoints if isinstance(each, ClientRecord))
+    owed = sum(len(each.pending) for each in endpoints if isinstance(each, ServiceRecord))
+    if not asked == owed == router.services.pending:
+        yield f"{router.services.pending} calls are pending: clients know of {asked}, servers of {owed}"
+
+
+def of_lane(lane: Lane) -> Wrongs:
+    """Look at a lane: its counters are those of its queue."""
+    runs = [item for item in lane._queue if isinstance(item, Run)]
+    pending = sum(run.length for run in runs) - lane._skip
+    if lane.pending != pending:
+        yield f"a lane counts {lane.pending} messages and holds {pending}"
+    size = sum(map(message_bytes, runs))
+    if lane.pending_bytes != size:
+        yield f"a lane counts {lane.pending_bytes} bytes of messages and holds {size}"
+    control = sum(len(item) for item in (*lane._queue, lane._leaving or b"") if not isinstance(item, Run))
+    if lane.control_bytes != control:
+        yield f"a lane counts {lane.control_bytes} bytes of control frames and holds {control}"
+    numbers = [number for run in runs for number in (run.first_sequence, run.first_sequence + run.length)]
+    if numbers != sorted(numbers):
+        yield f"a lane's runs are out of order: {numbers}"
+
+
+def of_outbox(outbox: Outbox) -> Wrongs:
+    """Look at what waits on a link, lanes aside."""
+    large = sum(lane.control_bytes for lane in outbox._large_calls.values())
+    small = sum(map(len, outbox._control)) + sum(map(len, outbox._calls))
+    # A large answer without a name is in no table, only in the queue for its turn.
+    unnamed = sum(
+        lane.control_bytes for lane in outbox._ready if getattr(lane, "key", 0) is None and not lane.empty
+    )
+    if outbox.urgent_bytes < small + large + unnamed:
+        yield f"an outbox counts {outbox.urgent_bytes} urgent bytes and holds {small + large + unnamed}"
+    if outbox.ordered_bytes < 0 or outbox.urgent_bytes < 0:
+        yield f"an outbox counts {outbox.urgent_bytes} and {outbox.ordered_bytes} bytes"
+    for lane in outbox._ready:
+        if not lane.scheduled:
+            yield "a lane waits for its turn and does not know it"
