@@ -20,6 +20,9 @@ from proto.errors import CallboardError, shown
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+VARIABLES: Final = ("CALLBOARD_URL", "CALLBOARD_DOMAIN", "CALLBOARD_LOG_LEVEL")
+"""Those that are callboard's own."""
+
 MAX_DOMAIN: Final = 232
 """Highest domain id, as in ROS 2."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -73,3 +74,24 @@ def test_the_map_names_every_room() -> None:
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     for room in ("proto", "broker", "actors", "tests", "examples", "benchmarks"):
         assert f"`{room}/`" in text
+
+
+def test_the_tests_in_the_testing_guide_pass(tmp_path: Path) -> None:
+    """The files that docs/testing.md shows are a project whose tests run, warnings being errors."""
+    text = (ROOT / "docs" / "testing.md").read_text(encoding="utf-8")
+    files = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.DOTALL)
+    files += [("pyproject.toml", block) for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL)]
+    assert {"pyproject.toml", "adder.py", "conftest.py", "test_faults.py"} <= {name for name, _ in files}
+    for name, content in files:
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    plugin = ["-p", "no:callboard", "-p", "actors.testing.plugin"]  # this one, whichever is installed
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", *plugin, "-W", "error", "-p", "no:cacheprovider"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "4 passed" in done.stdout

@@ -1,4 +1,7 @@
-"""Tools for tests of nodes: a proxy that breaks connections on demand."""
+"""Tools for tests of nodes: a proxy that breaks connections on demand, and pytest fixtures.
+
+The fixtures come with the package: pytest finds them by itself (`actors/testing/plugin.py`).
+"""
 
 from __future__ import annotations
 
@@ -8,11 +11,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from actors.testing.fault_proxy import FaultProxy as FaultProxy
     from actors.testing.fault_proxy import ProxiedConnection as ProxiedConnection
+    from actors.testing.plugin import NodeFactory as NodeFactory
     from actors.testing.weather import Direction as Direction
 
 _HOME_OF = {
     "Direction": "actors.testing.weather",
     "FaultProxy": "actors.testing.fault_proxy",
+    "NodeFactory": "actors.testing.plugin",
     "ProxiedConnection": "actors.testing.fault_proxy",
 }
 
