@@ -11,7 +11,7 @@ import asyncio
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from actors.callbacks import as_coroutine, name_of, takes
+from actors.callbacks import as_coroutine, takes
 from actors.mailbox import Turn
 from actors.qos_compatibility import QoSPolicyKind
 from proto.frames import NoticeKind
@@ -135,22 +135,25 @@ class Event:
 
     Attributes:
         counts: The counts as they are now.
+        calls: Times the callback has been called.
+        timing: How long it takes, where there is one.
     """
 
-    __slots__ = ("_callback", "_core", "_due", "_info", "_told", "_what", "counts", "posted")
+    __slots__ = ("_callback", "_core", "_due", "_info", "_told", "calls", "counts", "posted", "timing")
 
     def __init__(
         self, core: Core, what: str, info: Callable[..., Any], callback: EventCallback | None, width: int = 1
     ) -> None:
         if callback is not None:
             takes(callback, (1,), "event")
-        self.counts = [0] * width
+            self.timing = core.watch.of(callback, f"the events of {what}")
+        self.counts: list[int] = [0] * width
         self.posted = False
         self._core = core
-        self._what = what
+        self.calls = 0
         self._info = info
         self._callback = callback
-        self._told = [0] * width
+        self._told: list[int] = [0] * width
         self._due = False
 
     @property
@@ -181,24 +184,23 @@ class Event:
             return None
         pairs = [(now, now - before) for now, before in zip(self.counts, self._told, strict=True)]
         self._told = list(self.counts)
+        self.calls += 1
         try:
             result = callback(self._info(*(number for pair in pairs for number in pair)))
         except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
-            self._core.callback_failed(self.description, error)
+            self._core.callback_failed(self.timing.what, error)
             return None
         coroutine = as_coroutine(result)
-        return None if coroutine is None else Turn(self._core.mailbox, coroutine, self._ended)
+        return (
+            None
+            if coroutine is None
+            else Turn(self._core.mailbox, coroutine, self._ended, timing=self.timing)
+        )
 
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result
         if error is not None:
-            self._core.callback_failed(self.description, error)
-
-    @property
-    def description(self) -> str:
-        """What a person would call its callback."""
-        assert self._callback is not None
-        return f"Callback {name_of(self._callback)} for events of {self._what}"
+            self._core.callback_failed(self.timing.what, error)
 
 
 class EntityEvents:
