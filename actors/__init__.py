@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from actors.decorators import service as service
     from actors.decorators import subscription as subscription
     from actors.decorators import timer as timer
+    from actors.diagnostics import NodeDiagnostics as NodeDiagnostics
+    from actors.diagnostics import NodeRates as NodeRates
     from actors.entities.backlog import MessageInfo as MessageInfo
     from actors.entities.client import Client as Client
     from actors.entities.publisher import Publisher as Publisher
@@ -95,6 +97,7 @@ _HOMES = {
     "actors.arguments": ("InvalidRosArgumentError", "RosArguments", "parse_ros_arguments"),
     "actors.entities.client": ("Client",),
     "actors.clock": ("Clock", "ClockType", "Duration", "Time"),
+    "actors.diagnostics": ("NodeDiagnostics", "NodeRates"),
     "actors.decorators": ("service", "subscription", "timer"),
     "actors.errors": (
         "BrokerUnreachable",

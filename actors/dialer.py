@@ -209,6 +209,7 @@ class Dialer:
         for url in self._urls:
             conversation = await self._connect(url, loop, deadline)
             if conversation is not None:
+                self._link.url = str(url)
                 if self._complained:
                     self._log.info(f"Connected to the broker at {url}")
                 self._complained = False
@@ -256,6 +257,7 @@ class Dialer:
                         await conversation.ended.wait()
                 except TimeoutError:
                     now = loop.time()
+                    self._link.lag.note(now, max(0.0, now - last_tick - tick))
                     stalled, last_tick = now - last_tick > 2 * tick, now
                     if not stalled:
                         self._judge(conversation, pulse, now)

@@ -108,6 +108,10 @@ class Feeds:
         """Of publishers that are suspended, those that have been detached: bounded by what was attached."""
         self._readers: dict[int, Reader] = {}
 
+    def __len__(self) -> int:
+        """Return how many publishers are heard."""
+        return len(self._inflows)
+
     def add_reader(self, subscription: int, reader: Reader) -> None:
         """Make a subscription known under its id."""
         self._readers[subscription] = reader

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from actors.core import Core, in_flight
+from actors.diagnostics import Size
 from actors.errors import BrokerUnreachable, WaitTimeout
 from actors.qos import QoSProfile
 from proto import frames
@@ -17,7 +18,7 @@ from proto.frames import EntryKind, GraphEntry
 from proto.names import split_node_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
 NamesAndTypes = list[tuple[str, list[str]]]
 
@@ -103,6 +104,11 @@ class GraphView:
         self._definitions: dict[str, list[asyncio.Future[bytes | None]]] = {}
         core.link.handle(frames.Graph, self._received)
         core.link.handle(frames.Definition, self._described)
+
+    def sizes(self) -> Iterator[Size]:
+        """Say how full its maps are."""
+        yield Size(name="graph questions", size=len(self._watches))
+        yield Size(name="definitions asked for", size=len(self._definitions))
 
     def _received(self, frame: frames.Graph) -> None:
         watch = self._watches.get(frame.watch)

@@ -9,11 +9,12 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.diagnostics import Size
 from actors.errors import NodeAlreadyRunning
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
-    from collections.abc import Coroutine
+    from collections.abc import Coroutine, Iterator
 
     from actors.clock import Clock
     from actors.core import Core
@@ -99,6 +100,10 @@ class Lifetime:
             await self._dialer.run(connect_timeout_sec=self._connect_timeout_sec)
         except CallboardError as error:
             self.fail(error)
+
+    def sizes(self) -> Iterator[Size]:
+        """Say how many tasks it holds."""
+        yield Size(name="tasks", size=len(self._tasks))
 
     def fail(self, error: Exception) -> None:
         """End the node with an error: whoever runs it gets it raised."""

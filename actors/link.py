@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
+from actors.diagnostics import Size
 from actors.errors import BrokerUnreachable
 from actors.feeds import Feeds
 from actors.interfaces.errors import InvalidMessageError
+from actors.lag import LoopLag
 from proto import frames, limits
 
 if TYPE_CHECKING:
     import asyncio
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from proto.aio import Channel
     from proto.frames import Frame
@@ -86,11 +88,15 @@ class Link:
         endpoints: Everything to declare, by id.
         publishers: Those that the broker knows, by the id it gave them.
         connections: Sessions opened so far; above 1 there was a loss.
+        url: The broker of the session, or of the last one.
+        lag: How late the loop is with the keepalive's ticks.
         largest: Bytes of the largest message, request or reply that the broker takes.
     """
 
     def __init__(self, place: str = "") -> None:
         self.place = place
+        self.url = ""
+        self.lag = LoopLag()
         self.channel: Channel | None = None
         self.loop: asyncio.AbstractEventLoop | None = None
         self.feeds = Feeds()
@@ -201,6 +207,14 @@ class Link:
             await waiter
         finally:
             self._pongs.pop(token, None)
+
+    def sizes(self) -> Iterator[Size]:
+        """Say how full its maps are."""
+        yield Size(name="endpoints", size=len(self.endpoints))
+        yield Size(name="publishers with credit", size=len(self.publishers))
+        yield Size(name="publishers heard", size=len(self.feeds))
+        yield Size(name="waits", size=len(self._changed))
+        yield Size(name="round trips", size=len(self._pongs))
 
     # What the dialer tells
 

@@ -72,6 +72,10 @@ class LogOptions(TypedDict, total=False):
     """Add this exception's traceback."""
 
 
+MAX_FILTERS: Final = 1000
+"""Lines of code whose filters a logger remembers; beyond it the oldest begin anew. Only a program that makes
+code as it runs has so many."""
+
 _KNOWN_OPTIONS: Final = LogOptions.__annotations__.keys()
 
 
@@ -128,6 +132,11 @@ class Logger:
         self._logger = logging.getLogger(_PREFIX + name)
         self._monotonic = monotonic
         self._sites: dict[tuple[CodeType, int], _Site] = {}
+
+    @property
+    def filters(self) -> int:
+        """Lines of code whose filters are remembered."""
+        return len(self._sites)
 
     def __repr__(self) -> str:
         return f"Logger({self.name!r})"
@@ -216,6 +225,8 @@ class Logger:
         if not any(asked.settings()[1:]):
             return True
         site = self._sites.setdefault(key, asked)
+        if len(self._sites) > MAX_FILTERS:
+            del self._sites[next(iter(self._sites))]
         if site.settings() != asked.settings():
             raise ValueError("The severity and the filters of a log call cannot be changed between calls.")
         return site.passes(self._monotonic())

@@ -24,6 +24,7 @@ from actors.graph import GraphView
 from actors.lifetime import STOP_TIMEOUT_SEC, Lifetime
 from actors.link import Link
 from actors.logger import Logger, get_logger, node_logger_name
+from actors.node_diagnostics import diagnose
 from actors.node_graph import NodeGraph
 from actors.node_parameters import NodeParameters
 from actors.parameters import ParameterStore
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from actors.core import Entity
+    from actors.diagnostics import NodeDiagnostics
     from actors.events import PublisherEventCallbacks, SubscriptionEventCallbacks
     from actors.interfaces.message import Message, ServiceType
     from actors.parameter_types import ParameterValue
@@ -168,6 +170,13 @@ class Node(NodeGraph, NodeParameters):
     def connected(self) -> bool:
         """Whether there is a session with a broker now."""
         return self._core.link.connected
+
+    def diagnostics(self) -> NodeDiagnostics:
+        """Return what the node holds, drops and spends its time on, now; at any time, and cheap.
+
+        Two looks give rates: `later.rates_since(earlier)`.
+        """
+        return diagnose(self._core, self._graph, self._lifetime)
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
         """Return the full name of a topic, remapped unless `only_expand`."""

@@ -13,6 +13,7 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.callbacks import name_of
+from actors.diagnostics import CallbackDiagnostics
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,11 +48,10 @@ class Stopwatch:
         self.clock = clock or time.perf_counter
         self._began = self.clock()
 
-    def of(self, callback: Callable[..., Any], whose: str) -> CallbackTiming:
-        """Return the timing of a callback of `whose`: "the service '/add'"."""
-        return CallbackTiming(
-            self, name_of(callback), whose, only_turns=inspect.iscoroutinefunction(callback)
-        )
+    def of(self, callback: Callable[..., Any] | None, whose: str) -> CallbackTiming:
+        """Return the timing of a callback of `whose`: "the service '/add'". None is a callback not given."""
+        name = "" if callback is None else name_of(callback)
+        return CallbackTiming(self, name, whose, only_turns=inspect.iscoroutinefunction(callback))
 
     @property
     def elapsed_sec(self) -> float:
@@ -115,6 +115,17 @@ class CallbackTiming:
             self.longest_elapsed_sec = elapsed
         if seconds > self._watch.slow_sec:
             self._report(seconds, 1)
+
+    def diagnostics(self, calls: int) -> CallbackDiagnostics:
+        """Say what is known; `calls` is how often the callback has been called so far."""
+        return CallbackDiagnostics(
+            name=self.name,
+            calls=calls,
+            busy_sec=self.busy_sec,
+            longest_sec=self.longest_sec,
+            longest_elapsed_sec=self.longest_elapsed_sec,
+            slow=self.slow,
+        )
 
     def _report(self, seconds: float, count: int) -> None:
         self.slow += 1

@@ -11,6 +11,7 @@ import msgpack
 
 from actors.core import Caller, Core, in_flight
 from actors.deadlines import Deadlines
+from actors.diagnostics import ClientDiagnostics
 from actors.entities.entries import EntryBatch
 from actors.errors import CallFailed, RemoteError, ServiceTimeout, ServiceUnavailable
 from actors.interfaces.codec import Codec, codec_for
@@ -62,6 +63,8 @@ class Client(Caller, Generic[Q, A]):
     Attributes:
         srv_name: The full name of the service.
         gid: 16 bytes that name this client in service events.
+        failed: Calls that have ended in an error so far, timeouts among them.
+        timeouts: Calls whose deadline has passed so far.
     """
 
     def __init__(
@@ -74,6 +77,7 @@ class Client(Caller, Generic[Q, A]):
         self.srv_name = name
         self._pending: dict[int, CallFuture[A]] = {}
         self._deadlines = Deadlines(self._expired)
+        self.failed = self.timeouts = 0
         self._next_call = 0
         self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
         self._cancelled: list[int] = []
@@ -234,12 +238,14 @@ class Client(Caller, Generic[Q, A]):
     def _fail(self, future: CallFuture[A], error: Exception) -> None:
         future.leave_turn()
         if not future.done():
+            self.failed += 1
             future.set_exception(error)
 
     def _expired(self, call: int) -> None:
         future = self._pending.pop(call, None)
         if future is not None:
             self._withdraw(call)
+            self.timeouts += 1
             self._fail(future, ServiceTimeout(f"Service '{self.srv_name}': no reply in time"))
 
     def give_up(self, call: int) -> None:
@@ -283,6 +289,18 @@ class Client(Caller, Generic[Q, A]):
         for future in self._take_pending():
             text = f"Service '{self.srv_name}': the link to the broker broke before the reply"
             self._fail(future, ServiceUnavailable(text))
+
+    def diagnostics(self) -> ClientDiagnostics:
+        """Say how it is doing."""
+        return ClientDiagnostics(
+            id=self.id,
+            service=self.srv_name,
+            matched=self.peers,
+            pending=len(self._pending),
+            calls=self._next_call,
+            failed=self.failed,
+            timeouts=self.timeouts,
+        )
 
     def declaration(self) -> frames.Frame:
         """Endpoint: declare the client."""

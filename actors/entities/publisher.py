@@ -10,6 +10,7 @@ from collections import deque
 from typing import Final, Generic, TypeVar
 
 from actors.core import Core, Entity, in_flight
+from actors.diagnostics import PublisherDiagnostics
 from actors.entities.promises import Promises
 from actors.errors import PublisherFull, WaitTimeout
 from actors.events import PublisherEventCallbacks, PublisherEvents
@@ -285,6 +286,25 @@ class Publisher(Entity, Generic[T]):
             self.core.departs(self._lane)
             link.channel.outbox.put_lane(self._lane, encode(frames.Undeclare(self.id)))
             link.flush_later(self)
+
+    def diagnostics(self) -> PublisherDiagnostics:
+        """Say how it is doing."""
+        lane = self._lane
+        credit = lane.sequence_limit
+        if credit is not None:
+            first = lane.first_sequence
+            credit = max(0, credit - (self._run.next_sequence if first is None else first))
+        return PublisherDiagnostics(
+            id=self.id,
+            topic=self.topic_name,
+            matched=self.peers,
+            published=self.published,
+            dropped=self.dropped,
+            queued=self.queued,
+            queued_bytes=lane.pending_bytes,
+            queue_limit=KEEP_ALL_MESSAGES if lane.depth is None else lane.depth,
+            credit=credit,
+        )
 
     # Endpoint
 

@@ -10,6 +10,7 @@ import msgpack
 
 from actors.callbacks import as_coroutine, takes
 from actors.core import Core, Server
+from actors.diagnostics import ServiceDiagnostics
 from actors.entities.entries import EntryBatch
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
@@ -51,6 +52,7 @@ class Service(Server, Generic[Q, A]):
         srv_name: The full name of the service.
         served: Requests answered so far, errors included.
         calls: Requests handed to the callback so far.
+        errors: Requests answered with an error so far.
     """
 
     def __init__(
@@ -73,7 +75,7 @@ class Service(Server, Generic[Q, A]):
         self.srv_name = name
         self.posted = False
         self.served = 0
-        self.calls = 0
+        self.calls = self.errors = 0
         self.timing = core.watch.of(callback, f"the service '{name}'")
         self._callback = callback
         self._concurrent = concurrent
@@ -220,10 +222,12 @@ class Service(Server, Generic[Q, A]):
             self._events.response(EventKind.RESPONSE_SENT, identity, cast("A", response))
 
     def _reply_error(self, call: int, status: Status, error: BaseException) -> None:
+        self.errors += 1
         body = msgpack.packb([type(error).__name__, str(error)[:MAX_ERROR_TEXT]])
         self._send(_entry(call, status, body))
 
     def _reply_text(self, call: int, status: Status, text: str) -> None:
+        self.errors += 1
         self._send(_entry(call, status, text.encode()))
 
     def _send(self, entry: ReplyEntry) -> None:
@@ -265,6 +269,19 @@ class Service(Server, Generic[Q, A]):
         """Endpoint: the callers have been told that the link broke."""
         super().link_lost()
         self._abandon()
+
+    def diagnostics(self) -> ServiceDiagnostics:
+        """Say how it is doing."""
+        return ServiceDiagnostics(
+            id=self.id,
+            service=self.srv_name,
+            waiting=len(self._waiting),
+            queue_limit=MAX_QUEUED,
+            running=len(self._running),
+            served=self.served,
+            errors=self.errors,
+            callback=self.timing.diagnostics(self.calls),
+        )
 
     def declaration(self) -> frames.Frame:
         """Endpoint: declare the service."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 from actors.callbacks import as_coroutine, takes
 from actors.core import Core, Entity
+from actors.diagnostics import SubscriptionDiagnostics
 from actors.entities.backlog import Backlog, Batch
 from actors.entities.liveliness import Liveliness
 from actors.events import SubscriptionEventCallbacks, SubscriptionEvents
@@ -91,7 +92,7 @@ class Subscription(Entity, Generic[M]):
         self._credit = keep_all and resolved.reliability == ReliabilityPolicy.RELIABLE
         self._depth = BEST_EFFORT_KEEP_ALL_DEPTH if keep_all else max(1, resolved.depth)
         self._callback = callback
-        self.timing = core.watch.of(callback or self.__aiter__, f"the subscription to '{topic}'")
+        self.timing = core.watch.of(callback, f"the subscription to '{topic}'")
         self._concurrent = concurrent
         self._backlog = Backlog(self._finished)
         self._running = 0
@@ -417,6 +418,25 @@ class Subscription(Entity, Generic[M]):
         """Endpoint: the session has ended, and with it every publisher."""
         super().link_lost()
         self._stop_deadline()
+
+    def diagnostics(self) -> SubscriptionDiagnostics:
+        """Say how it is doing."""
+        limit = WINDOW_MESSAGES * max(1, len(self._inflows)) if self._credit else self._depth
+        return SubscriptionDiagnostics(
+            id=self.id,
+            topic=self.topic_name,
+            matched=self.peers,
+            received=self.received,
+            queued=self.queued,
+            queue_limit=limit,
+            running=self._running,
+            dropped=self.dropped,
+            expired=self.expired,
+            lost=self.lost,
+            lost_on_break=self.lost_on_break,
+            undecodable=self.undecodable,
+            callback=None if self._callback is None else self.timing.diagnostics(self.received),
+        )
 
     def declaration(self) -> frames.Frame:
         """Endpoint: declare the subscription."""

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import time
-from typing import TYPE_CHECKING, Any, NamedTuple
+from itertools import count
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.callbacks import as_coroutine, takes
+from actors.diagnostics import TimerDiagnostics
 from actors.errors import NodeDestroyed
 from actors.mailbox import Turn
 
@@ -14,6 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.core import Core
+
+
+_numbers: Final = count(1)
 
 
 class TimerInfo(NamedTuple):
@@ -30,6 +35,7 @@ class Timer:
     earlier one still runs or waits are skipped, not made up for.
 
     Attributes:
+        id: Its number in this process.
         period_sec: The period in seconds.
         ticks: Callbacks run so far.
         skipped: Ticks that passed unused.
@@ -42,6 +48,7 @@ class Timer:
             raise ValueError(f"A timer's period must be zero or more seconds, got {period_sec}")
         self._with_info = takes(callback, (0, 1), "timer") == 1
         core.require_alive()
+        self.id = next(_numbers)
         self.period_sec = period_sec
         self.posted = False
         self.ticks = self.skipped = 0
@@ -152,6 +159,16 @@ class Timer:
         now_ns = time.monotonic_ns()
         late_ns = round((loop.time() - (self._due - self.period_sec)) * 1e9)
         return TimerInfo(now_ns - late_ns, now_ns)
+
+    def diagnostics(self) -> TimerDiagnostics:
+        """Say how it is doing."""
+        return TimerDiagnostics(
+            id=self.id,
+            period_sec=self.period_sec,
+            ticks=self.ticks,
+            skipped=self.skipped,
+            callback=self.timing.diagnostics(self.ticks),
+        )
 
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result
