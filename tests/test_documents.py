@@ -49,6 +49,21 @@ def test_every_callboard_command_in_the_documents_exists(command: str) -> None:
         assert option in done.stdout
 
 
+def test_the_program_about_diagnostics_runs() -> None:
+    """It says how many messages came, what the callback took, and how late the loop was."""
+    text = (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8")
+    (program,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT
+    )
+    assert done.returncode == 0, done.stderr
+    assert re.fullmatch(
+        r"\d+ messages/s, loop \d+% busy\nListener.on_message: \d+ calls, at most [\d.]+ ms in a row\n"
+        r"loop late by [\d.]+ ms at worst in the last minute\n",
+        done.stdout,
+    )
+
+
 def test_every_path_in_the_readme_exists() -> None:
     """Files and folders that the README names are there."""
     names = set(re.findall(r"`([\w/]+(?:\.md|\.py|/))`", README)) | {
