@@ -29,11 +29,20 @@ def updated(page: str, results: Results) -> str:
     Raises:
         ValueError: A marker is missing.
     """
-    head, begin, rest = page.partition(BEGIN)
-    _, end, tail = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"the page needs the markers {BEGIN!r} and {END!r}")
-    return f"{head}{BEGIN}\n\n{body(results)}\n\n{END}{tail}"
+    return spliced(page, BEGIN, END, body(results))
+
+
+def spliced(page: str, begin: str, end: str, text: str) -> str:
+    """Return the page with a text between two markers, in place of what stands there.
+
+    Raises:
+        ValueError: A marker is missing.
+    """
+    head, found_begin, rest = page.partition(begin)
+    _, found_end, tail = rest.partition(end)
+    if not found_begin or not found_end:
+        raise ValueError(f"the page needs the markers {begin!r} and {end!r}")
+    return f"{head}{begin}\n\n{text}\n\n{end}{tail}"
 
 
 def body(results: Results) -> str:

@@ -1,0 +1,222 @@
+"""A broker is killed under load and started again: who is back when, what is lost, what hangs, what leaks.
+
+The nodes stand in a ring over several processes (`roles/ring.py`): each publishes to the next, calls it ten
+times a second, and always has one call in flight there that is never answered.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from benchmarks.faults.figures import Section, milliseconds, peak
+from benchmarks.faults.puppet import Puppet, Theatre
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+STORM_WINDOW_S: Final = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """How large and how often.
+
+    Attributes:
+        nodes: In the ring.
+        processes: That share them evenly.
+        rate: Messages a second of each node.
+        pauses_s: One restart for each: how long there is no broker.
+        settle_s: Of plain traffic before each kill.
+    """
+
+    nodes: int = 200
+    processes: int = 4
+    rate: float = 50.0
+    pauses_s: Sequence[float] = (0.0, 0.0, 0.0, 5.0, 5.0)
+    settle_s: float = 1.0
+
+
+@dataclass(kw_only=True)
+class Restart:
+    """One restart; times in seconds.
+
+    Attributes:
+        pause: How long there was no process.
+        failed: From the kill to the error of each node's call in flight.
+        heard, answered: From the new broker's first moment to each node's first message and first reply.
+        attempts: Of all processes to connect, from the kill on.
+    """
+
+    pause: float
+    failed: list[float] = field(default_factory=list[float])
+    heard: list[float] = field(default_factory=list[float])
+    answered: list[float] = field(default_factory=list[float])
+    attempts: list[float] = field(default_factory=list[float])
+
+
+@dataclass(kw_only=True)
+class Found:
+    """What a whole run found.
+
+    Attributes:
+        totals: Messages and calls by what has become of them, of all nodes together.
+        before, after: Tasks, files and memory (KiB) of all processes together.
+    """
+
+    plan: Plan
+    restarts: list[Restart] = field(default_factory=list[Restart])
+    totals: Counter[str] = field(default_factory=Counter[str])
+    before: Counter[str] = field(default_factory=Counter[str])
+    after: Counter[str] = field(default_factory=Counter[str])
+
+
+async def measure(plan: Plan) -> Found:
+    """Set the ring up, kill its broker as often as planned, and add up."""
+    found = Found(plan=plan)
+    async with Theatre() as theatre:
+        broker = await theatre.broker()
+        parts = [
+            await theatre.play(
+                "ring", numbers=list(range(i, plan.nodes, plan.processes)), total=plan.nodes, rate=plan.rate
+            )
+            for i in range(plan.processes)
+        ]
+        await _all(parts, "ready")
+        await _tell(parts, "go")
+        for event in await _all(parts, "going"):
+            found.before.update(_leavings(event))
+        for pause in plan.pauses_s:
+            await asyncio.sleep(plan.settle_s)
+            broker, restart, found.after = await _restart(theatre, broker, parts, pause)
+            found.restarts.append(restart)
+        await asyncio.sleep(plan.settle_s)
+        await _tell(parts, "stop")
+        for event in await _all(parts, "totals"):
+            for member in event["members"]:
+                found.totals.update(member)
+    return found
+
+
+async def _restart(
+    theatre: Theatre, broker: Puppet, parts: list[Puppet], pause: float
+) -> tuple[Puppet, Restart, Counter[str]]:
+    restart, after = Restart(pause=pause), Counter[str]()
+    await _tell(parts, "brace")
+    await _all(parts, "braced")
+    killed = time.monotonic()
+    await theatre.end(broker)
+    await asyncio.sleep(pause)
+    broker = await theatre.broker()
+    listening = time.monotonic()
+    for event in await _all(parts, "back"):
+        for failed_at, heard_at, answered_at in event["members"]:
+            restart.failed.append(failed_at - killed)
+            restart.heard.append(heard_at - listening)
+            restart.answered.append(answered_at - listening)
+        restart.attempts += [at - killed for at in event["attempts"]]
+        after.update(_leavings(event))
+    return broker, restart, after
+
+
+async def _tell(parts: list[Puppet], word: str) -> None:
+    for part in parts:
+        await part.tell(word)
+
+
+async def _all(parts: list[Puppet], event: str) -> list[dict[str, Any]]:
+    return [await part.hears(event) for part in parts]
+
+
+def _leavings(event: dict[str, Any]) -> dict[str, int]:
+    return {key: round(event[key] or 0) for key in ("tasks", "files", "memory_kib")}
+
+
+def section(found: Found) -> Section:
+    """Return the table of restarts; its failures are the promises that did not hold."""
+    plan, rows, figures = found.plan, list[list[str]](), list[dict[str, Any]]()
+    for restart in found.restarts:
+        failed = milliseconds(restart.failed)
+        back = [max(pair) for pair in zip(restart.heard, restart.answered, strict=True)]
+        storm = peak(restart.attempts, STORM_WINDOW_S)
+        rows.append(
+            [
+                f"{restart.pause:g} s",
+                f"{failed['p50_ms']:.0f} / {failed['max_ms']:.0f} ms",
+                f"{milliseconds(back)['p50_ms'] / 1000:.2f} s",
+                f"{max(back):.2f} s",
+                f"{len(restart.attempts):,}",
+                f"{storm:,}",
+            ]
+        )
+        figures.append(
+            {
+                "pause_s": restart.pause,
+                "failed": failed,
+                "back": milliseconds(back),
+                "attempts": len(restart.attempts),
+                "most_attempts_in_100_ms": storm,
+            }
+        )
+    text = (
+        f"{plan.nodes} nodes in {plan.processes} processes; each publishes {plan.rate:g} messages a second,"
+        " calls ten times a second, and has one more call in flight. The broker is killed with SIGKILL."
+        " Calls fail: from the kill, median and most. Back: from the moment the new broker listens until a"
+        " node hears and is answered, median and last node. Attempts: to connect, from the kill on.\n\n"
+        + _accounts(found)
+    )
+    return Section(
+        key="restart",
+        title="the broker is killed under load and restarted",
+        text=text,
+        heading=[
+            "no broker for",
+            "calls fail after",
+            "back, median",
+            "all back",
+            "attempts",
+            "most in 100 ms",
+        ],
+        rows=rows,
+        figures={
+            "restarts": figures,
+            "totals": dict(found.totals),
+            "before": dict(found.before),
+            "after": dict(found.after),
+        },
+        failures=_failures(found),
+    )
+
+
+def _accounts(found: Found) -> str:
+    totals, before, after = found.totals, found.before, found.after
+    return (
+        f"All restarts together: {totals['published']:,} messages published, {totals['received']:,} received,"
+        f" {totals['lost_on_break']:,} counted as lost on the break (of which"
+        f" {totals['dropped_by_publisher']:,} were dropped by publishers, beyond their depth of 10 while"
+        " there was no broker),"
+        f" {totals['lost']:,} counted as lost, {totals['dropped_by_reader']:,} dropped by slow readers,"
+        f" {totals['unaccounted']:,} unaccounted for, {totals['duplicates']:,} duplicates;"
+        f" calls hung: {totals['hung']}. Before and after, in all processes: {before['tasks']:,} and"
+        f" {after['tasks']:,} tasks, {before['files']:,} and {after['files']:,} open files,"
+        f" {before['memory_kib'] / 1024:,.0f} and {after['memory_kib'] / 1024:,.0f} MiB."
+    )
+
+
+def _failures(found: Found) -> list[str]:
+    totals = found.totals
+    failures = [
+        f"{totals[what]} {words}"
+        for what, words in (
+            ("unaccounted", "messages are unaccounted for"),
+            ("duplicates", "messages came twice"),
+            ("hung", "calls hung"),
+        )
+        if totals[what]
+    ]
+    if found.after["files"] > found.before["files"]:
+        failures.append(f"{found.after['files'] - found.before['files']} files are left open")
+    return failures

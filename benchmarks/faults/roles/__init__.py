@@ -1,0 +1,1 @@
+"""What puppets play, one module a role: a coroutine function `play(parameters, director)`."""

@@ -1,0 +1,118 @@
+"""What callboard does when things break, measured with real processes: presence, waiting, restarts, churn.
+
+    python benchmarks/resilience.py                    everything, about three minutes
+    python benchmarks/resilience.py presence --rounds 20
+    python benchmarks/resilience.py restart --nodes 50 --json out.json
+    python benchmarks/resilience.py --report-only      docs/resilience.md again, from docs/resilience.json
+
+Prints a table for each; exits with 1 if a promise did not hold. --write puts what was measured into
+docs/resilience.json, beside what stands there, and makes the tables of docs/resilience.md from it.
+"""
+
+# ruff: noqa: E402 - the path comes before the imports that need it
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+ROOT = Path(__file__).resolve().parent.parent
+# Not this folder itself: its modules must hide nobody's.
+sys.path[0] = str(ROOT)
+# The puppets are modules of this folder, too.
+os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+
+import msgspec
+
+import actors
+from actors.bench import machine
+from benchmarks.faults import churn, page, presence, restart
+
+if TYPE_CHECKING:
+    from benchmarks.faults.figures import Section
+
+MEASUREMENTS = ("presence", "wait", "restart", "churn")
+JSON = ROOT / "docs" / "resilience.json"
+PAGE = ROOT / "docs" / "resilience.md"
+INTERRUPTED = 130
+
+
+def main() -> int:
+    """Measure and print; write if asked; return the exit code."""
+    options = _options()
+    if options.report_only:
+        _write_page(_load())
+        return 0
+    sections = actors.run(lambda: measure(options), args=[])
+    if sections is None:  # a signal has ended it, and every process with it
+        return INTERRUPTED
+    report = page.Report(
+        machine=machine.describe(),
+        date=datetime.now(UTC).isoformat(timespec="seconds"),
+        sections={section.key: section for section in sections},
+    )
+    if options.json is not None:
+        options.json.write_bytes(_encoded(report))
+    if options.write:
+        if JSON.exists():
+            report = report.beside(_load())
+        JSON.write_bytes(_encoded(report))
+        _write_page(report)
+    return int(any(section.failures for section in sections))
+
+
+def _load() -> page.Report:
+    return msgspec.json.decode(JSON.read_bytes(), type=page.Report)
+
+
+def _encoded(report: page.Report) -> bytes:
+    return msgspec.json.format(msgspec.json.encode(report), indent=1) + b"\n"
+
+
+def _write_page(report: page.Report) -> None:
+    PAGE.write_text(page.updated(PAGE.read_text("utf-8"), report), "utf-8")
+    print(f"written: {PAGE.relative_to(ROOT)}")
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("what", nargs="?", default="all", choices=[*MEASUREMENTS, "all"], help="default: all")
+    parser.add_argument("--rounds", type=int, default=50, help="of presence and wait; default: 50")
+    parser.add_argument("--nodes", type=int, default=200, help="of restart; default: 200")
+    parser.add_argument("--lives", type=int, default=3 * churn.HOUR, help="of churn; default: three hours'")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write what was found to this file")
+    parser.add_argument("--write", action="store_true", help="into docs/")
+    parser.add_argument("--report-only", action="store_true", help="measure nothing")
+    return parser.parse_args()
+
+
+async def measure(options: argparse.Namespace) -> list[Section]:
+    """Measure what is asked for; print each table as it is there."""
+    wanted = MEASUREMENTS if options.what == "all" else (options.what,)
+    found: list[Section] = []
+
+    def add(section: Section) -> None:
+        if section.key in wanted:
+            found.append(section)
+            print("\n".join(section.lines()), flush=True)
+
+    if {"presence", "wait"} & {*wanted}:
+        by_load = {
+            "idle": await presence.measure(options.rounds, busy=False),
+            "busy": await presence.measure(options.rounds, busy=True),
+        }
+        add(presence.presence_section(by_load))
+        add(presence.wait_section(by_load))
+    if "restart" in wanted:
+        add(restart.section(await restart.measure(restart.Plan(nodes=options.nodes))))
+    if "churn" in wanted:
+        add(churn.section(await churn.measure(options.lives)))
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,137 @@
+"""The resilience script: its arithmetic, its verdicts, and each measurement once, small."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from typing import Any
+
+import pytest
+
+from benchmarks import resilience
+from benchmarks.faults import churn, page, presence, restart
+from benchmarks.faults.figures import Section, milliseconds, peak, slope
+
+
+def a_restart(**totals: int) -> restart.Found:
+    """Two nodes that came back once, with these totals."""
+    one = restart.Restart(
+        pause=0.5, failed=[0.01, 0.03], heard=[0.2, 0.9], answered=[0.3, 0.4], attempts=[0.1, 0.15, 0.7]
+    )
+    return restart.Found(
+        plan=restart.Plan(nodes=2, processes=1, pauses_s=[0.5]),
+        restarts=[one],
+        totals=Counter(published=100, received=90, lost_on_break=10) + Counter(totals),
+        before=Counter(tasks=9, files=20, memory_kib=1024),
+        after=Counter(tasks=9, files=20, memory_kib=2048),
+    )
+
+
+def samples(kib_per_life: float, *, files_left: int = 0) -> list[dict[str, Any]]:
+    """Samples of a thousand lives."""
+    return [
+        {
+            "lives": lives,
+            "memory_kib": {"broker": 20_000.0, "nodes": 20_000.0 + kib_per_life * lives},
+            "files": {"broker": 10, "nodes": 10 + (files_left if lives else 0)},
+        }
+        for lives in range(0, 1001, 100)
+    ]
+
+
+def test_times_are_summed_up_in_ms() -> None:
+    """The median, the 95th percentile and the worst, whatever the order."""
+    found = milliseconds([0.004, 0.001, 0.002, 0.003, 0.100])
+    assert found == {"p50_ms": 3.0, "p95_ms": 100.0, "max_ms": 100.0, "count": 5}
+
+
+def test_a_storm_is_found_wherever_it_begins() -> None:
+    """The most events in any window, not in fixed slots; the window's end does not belong to it."""
+    assert peak([0.95, 1.0, 1.04, 2.0], 0.1) == 3
+    assert peak([0.0, 0.5, 1.0], 0.5) == 1
+    assert peak([], 0.1) == 0
+
+
+def test_a_slope_is_that_of_the_best_line() -> None:
+    """Exact on a line, and 0 where there is only one place."""
+    assert slope([(0, 5), (10, 25), (20, 45)]) == pytest.approx(2.0)
+    assert slope([(3, 1), (3, 9)]) == 0.0
+
+
+def test_a_restart_is_over_when_the_last_node_hears_and_is_answered() -> None:
+    """The later of the two counts for each node; the table has a row for each restart."""
+    found = restart.section(a_restart())
+    assert found.failures == []
+    assert found.rows == [["0.5 s", "20 / 30 ms", "0.60 s", "0.90 s", "3", "2"]]
+    assert found.figures["restarts"][0]["back"]["max_ms"] == pytest.approx(900)
+
+
+@pytest.mark.parametrize("what", ["unaccounted", "duplicates", "hung"])
+def test_a_broken_promise_is_a_failure(what: str) -> None:
+    """Messages that nobody counted, repeats and hanging calls are named."""
+    (failure,) = restart.section(a_restart(**{what: 3})).failures
+    assert failure.startswith("3 ")
+
+
+def test_files_left_open_are_a_failure() -> None:
+    """A descriptor more than before has leaked."""
+    found = a_restart()
+    found.after["files"] += 1
+    assert restart.section(found).failures == ["1 files are left open"]
+
+
+@pytest.mark.parametrize(("kib_per_life", "files_left", "failures"), [(0.1, 0, 0), (1.0, 0, 1), (0.1, 2, 1)])
+def test_growth_is_a_failure(kib_per_life: float, files_left: int, failures: int) -> None:
+    """Memory that grows with the lives, and files that stay open."""
+    points = samples(kib_per_life, files_left=files_left)
+    found = churn.section(churn.Found(lives=1000, resets=7, seconds=9, samples=points))
+    assert len(found.failures) == failures
+    assert [row[0] for row in found.rows] == ["broker", "nodes"]
+
+
+def test_the_page_keeps_what_is_around_the_markers() -> None:
+    """New tables stand between them; a part that was not measured again stays."""
+    section = Section(
+        key="k", title="new title", text="How.", heading=["a", "b"], rows=[["1", "2"]], figures={}
+    )
+    older = Section(
+        key="old", title="old", text="", heading=["c"], rows=[], figures={}, failures=["it leaks"]
+    )
+    report = page.Report(machine={"CPU": "abacus"}, date="2030-01-01", sections={"k": section})
+    before = page.Report(machine={}, date="2029-01-01", sections={"k": older, "old": older})
+    text = page.updated(f"head\n{page.BEGIN}\nstale\n{page.END}\ntail", report.beside(before))
+    assert text.startswith("head\n")
+    assert text.endswith("\ntail")
+    assert "stale" not in text
+    assert "### New title\n\nHow.\n\n| a | b |\n| --- | ---: |\n| 1 | 2 |" in text
+    assert "**Not kept:** it leaks." in text
+    with pytest.raises(ValueError, match="markers"):
+        page.updated("nothing", report)
+
+
+async def test_a_round_measures_a_death_and_a_birth() -> None:
+    """One process that is waited for, called and killed."""
+    found = await presence.measure(1, busy=False)
+    assert len(found.errors) == len(found.waits) == len(found.starts) == 1
+    assert 0 < found.waits[0] < found.starts[0]
+    assert presence.presence_section({"idle": found}).rows[0][:2] == ["idle", "1"]
+    assert len(presence.wait_section({"idle": found}).rows) == 2
+
+
+async def test_a_small_ring_survives_its_broker(capsys: pytest.CaptureFixture[str]) -> None:
+    """Four nodes in two processes: all come back, every message is accounted for, no call hangs."""
+    plan = restart.Plan(nodes=4, processes=2, rate=20, pauses_s=[0.0], settle_s=0.1)
+    found = restart.section(await restart.measure(plan))
+    assert found.failures == []
+    assert found.figures["restarts"][0]["failed"]["count"] == 4
+    assert found.figures["totals"]["published"] > 4
+
+
+async def test_a_short_churn_is_sampled_and_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every link that was reset is up again in the end, so that open files can be compared."""
+    options = argparse.Namespace(what="churn", lives=40)
+    (section,) = await resilience.measure(options)
+    assert section.figures["resets"] > 0
+    assert [sample["lives"] for sample in section.figures["samples"]][:3] == [0, 1, 2]
+    assert not any("open" in failure for failure in section.failures)
+    assert capsys.readouterr().out.startswith("churn  ")

@@ -1,0 +1,213 @@
+"""SIGKILL: what the dead had sent is delivered, what they had promised fails at once, nobody hangs."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import Int64, String
+
+if TYPE_CHECKING:
+    from tests.integration.conftest import System
+
+KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
+SOON_SEC = 20.0
+"""Long for any of these, on a machine that is busy with other tests, and far below a call's deadline."""
+
+TALKER = """
+import asyncio, sys
+import actors
+from actors.interfaces.std_msgs.msg import String
+
+KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
+
+async def main():
+    async with actors.Node("talker") as node:
+        publisher = node.create_publisher(String, "numbers", KEEP_ALL)
+        while not publisher.get_subscription_count():
+            await node.get_graph()
+        for number in range(int(sys.argv[1])):
+            publisher.publish(String(data=f"{number} " + 1000 * "x"))
+        await publisher.flush()
+        print("flushed", flush=True)
+        await asyncio.Event().wait()
+
+actors.run(main)
+"""
+
+STUCK_READER = """
+import time
+import actors
+from actors.interfaces.std_msgs.msg import String
+
+class Stuck(actors.Node):
+    @actors.subscription(String, "numbers", actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL))
+    async def on_message(self, msg):
+        print("stuck", flush=True)
+        await actors_never()
+
+import asyncio
+async def actors_never():
+    await asyncio.Event().wait()
+
+actors.run(lambda: Stuck("stuck"))
+"""
+
+SILENT_SERVER = """
+import asyncio
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+
+class Silent(actors.Node):
+    def __init__(self):
+        super().__init__("silent")
+        self.called = 0
+        self.create_service(AddTwoInts, "silent", self.never, concurrent=True)
+
+    async def never(self, request):
+        self.called += 1
+        if self.called == request.b:
+            print("all called", flush=True)
+        await asyncio.Event().wait()
+
+actors.run(Silent)
+"""
+
+
+async def test_what_a_killed_publisher_had_flushed_still_arrives(system: System) -> None:
+    """What waits at the broker for a slow reader does not die with its publisher, and comes in order."""
+    total = 2000
+    await system.broker()
+    async with actors.Node("hearer", url=system.url) as node:
+        heard: list[int] = []
+        busy, go_on, done = asyncio.Event(), asyncio.Event(), asyncio.Event()
+
+        async def on_message(msg: String) -> None:
+            busy.set()
+            await go_on.wait()
+            heard.append(int(msg.data.split()[0]))
+            if len(heard) == total:
+                done.set()
+
+        subscription = node.create_subscription(String, "numbers", on_message, KEEP_ALL)
+        talker = await system.python("-c", TALKER, str(total))
+        await talker.says("flushed")
+        await busy.wait()
+        await talker.kill()
+        async with asyncio.timeout(SOON_SEC):
+            while subscription.get_publisher_count():
+                await node.get_graph()
+            go_on.set()
+            await done.wait()
+        assert heard == list(range(total))
+        assert "/talker" not in await node.get_fully_qualified_node_names()
+
+
+async def test_a_killed_reader_frees_the_publisher_that_waited_for_it(system: System) -> None:
+    """A KEEP_ALL publisher without credit goes on as soon as the reader that gave none is dead."""
+    await system.broker()
+    stuck = await system.python("-c", STUCK_READER)
+    async with actors.Node("talker", url=system.url) as node:
+        publisher = node.create_publisher(String, "numbers", KEEP_ALL)
+        async with asyncio.timeout(SOON_SEC):
+            while not publisher.get_subscription_count():
+                await node.get_graph()
+        message = String(data=100_000 * "x")
+        full = False
+        while not full:
+            try:
+                publisher.publish(message)
+                await node.get_graph()
+            except actors.PublisherFull:
+                full = True
+        await stuck.says("stuck")
+        await stuck.kill()
+        await publisher.ready(timeout_sec=SOON_SEC)
+        await publisher.flush(timeout_sec=SOON_SEC)
+        assert publisher.queued == 0
+        assert publisher.dropped == 0
+
+
+async def test_every_call_into_a_killed_broker_fails_at_once(system: System) -> None:
+    """A thousand calls of ten nodes: all end with ServiceUnavailable, and none is left pending."""
+    nodes, calls = 10, 100
+    daemon = await system.broker()
+    server = await system.python("-c", SILENT_SERVER)
+    callers = [actors.Node(f"caller_{i}", url=system.url) for i in range(nodes)]
+    async with asyncio.timeout(2 * SOON_SEC), asyncio.TaskGroup() as group:
+        stop = asyncio.Event()
+        ready = [asyncio.Event() for _ in callers]
+        ends: list[BaseException] = []
+
+        async def call(node: actors.Node, waiting: asyncio.Event) -> None:
+            async with node:
+                client = node.create_client(AddTwoInts, "silent")
+                await client.wait_for_service()
+                pending = [
+                    client.call_async(AddTwoInts.Request(a=0, b=nodes * calls), timeout_sec=1000)
+                    for _ in range(calls)
+                ]
+                waiting.set()
+                ends.extend(
+                    end
+                    for end in await asyncio.gather(*pending, return_exceptions=True)
+                    if isinstance(end, BaseException)
+                )
+                assert client.pending == 0
+                await stop.wait()
+
+        for node, waiting in zip(callers, ready, strict=True):
+            group.create_task(call(node, waiting))
+        for waiting in ready:
+            await waiting.wait()
+        await server.says("all called")
+        await daemon.kill()
+        while len(ends) < nodes * calls:
+            await asyncio.sleep(0)
+        stop.set()
+    assert {type(end) for end in ends} == {actors.ServiceUnavailable}
+    await server.says("No broker at")
+
+
+async def test_a_publisher_killed_in_mid_message_leaves_no_half_of_it(system: System) -> None:
+    """Of a large message whose fragments stop coming nothing arrives; other topics of the reader go on."""
+    await system.broker()
+    async with actors.Node("hearer", url=system.url) as hearer:
+        halves = hearer.create_subscription(String, "large", qos=10)
+        beside = aiter(hearer.create_subscription(Int64, "small", qos=10))
+        for _ in range(5):
+            talker = await system.python("-c", LARGE_TALKER)
+            await talker.says("publishing")
+            await talker.kill()
+        async with actors.Node("other", url=system.url) as other:
+            publisher = other.create_publisher(Int64, "small", 10)
+            async with asyncio.timeout(SOON_SEC):
+                while not publisher.get_subscription_count():
+                    await other.get_graph()
+                publisher.publish(Int64(data=1))
+                assert (await anext(beside)).data == 1
+        assert halves.undecodable == 0
+        assert hearer.connected
+
+
+LARGE_TALKER = """
+import asyncio
+import actors
+from actors.interfaces.std_msgs.msg import String
+
+async def main():
+    async with actors.Node("talker") as node:
+        publisher = node.create_publisher(String, "large", 10)
+        while not publisher.get_subscription_count():
+            await node.get_graph()
+        message = String(data=30_000_000 * "x")
+        publisher.publish(message)
+        print("publishing", flush=True)
+        while True:
+            publisher.publish(message)
+            await asyncio.sleep(0)
+
+actors.run(main)
+"""
