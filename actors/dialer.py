@@ -158,6 +158,8 @@ class Dialer:
         self._conversation: Conversation | None = None
         self._closing = False
         self._complained = False
+        self._refusal = ""
+        """What the broker has answered last instead of a WELCOME: it is logged once."""
         self._keepalive_sec = limits.DEFAULT_KEEPALIVE_SEC
         self._fatal: Exception | None = None
         link.handle(frames.Welcome, self._on_welcome)
@@ -213,6 +215,7 @@ class Dialer:
                 if self._complained:
                     self._log.info(f"Connected to the broker at {url}")
                 self._complained = False
+                self._refusal = ""
                 return conversation
             if self._closing or self._fatal is not None:
                 break
@@ -317,7 +320,9 @@ class Dialer:
     def _on_error(self, frame: frames.Error) -> None:
         if frame.code == ErrorCode.VERSION:
             self._fatal = ProtocolError(ErrorCode.VERSION, frame.text)
-        self._log.warning(f"The broker closed the link: {frame.text}")
+        if frame.text != self._refusal:
+            self._refusal = frame.text
+            self._log.warning(f"The broker closed the link: {frame.text}")
         self._drop()
 
     def _on_refused(self, frame: frames.Refused) -> None:

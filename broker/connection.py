@@ -129,6 +129,12 @@ class Connection:
         """Tell the peer why, and close."""
         self.channel.fail(ProtocolError(code, text))
 
+    def turn_away(self, code: ErrorCode, text: str) -> None:
+        """Tell a peer why there is no room for it, and close, without a line in the log for each."""
+        self.channel.send(frames.Error(code, text))
+        self.channel.flush()
+        self.channel.close()
+
     def say_goodbye(self) -> None:
         """The broker stops: flush what waits; the peer closes when it has heard."""
         if self.channel.session.state is State.OPEN:

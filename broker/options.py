@@ -68,7 +68,12 @@ class BrokerOptions:
         },
     )
     max_connections: int = field(
-        default=20_000, metadata={"help": "connections at the same time", "least": 1, "most": 1_000_000}
+        default=20_000,
+        metadata={
+            "help": "connections at the same time, as far as the limit of open files allows",
+            "least": 1,
+            "most": 1_000_000,
+        },
     )
     max_endpoints: int = field(
         default=20_000,

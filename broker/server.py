@@ -15,8 +15,9 @@ import secrets
 import socket
 import stat
 from itertools import count
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Self
 
+from broker.capacity import Capacity
 from broker.connection import TICKS_PER_KEEPALIVE, Connection, logger
 from broker.errors import AddressInUseError, ListenError, listen_error
 from broker.options import BrokerOptions
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
 
     from broker.records import Delivery
     from proto.outbox import Outbox
-
-BACKLOG: Final = 1024
 
 
 class Broker:
@@ -55,6 +54,7 @@ class Broker:
         self.draining = False
         self._sessions = count(1)
         self._routers: dict[int, Router] = {}
+        self._capacity = Capacity(self.options.max_connections)
         self._connections: dict[Connection, None] = {}
         self._strangers: dict[Connection, None] = {}
         """Those that have not finished their handshake."""
@@ -109,7 +109,9 @@ class Broker:
             return await self._listen_unix(options.unix)
         place = str(BrokerUrl(options.host, options.port))
         try:
-            server = await loop.create_server(self._new_channel, options.host, options.port, backlog=BACKLOG)
+            server = await loop.create_server(
+                self._new_channel, options.host, options.port, backlog=self._capacity.backlog
+            )
         except OSError as error:
             remedy = "Stop what listens there, or choose another port with --port."
             raise listen_error(place, error, remedy) from error
@@ -120,7 +122,9 @@ class Broker:
         place = str(BrokerUrl("", 0, str(path)))
         _remove_stale(path, place)
         try:
-            server = await self.loop.create_unix_server(self._new_channel, str(path), backlog=BACKLOG)
+            server = await self.loop.create_unix_server(
+                self._new_channel, str(path), backlog=self._capacity.backlog
+            )
         except OSError as error:
             raise listen_error(place, error, "Choose another path with --unix.") from error
         self._url = BrokerUrl("", 0, _absolute(path))
@@ -200,9 +204,8 @@ class Broker:
     def connection_opened(self, connection: Connection) -> None:
         """A connection has been made."""
         self._connections[connection] = self._strangers[connection] = None
-        if len(self._connections) > self.options.max_connections:
-            text = f"this broker takes {self.options.max_connections} connections"
-            connection.end(ErrorCode.LIMIT, text)
+        if len(self._connections) > self._capacity.most:
+            connection.turn_away(ErrorCode.LIMIT, self._capacity.refuse(self.loop.time()))
 
     def connection_closed(self, connection: Connection) -> None:
         """A connection is gone."""

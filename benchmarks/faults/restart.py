@@ -37,7 +37,7 @@ class Plan:
     processes: int = 4
     rate: float = 50.0
     pauses_s: Sequence[float] = (0.0, 0.0, 0.0, 5.0, 5.0)
-    settle_s: float = 1.0
+    settle_s: float = 3.0
 
 
 @dataclass(kw_only=True)

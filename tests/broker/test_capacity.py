@@ -1,0 +1,79 @@
+"""How many connections fit into the files that a process may open."""
+
+from __future__ import annotations
+
+import logging
+import resource
+
+import pytest
+
+from broker import capacity
+from broker.capacity import Capacity
+
+
+@pytest.fixture
+def files(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> int:
+    """A limit of open files."""
+    limit: int = request.param
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (limit, limit))
+    return limit
+
+
+@pytest.mark.parametrize(
+    ("files", "wanted", "most"),
+    [
+        (20_000, 20_000, 20_000 - capacity.RESERVED_FILES),
+        (1024, 20_000, 512),
+        (1024, 100, 100),
+        (64, 20_000, 32),
+        (resource.RLIM_INFINITY, 20_000, 20_000),
+    ],
+    indirect=["files"],
+)
+@pytest.mark.usefixtures("files")
+def test_connections_leave_room_for_other_files(wanted: int, most: int) -> None:
+    """As many as wanted, if they fit; of a small limit half."""
+    assert Capacity(wanted).most == most
+
+
+@pytest.mark.parametrize("files", [16, 64, 1024, 4096, 20_000], indirect=True)
+def test_what_is_accepted_in_a_row_fits(files: int) -> None:
+    """asyncio accepts a whole backlog before one of it can be refused."""
+    found = Capacity(1_000_000)
+    assert 1 <= found.backlog <= capacity.MAX_BACKLOG
+    assert found.most + found.backlog < files
+
+
+@pytest.mark.parametrize(
+    ("files", "wanted", "remedy"), [(64, 999, "ulimit"), (1024, 9, "--max-connections")], indirect=["files"]
+)
+@pytest.mark.usefixtures("files")
+def test_refusals_are_logged_once_in_a_while(
+    caplog: pytest.LogCaptureFixture, wanted: int, remedy: str
+) -> None:
+    """One line for the first, and one for all of the next while; it names what to change."""
+    full = Capacity(wanted)
+    for now in (0.0, 1.0, 2.0, capacity.COMPLAINT_PERIOD_S):
+        assert str(full.most) in full.refuse(now)
+    assert full.refused == 4
+    texts = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]
+    assert [text.split()[1] for text in texts] == ["1", "3"]
+    assert all(remedy in text for text in texts)
+
+
+def test_the_limit_of_files_is_raised_as_far_as_it_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The soft limit becomes the hard one; a system that will not is left alone."""
+    asked: list[tuple[int, int]] = []
+
+    def take(_: int, limits: tuple[int, int]) -> None:
+        asked.append(limits)
+
+    def refuse(_: int, limits: tuple[int, int]) -> None:
+        raise ValueError(limits)
+
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (256, 9999))
+    monkeypatch.setattr(resource, "setrlimit", take)
+    capacity.raise_file_limit()
+    assert asked == [(9999, 9999)]
+    monkeypatch.setattr(resource, "setrlimit", refuse)
+    capacity.raise_file_limit()

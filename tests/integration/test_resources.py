@@ -1,0 +1,197 @@
+"""What runs out, and what adds up: descriptors, short connections, calls given up by the thousand."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import struct
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+import pytest
+
+import actors
+from actors.bench import meters
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import Int64
+from actors.interfaces.std_srvs.srv import Trigger
+from tests.broker.rawclient import GREETING_BYTES
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import broker
+    from tests.integration.conftest import Program, System
+
+SOON_SEC = 30.0
+"""Long for any of these, on a machine that is busy with other tests."""
+
+CRAMPED_BROKER = """
+import resource, runpy, sys
+resource.setrlimit(resource.RLIMIT_NOFILE, (80, 80))
+if sys.argv.pop(1) == "asyncio":
+    sys.modules["uvloop"] = None
+runpy.run_module("broker", run_name="__main__")
+"""
+
+COUNTING_SERVER = """
+import asyncio
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_srvs.srv import Trigger
+
+class Counting(actors.Node):
+    def __init__(self):
+        super().__init__("counting")
+        self.active = 0
+        self.create_service(AddTwoInts, "never", self.never, concurrent=True)
+        self.create_service(Trigger, "active", self.count, concurrent=True)
+
+    async def never(self, request):
+        self.active += 1
+        try:
+            await asyncio.Event().wait()
+        finally:
+            self.active -= 1
+
+    def count(self, request, response):
+        response.message = str(self.active)
+        return response
+
+actors.run(Counting)
+"""
+
+
+async def matched(node: actors.Node, publisher: actors.Publisher[Int64]) -> None:
+    """Wait until a publisher has a subscription."""
+    async with asyncio.timeout(SOON_SEC):
+        while not publisher.get_subscription_count():
+            await node.get_graph()
+
+
+@pytest.mark.parametrize("loop", ["uvloop", "asyncio"])
+async def test_a_broker_out_of_descriptors_serves_those_it_has(system: System, loop: str) -> None:
+    """Who is too many is told so; the linked go on; nobody spins; room is used when it comes."""
+    daemon = await system.python("-c", CRAMPED_BROKER, loop, "--port", str(system.port))
+    await daemon.says("listening on")
+    loop_now = asyncio.get_running_loop()
+    async with actors.Node("inside", url=system.url) as inside, asyncio.timeout(2 * SOON_SEC):
+        publisher = inside.create_publisher(Int64, "t", 10)
+        heard = aiter(inside.create_subscription(Int64, "t", qos=10))
+        await matched(inside, publisher)
+        with ExitStack() as stack:
+            for _ in range(60):
+                caller = stack.enter_context(socket.socket())
+                caller.setblocking(False)
+                await loop_now.sock_connect(caller, ("127.0.0.1", system.port))
+            await daemon.says("the limit of open files")
+            used = meters.cpu_s(daemon.process.pid)
+            for number in range(20):
+                publisher.publish(Int64(data=number))
+                assert (await anext(heard)).data == number
+                await asyncio.sleep(0.05)
+            now = meters.cpu_s(daemon.process.pid)
+            assert used is not None
+            assert now is not None
+            assert now - used < 0.5  # a loop that spins takes all it can get of more than a second
+            with pytest.raises(actors.BrokerUnreachable):
+                async with actors.Node("outside", url=system.url, connect_timeout_sec=0.5):
+                    pass
+        async with actors.Node("outside", url=system.url, connect_timeout_sec=SOON_SEC):
+            pass
+        assert inside.connected
+    assert await daemon.stop() == 0
+    assert daemon.output.count("Refused") == 1
+    assert "Traceback" not in daemon.output
+
+
+def come_and_go(port: int, count: int) -> None:
+    """Connect so often; leave without a word, with a greeting, or with half of one, cleanly or by a reset."""
+    for number in range(count):
+        with socket.create_connection(("127.0.0.1", port)) as caller:
+            # A reset leaves no port in TIME_WAIT behind: there are not enough of them for all.
+            caller.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            if number % 4:
+                caller.send(GREETING_BYTES[: (number % 4) * len(GREETING_BYTES) // 3])
+
+
+async def test_short_connections_leave_nothing(system: System) -> None:
+    """Twenty thousand: no descriptor and no memory stays with the broker, which serves on meanwhile."""
+    daemon = await system.broker("--log-level", "error")
+    pid = daemon.process.pid
+    async with actors.Node("inside", url=system.url) as inside:
+        client = inside.create_client(Trigger, "nobody")
+        await asyncio.to_thread(come_and_go, system.port, 4000)
+        await inside.get_graph()
+        before = meters.memory_kib(pid)
+        await asyncio.to_thread(come_and_go, system.port, 16_000)
+        with pytest.raises(actors.ServiceUnavailable):
+            await client.call(Trigger.Request())
+        async with asyncio.timeout(SOON_SEC):
+            while (meters.open_files(pid) or 0) > 20:
+                await inside.get_graph()
+        after = meters.memory_kib(pid)
+        assert before is not None
+        assert after is not None
+        assert after - before < 4096
+        assert inside.connected
+
+
+async def test_ten_thousand_calls_given_up_at_once_leave_nothing(hub: broker.Broker, system: System) -> None:
+    """In one turn, through real sockets: nothing is pending at caller, broker and server, nobody hangs."""
+    calls = 10_000
+    system.url = hub.url
+    await system.python("-c", COUNTING_SERVER)
+    async with actors.Node("caller", url=hub.url) as node:
+        never = node.create_client(AddTwoInts, "never")
+        active = node.create_client(Trigger, "active")
+        assert await never.wait_for_service(SOON_SEC)
+        assert await active.wait_for_service(SOON_SEC)
+        pending = [never.call_async(AddTwoInts.Request(a=i), timeout_sec=1000) for i in range(calls)]
+        async with asyncio.timeout(SOON_SEC):
+            while hub.stats().pending_calls < calls:
+                await node.get_graph()
+            while (await active.call(Trigger.Request())).message == "0":
+                pass
+            for call in pending:
+                call.cancel()
+            assert never.pending == 0
+            while (await active.call(Trigger.Request())).message != "0":
+                pass
+            assert all(call.cancelled() for call in pending)
+            while hub.stats().pending_calls:
+                await node.get_graph()
+        assert node.connected
+
+
+@pytest.mark.parametrize("transport", ["tcp", "unix"])
+async def test_a_taken_place_is_one_plain_line(system: System, tmp_path: Path, transport: str) -> None:
+    """A second broker ends with 1 and says why and what to do; the first goes on."""
+    where = ("--unix", str(tmp_path / "b.sock")) if transport == "unix" else ("--port", str(system.port))
+    first = await system.python("-m", "broker", *where)
+    url = (await first.says("listening on")).split()[-1]
+    second = await system.python("-m", "broker", *where)
+    assert await second.ends() == 1
+    (line,) = second.lines
+    assert line.startswith("Cannot listen on ")
+    assert "hoose another" in line
+    async with actors.Node("node", url=url, connect_timeout_sec=SOON_SEC) as node:
+        assert await node.get_fully_qualified_node_names() == ["/node"]
+
+
+async def test_a_dead_brokers_socket_is_taken_over(system: System, tmp_path: Path) -> None:
+    """The file that a killed broker has left does not keep the next one from listening there."""
+    path = tmp_path / "b.sock"
+
+    async def start() -> Program:
+        daemon = await system.python("-m", "broker", "--unix", str(path))
+        await daemon.says("listening on")
+        return daemon
+
+    await (await start()).kill()
+    assert path.is_socket()
+    daemon = await start()
+    async with actors.Node("node", url=f"callboard+unix://{path}", connect_timeout_sec=SOON_SEC) as node:
+        await node.get_graph()
+    assert await daemon.stop() == 0
+    assert not path.exists()
