@@ -4,10 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import inspect
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Coroutine
+
+
+ENDS_PROGRAM: Final = (KeyboardInterrupt, SystemExit)
+"""What a callback may raise to end the program. Everything else is an error of the callback's."""
+
+
+def error_text(error: BaseException) -> str:
+    """Return the text of an exception, whatever that does when it is asked, as one that UTF-8 can hold."""
+    try:
+        text = str(error)
+    except Exception:  # noqa: BLE001 - the user's exception; its own text must not hide it
+        return "(an exception without a readable text)"
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def positional_limits(callback: Callable[..., Any]) -> tuple[int, float]:

@@ -6,6 +6,7 @@ import asyncio
 from collections import deque
 from typing import TYPE_CHECKING, Final
 
+from actors.callbacks import error_text
 from actors.errors import NodeDestroyed, WaitTimeout
 from actors.mailbox import Mailbox, current_turn
 from actors.timing import SLOW_CALLBACK_SEC, Stopwatch
@@ -96,7 +97,7 @@ class Core:
     def callback_failed(self, what: str, error: BaseException) -> None:
         """A callback raised: log it with its traceback, count it, and stop the node if it asked for that."""
         self.callback_errors += 1
-        self.log.error(f"{what} raised {type(error).__name__}: {error}", exc_info=error)
+        self.log.error(f"{what} raised {type(error).__name__}: {error_text(error)}", exc_info=error)
         if self._stop_on_error and isinstance(error, Exception):
             self.stop(error)
 

@@ -19,6 +19,8 @@ from collections import deque
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
+from actors.callbacks import ENDS_PROGRAM
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Generator
 
@@ -146,7 +148,9 @@ class Turn:
             # Otherwise the callback was to be cancelled, or something that it awaited was, or it cancelled
             # the task it found itself in: all end the callback, none the worker.
             failure = error
-        except Exception as error:  # noqa: BLE001 - the owner of the callback decides what an error means
+        except (*ENDS_PROGRAM, GeneratorExit):  # the last: the loop has closed under this task
+            raise
+        except BaseException as error:  # noqa: BLE001 - the owner of the callback decides what an error means
             failure = error
         finally:
             current_turn.reset(token)

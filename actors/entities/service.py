@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 import msgpack
 
-from actors.callbacks import as_coroutine, takes
+from actors.callbacks import ENDS_PROGRAM, as_coroutine, error_text, takes
 from actors.core import Core, Server
 from actors.diagnostics import ServiceDiagnostics
 from actors.entities.entries import EntryBatch
@@ -165,7 +165,9 @@ class Service(Server, Generic[Q, A]):
                     result = self._callback(request, self._response_type())
                 else:
                     result = self._callback(request)
-            except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, sent to the caller
+            except ENDS_PROGRAM:
+                raise
+            except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, sent to the caller
                 self._raised(call, error)
                 continue
             coroutine = as_coroutine(result)
@@ -223,7 +225,7 @@ class Service(Server, Generic[Q, A]):
 
     def _reply_error(self, call: int, status: Status, error: BaseException) -> None:
         self.errors += 1
-        body = msgpack.packb([type(error).__name__, str(error)[:MAX_ERROR_TEXT]])
+        body = msgpack.packb([type(error).__name__, error_text(error)[:MAX_ERROR_TEXT]])
         self._send(_entry(call, status, body))
 
     def _reply_text(self, call: int, status: Status, text: str) -> None:

@@ -13,7 +13,7 @@ import time
 from collections import OrderedDict
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
-from actors.callbacks import as_coroutine, takes
+from actors.callbacks import ENDS_PROGRAM, as_coroutine, takes
 from actors.core import Core, Entity
 from actors.diagnostics import SubscriptionDiagnostics
 from actors.entities.backlog import Backlog, Batch
@@ -361,7 +361,9 @@ class Subscription(Entity, Generic[M]):
                 backlog.finish()
             try:
                 result = callback(message) if info is None else callback(message, info)
-            except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
+            except ENDS_PROGRAM:
+                raise
+            except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
                 self.core.callback_failed(self.timing.what, error)
                 continue
             if result is not None and (coroutine := as_coroutine(result)) is not None:

@@ -7,7 +7,7 @@ import time
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors.callbacks import as_coroutine, takes
+from actors.callbacks import ENDS_PROGRAM, as_coroutine, takes
 from actors.diagnostics import TimerDiagnostics
 from actors.errors import NodeDestroyed
 from actors.mailbox import Turn
@@ -144,7 +144,9 @@ class Timer:
         self.ticks += 1
         try:
             result = self._callback(self._info()) if self._with_info else self._callback()
-        except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
+        except ENDS_PROGRAM:
+            raise
+        except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
             self._core.callback_failed(self.timing.what, error)
             return None
         coroutine = as_coroutine(result)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from actors.callbacks import as_coroutine, takes
+from actors.callbacks import as_coroutine, error_text, takes
 
 
 class Handler:
@@ -53,3 +53,17 @@ async def test_what_can_be_awaited_is_awaited() -> None:
     future.set_result(8)
     assert await coroutine == 8
     assert as_coroutine(8) is None
+
+
+class MuteError(Exception):
+    """An exception that cannot say what it is."""
+
+    def __str__(self) -> str:
+        raise ZeroDivisionError
+
+
+def test_the_text_of_any_exception_can_be_had() -> None:
+    """Also of one whose text is no text, or that UTF-8 cannot hold: it is to travel and to be logged."""
+    assert error_text(ValueError("plain")) == "plain"
+    assert error_text(MuteError()) == "(an exception without a readable text)"
+    assert error_text(ValueError("half a \ud800 pair")) == "half a \\ud800 pair"

@@ -342,6 +342,33 @@ async def test_a_cancellation_outranks_the_error_of_the_call() -> None:
         assert isinstance(caller.errors[0], asyncio.CancelledError)
 
 
+async def test_a_closed_mailbox_holds_nobody_up() -> None:
+    """A turn that waits for the mailbox as that closes ends with its task."""
+    mailbox = Mailbox()
+    ended: list[str] = []
+    async with opened(mailbox):
+        reply: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+        caller, other = Recorder(mailbox), Recorder(mailbox)
+
+        async def call() -> None:
+            try:
+                with in_flight():
+                    await reply
+            finally:
+                ended.append("call")
+
+        async def hold() -> None:
+            reply.set_result(1)
+            await asyncio.Event().wait()
+
+        caller.add(call)
+        await asyncio.sleep(0)
+        other.add(hold)
+        await until(reply.done)
+        await asyncio.sleep(0)
+    assert ended == ["call"]
+
+
 async def test_beside_runs_while_the_mailbox_is_taken() -> None:
     """A turn of a concurrent source does not wait for the holder, and does not take the mailbox."""
     mailbox = Mailbox()

@@ -167,6 +167,51 @@ async def test_a_raising_handler_is_a_remote_error(
     assert adder.server._core.link.connections == 1
 
 
+class Odd(BaseException):
+    """No Exception, and none of those that end a program."""
+
+
+class MuteError(Exception):
+    """An exception that cannot say what it is."""
+
+    def __str__(self) -> str:
+        raise ZeroDivisionError
+
+
+@pytest.mark.parametrize("kind", ["def", "async def"])
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (Odd("odd"), "odd"),
+        (ExceptionGroup("many", [ValueError("a"), TypeError("b")]), "many (2 sub-exceptions)"),
+        (BaseExceptionGroup("more", [Odd()]), "more (1 sub-exception)"),
+        (MuteError(), "(an exception without a readable text)"),
+        (ValueError("x" * 100_000), "x" * 4000),
+    ],
+)
+async def test_whatever_a_handler_raises_reaches_its_caller(
+    adder: Adder, kind: str, error: BaseException, text: str
+) -> None:
+    """Unusual exceptions are RemoteErrors with type and text, too, counted, and end neither node nor link."""
+
+    def plain(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        if request.a:
+            raise error
+        return AddTwoInts.Response(sum=5)
+
+    async def slow(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        await asyncio.sleep(0)
+        return plain(request)
+
+    await adder.serve(plain if kind == "def" else slow)
+    with pytest.raises(actors.RemoteError) as caught:
+        await adder.add()
+    assert (caught.value.type_name, caught.value.text) == (type(error).__name__, text)
+    assert adder.server.callback_errors == 1
+    assert await adder.add(0) == 5
+    assert adder.server._core.link.connections == 1
+
+
 async def test_an_invalid_request_is_refused(adder: Adder) -> None:
     """A request that does not decode at the server is a RemoteError; the handler does not see it."""
     service = await adder.serve(one)
