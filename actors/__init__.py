@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from actors.errors import NodeNameTaken as NodeNameTaken
     from actors.errors import PublisherFull as PublisherFull
     from actors.errors import RemoteError as RemoteError
+    from actors.errors import ServiceOverloaded as ServiceOverloaded
     from actors.errors import ServiceTimeout as ServiceTimeout
     from actors.errors import ServiceUnavailable as ServiceUnavailable
     from actors.errors import WaitTimeout as WaitTimeout
@@ -107,6 +108,7 @@ _HOMES = {
         "NodeNameTaken",
         "PublisherFull",
         "RemoteError",
+        "ServiceOverloaded",
         "ServiceTimeout",
         "ServiceUnavailable",
         "WaitTimeout",

@@ -9,6 +9,7 @@
     ├── WaitTimeout (TimeoutError)            ready() or flush() did not come true in time
     └── CallFailed                            a call ended without a reply:
         ├── ServiceUnavailable                no server, no connection, or it broke before the reply
+        │   └── ServiceOverloaded             a limit on waiting calls is reached
         ├── ServiceTimeout (TimeoutError)     the deadline passed
         └── RemoteError                       the handler raised
 
@@ -51,6 +52,10 @@ class CallFailed(CallboardError):
 
 class ServiceUnavailable(CallFailed):
     """No server, no connection to a broker, or it broke before the reply came."""
+
+
+class ServiceOverloaded(ServiceUnavailable):
+    """Too many calls wait already: of this client, of its link, or at the server. The handler did not run."""
 
 
 class ServiceTimeout(CallFailed, TimeoutError):

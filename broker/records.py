@@ -29,12 +29,12 @@ class SendCalls(NamedTuple):
     key: tuple[int, int]
 
 
-class DropCall(NamedTuple):
-    """Take a request back if it has not left; otherwise deliver `cancel`."""
+class CancelCalls(NamedTuple):
+    """Tell a server that these calls are no longer wanted; take back large ones that have not left."""
 
     peer: int
-    key: tuple[int, int]
-    cancel: bytes
+    endpoint: int
+    calls: list[int]
 
 
 class Queue(NamedTuple):
@@ -60,7 +60,7 @@ class Close(NamedTuple):
     text: str
 
 
-Delivery: TypeAlias = Send | SendCalls | DropCall | Queue | Discard | Close
+Delivery: TypeAlias = Send | SendCalls | CancelCalls | Queue | Discard | Close
 
 
 @dataclass(slots=True, eq=False)

@@ -21,7 +21,7 @@ from broker.capacity import Capacity
 from broker.connection import TICKS_PER_KEEPALIVE, Connection, logger
 from broker.errors import AddressInUseError, ListenError, listen_error
 from broker.options import BrokerOptions
-from broker.records import Discard, DropCall, Queue, Send, SendCalls
+from broker.records import CancelCalls, Discard, Queue, Send, SendCalls
 from broker.router import Router
 from broker.stats import BrokerStats, collect
 from proto import limits
@@ -281,9 +281,8 @@ def _put(connection: Connection, outbox: Outbox, delivery: Delivery) -> None:
         outbox.put_calls(delivery.raw, delivery.key)
     elif isinstance(delivery, Send):
         connection.channel.send(delivery.frame)
-    elif isinstance(delivery, DropCall):
-        if not outbox.drop_call(delivery.key):
-            outbox.put_calls(delivery.cancel)
+    elif isinstance(delivery, CancelCalls):
+        outbox.cancel_calls(delivery.endpoint, delivery.calls)
     elif isinstance(delivery, Discard):
         outbox.drop_lane(delivery.lane)
     else:

@@ -10,7 +10,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from broker.pool import Pool
-from broker.records import ClientRecord, DropCall, PendingCall, Send, SendCalls, ServiceGroup, ServiceRecord
+from broker.records import (
+    CancelCalls,
+    ClientRecord,
+    PendingCall,
+    Send,
+    SendCalls,
+    ServiceGroup,
+    ServiceRecord,
+)
 from proto import frames, limits
 from proto.codec import encode
 from proto.errors import ErrorCode, ProtocolError
@@ -109,6 +117,8 @@ class Services:
             self._send_replies(client, [_answer(call, Status.UNAVAILABLE, SILENT) for call in calls])
 
     def _fail_pending(self, server: ServiceRecord) -> None:
+        if server.pending and server.peer.suspended:  # it may be back, and should work for nobody then
+            self._emit(CancelCalls(server.peer.id, server.id, list(server.pending)))
         failed: dict[ClientRecord, list[ReplyEntry]] = {}
         for pending in tuple(server.pending.values()):
             self._settle(pending)
@@ -227,13 +237,14 @@ class Services:
 
     def cancel(self, client: ClientRecord, calls: tuple[int, ...]) -> None:
         """A client no longer wants these; unknown ones have just been answered."""
+        unwanted: dict[ServiceRecord, list[int]] = {}
         for client_call in calls:
             pending = client.pending.get(client_call)
             if pending is not None:
                 self._settle(pending)
-                server = pending.server
-                raw = encode(frames.Cancel(server.id, (pending.call,)))
-                self._emit(DropCall(server.peer.id, (server.id, pending.call), raw))
+                unwanted.setdefault(pending.server, []).append(pending.call)
+        for server, its_calls in unwanted.items():
+            self._emit(CancelCalls(server.peer.id, server.id, its_calls))
 
 
 def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:

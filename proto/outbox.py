@@ -10,13 +10,16 @@ from __future__ import annotations
 
 import sys
 from collections import deque
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from proto import limits
 from proto.codec import encode
 from proto.fragments import Transfer, is_large
-from proto.frames import Abort, Buffer, Run
+from proto.frames import Abort, Buffer, Cancel, Run
 from proto.runs import cut, fitting, message_bytes, readdress
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 class Lane:
@@ -411,6 +414,13 @@ class Outbox:
         if abort is not None:
             self.put_control(abort)
         return True
+
+    def cancel_calls(self, endpoint: int, calls: Sequence[int]) -> None:
+        """Take back the large ones of these calls that have not left whole; send CANCEL for the others."""
+        left = [call for call in calls if not self.drop_call((endpoint, call))]
+        for start in range(0, len(left), limits.MAX_CALLS_PER_FRAME):
+            part = tuple(left[start : start + limits.MAX_CALLS_PER_FRAME])
+            self.put_calls(encode(Cancel(endpoint, part)))
 
     def put_lane(self, lane: Lane, item: Run | bytes, *, first: bool = False) -> None:
         """Queue a run, or a control frame that must stay in order with it, in its lane.

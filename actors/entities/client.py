@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import secrets
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import msgpack
 
@@ -13,7 +13,7 @@ from actors.core import Caller, Core, in_flight
 from actors.deadlines import Deadlines
 from actors.diagnostics import ClientDiagnostics
 from actors.entities.entries import EntryBatch
-from actors.errors import CallFailed, RemoteError, ServiceTimeout, ServiceUnavailable
+from actors.errors import CallFailed, RemoteError, ServiceOverloaded, ServiceTimeout, ServiceUnavailable
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
@@ -29,9 +29,16 @@ if TYPE_CHECKING:
     from actors.clock import Clock
     from actors.qos import QoSProfile
     from actors.service_introspection import ServiceIntrospectionState
+    from proto.aio import Channel
 
 Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)
+
+MAX_PENDING: Final = 200_000
+"""Calls of one client without an answer; one more fails as ServiceOverloaded."""
+
+MAX_UNSENT_BYTES: Final = 64 * 1024 * 1024
+"""Above this much that a link has not taken yet, calls over it fail as ServiceOverloaded."""
 
 
 class CallFuture(asyncio.Future[A]):
@@ -65,6 +72,7 @@ class Client(Caller, Generic[Q, A]):
         gid: 16 bytes that name this client in service events.
         failed: Calls that have ended in an error so far, timeouts among them.
         timeouts: Calls whose deadline has passed so far.
+        late: Replies that came when their call had ended already.
     """
 
     def __init__(
@@ -81,6 +89,7 @@ class Client(Caller, Generic[Q, A]):
         self._next_call = 0
         self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
         self._cancelled: list[int] = []
+        self.late = 0
         self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
         self._events: ServiceEvents | None = None
         core.link.add(self)
@@ -153,6 +162,8 @@ class Client(Caller, Generic[Q, A]):
             InvalidMessageError: A field has a wrong type or is out of range, or the request is larger
                 than the broker takes; nothing was sent.
             ServiceUnavailable: No server or no broker, or it went away before the reply.
+            ServiceOverloaded: Too many calls wait already: here (200,000 of a client, or 64 MiB that have
+                not left), in the broker or at the server.
             ServiceTimeout: No reply in time; the handler has been cancelled.
             RemoteError: The handler raised, or did not return a valid response.
         """
@@ -173,8 +184,12 @@ class Client(Caller, Generic[Q, A]):
         future: CallFuture[A] = CallFuture(self, call, turn)
         if turn is not None:
             turn.call_started()
-        if self.core.link.channel is None:
+        channel = self.core.link.channel
+        if channel is None:
             self._fail(future, ServiceUnavailable(f"Service '{self.srv_name}': not connected to a broker"))
+            return future
+        if len(self._pending) >= MAX_PENDING or channel.outbox.urgent_bytes >= MAX_UNSENT_BYTES:
+            self._fail(future, ServiceOverloaded(f"Service '{self.srv_name}': {self._crowd(channel)}"))
             return future
         self._pending[call] = future
         remaining_ms = None
@@ -186,6 +201,11 @@ class Client(Caller, Generic[Q, A]):
             attributes = self._tell_request(self._events, call, request)
         self._outgoing.send(RequestEntry(call, remaining_ms, attributes, body), self, self.core.link)
         return future
+
+    def _crowd(self, channel: Channel) -> str:
+        if len(self._pending) >= MAX_PENDING:
+            return f"{MAX_PENDING} calls of this client wait already"
+        return f"{channel.outbox.urgent_bytes} bytes wait to be sent already"
 
     def _tell_request(self, events: ServiceEvents, call: int, request: Q) -> frames.Options:
         """Publish that a request leaves; return the attributes by which the server tells of the same call."""
@@ -203,15 +223,14 @@ class Client(Caller, Generic[Q, A]):
         if outgoing:
             raw = encode(frames.Request(self.id, outgoing))
             channel.outbox.put_calls(raw, (self.id, outgoing[0].call))
-        gone = [call for call in cancelled if not channel.outbox.drop_call((self.id, call))]
-        for start in range(0, len(gone), limits.MAX_CALLS_PER_FRAME):
-            calls = tuple(gone[start : start + limits.MAX_CALLS_PER_FRAME])
-            channel.outbox.put_calls(encode(frames.Cancel(self.id, calls)))
+        if cancelled:
+            channel.outbox.cancel_calls(self.id, cancelled)
 
     def replied(self, entry: ReplyEntry) -> None:
-        """A call has ended at the server or the broker. Late replies are ignored."""
+        """A call has ended at the server or the broker. Late replies are counted and ignored."""
         future = self._pending.pop(entry.call, None)
         if future is None:
+            self.late += 1
             return
         self._deadlines.remove(entry.call)
         if entry.status == Status.OK:
@@ -232,8 +251,9 @@ class Client(Caller, Generic[Q, A]):
     def _failure(self, entry: ReplyEntry) -> CallFailed:
         if entry.status in {Status.REMOTE_ERROR, Status.INVALID_REQUEST, Status.INVALID_REPLY}:
             return RemoteError(*_remote_error(entry.body))
+        failure = ServiceOverloaded if entry.status == Status.OVERLOADED else ServiceUnavailable
         text = entry.body.decode("utf-8", "replace")
-        return ServiceUnavailable(f"Service '{self.srv_name}': {text}")
+        return failure(f"Service '{self.srv_name}': {text}")
 
     def _fail(self, future: CallFuture[A], error: Exception) -> None:
         future.leave_turn()
@@ -257,8 +277,10 @@ class Client(Caller, Generic[Q, A]):
             self._withdraw(call)
 
     def _withdraw(self, call: int) -> None:
-        self._cancelled.append(call)
-        self.core.link.flush_later(self)
+        """Take a request back that has not left; cancel one that has."""
+        if not self._outgoing.take_back(call):
+            self._cancelled.append(call)
+            self.core.link.flush_later(self)
 
     def _take_pending(self) -> Iterator[CallFuture[A]]:
         pending, self._pending = self._pending, {}

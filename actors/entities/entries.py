@@ -48,6 +48,15 @@ class EntryBatch(Generic[E]):
         else:
             link.flush_later(source)
 
+    def take_back(self, call: int) -> bool:
+        """Remove a call's entry; False if it is not here any more."""
+        for index, entry in enumerate(self._entries):
+            if entry.call == call:
+                del self._entries[index]
+                self._bytes -= len(entry.body) + ENTRY_OVERHEAD_BYTES
+                return True
+        return False
+
     def take(self) -> tuple[E, ...]:
         """Return what has been collected, and start anew."""
         entries, self._entries = tuple(self._entries), []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, TypeVar
 
-from broker.records import Close, Discard, DropCall, Queue, Send, SendCalls
+from broker.records import CancelCalls, Close, Discard, Queue, Send, SendCalls
 from broker.router import Router
 from broker.server import lose
 from proto import frames, limits
@@ -124,9 +124,8 @@ class Switch:
                     outbox.put_calls(raw, key)
                 case Send(_, frame):
                     outbox.put_control(encode(frame))
-                case DropCall(_, key, cancel):
-                    if not outbox.drop_call(key):
-                        outbox.put_calls(cancel)
+                case CancelCalls(_, endpoint, calls):
+                    outbox.cancel_calls(endpoint, calls)
                 case Discard(_, lane):
                     outbox.drop_lane(lane)
                 case Close(peer, code, _):
