@@ -220,11 +220,11 @@ class Client(Caller, Generic[Q, A]):
         cancelled, self._cancelled = self._cancelled, []
         if channel is None or self.destroyed:
             return
+        if cancelled:  # first: these make room for those
+            channel.outbox.cancel_calls(self.id, cancelled)
         if outgoing:
             raw = encode(frames.Request(self.id, outgoing))
             channel.outbox.put_calls(raw, (self.id, outgoing[0].call))
-        if cancelled:
-            channel.outbox.cancel_calls(self.id, cancelled)
 
     def replied(self, entry: ReplyEntry) -> None:
         """A call has ended at the server or the broker. Late replies are counted and ignored."""

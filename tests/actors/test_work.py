@@ -108,6 +108,29 @@ async def test_calls_of_a_turn_travel_together(meeting: Meeting, monkeypatch: py
     assert work.tasks == 0
 
 
+async def test_cancellations_of_a_turn_travel_together(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """10,000 calls given up in one turn: three frames to the broker, and three to the server."""
+    server, caller = await meeting.node("server"), await meeting.node("caller")
+
+    async def never(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        await asyncio.Event().wait()
+        return AddTwoInts.Response()
+
+    service = server.create_service(AddTwoInts, "add", never)
+    client = caller.create_client(AddTwoInts, "add")
+    assert await client.wait_for_service(20)
+    calls = [client.call_async(AddTwoInts.Request(a=number)) for number in range(10_000)]
+    await until(lambda: service.pending == 10_000)
+    work = Work(monkeypatch)
+    for call in calls:
+        call.cancel()
+    await until(lambda: service.pending == 0)
+    assert work.frames["Cancel"] == 2 * 3
+    assert work.tasks == 0
+
+
 async def test_a_large_message_is_not_copied_into_its_reader(meeting: Meeting) -> None:
     """What the callback gets is a view of the bytes that came, read-only."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")

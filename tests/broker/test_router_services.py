@@ -169,6 +169,35 @@ def test_a_cancelled_call_is_over_for_the_broker() -> None:
     assert len(calls_of(switch, server)) == 1
 
 
+def test_many_cancellations_travel_together() -> None:
+    """A client that goes with 10,000 calls costs each of two servers two frames, not 5,000."""
+    switch = Switch()
+    asker = switch.join("/asker")
+    servers = [switch.join(f"/server{n}") for n in range(2)]
+    switch.send(asker, make.client(1))
+    for server in servers:
+        switch.send(server, make.service(1))
+    for start in range(0, 10_000, 1000):
+        switch.send(asker, make.request(1, *range(start, start + 1000)))
+    calls = [calls_of(switch, server) for server in servers]
+    switch.leave(asker)
+    for server, its_calls in zip(servers, calls, strict=True):
+        cancels = switch.read(server, frames.Cancel)
+        assert len(cancels) == 2
+        assert [call for frame in cancels for call in frame.calls] == its_calls
+
+
+def test_a_suspended_server_hears_which_calls_are_over() -> None:
+    """When it is back it should not work for callers that have been told that it is gone."""
+    switch = Switch()
+    asker, server = pair(switch)
+    switch.send(asker, make.request(1, 5, 6))
+    calls = calls_of(switch, server)
+    switch.suspend(server)
+    assert [frame.calls for frame in switch.read(server, frames.Cancel)] == [tuple(calls)]
+    assert ends_of(switch, asker) == [(5, Status.UNAVAILABLE), (6, Status.UNAVAILABLE)]
+
+
 def test_a_large_request_that_has_not_left_is_taken_back() -> None:
     """Cancelling in time spares the server the whole request."""
     switch = Switch()

@@ -19,7 +19,7 @@ from hypothesis.stateful import (
 from proto import limits
 from proto.codec import decode, encode
 from proto.fragments import Reassembler, is_large
-from proto.frames import Abort, Detached, Fragment, Op, Ping, Replay, Request, RequestEntry, Run
+from proto.frames import Abort, Cancel, Detached, Fragment, Op, Ping, Replay, Request, RequestEntry, Run
 from proto.outbox import Lane, Outbox, Transfers
 from proto.runs import RunBuilder, messages
 
@@ -477,6 +477,20 @@ def test_large_calls_under_one_key_are_counted_each() -> None:
     drain(outbox)
     assert outbox.urgent_bytes == 0
     assert not outbox.drop_call((1, 1))
+
+
+def test_cancelling_calls_takes_back_the_large_and_names_the_others() -> None:
+    """What has not left whole is dropped; the rest is cancelled in frames that are not too long."""
+    outbox = Outbox()
+    outbox.put_calls(request(1, limits.MAX_FRAME_BYTES), (1, 1))
+    outbox.cancel_calls(1, range(1, 2 * limits.MAX_CALLS_PER_FRAME + 2))
+    parts, _ = outbox.take(2**20)
+    cancels = [decode(bytes(part)) for part in parts]
+    assert [frame.calls for frame in cancels if isinstance(frame, Cancel)] == [
+        tuple(range(2, limits.MAX_CALLS_PER_FRAME + 2)),
+        tuple(range(limits.MAX_CALLS_PER_FRAME + 2, 2 * limits.MAX_CALLS_PER_FRAME + 2)),
+    ]
+    assert len(cancels) == 2
 
 
 def test_a_large_call_is_forgotten_as_soon_as_it_has_left() -> None:

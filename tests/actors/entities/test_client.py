@@ -283,6 +283,50 @@ async def test_an_invalid_reply_is_a_remote_error(meeting: Meeting) -> None:
     with pytest.raises(actors.RemoteError, match="cannot be read"):
         await worse
     client.replied(ReplyEntry(2, Status.OK, False, None, b""))
+    assert client.late == 1
+
+
+async def test_too_many_calls_of_a_link_are_said_to_be_that(meeting: Meeting) -> None:
+    """Beyond the broker's limit a call is ServiceOverloaded, a ServiceUnavailable; an end makes room."""
+    await meeting.restart_broker(max_pending_calls=10)
+    sloth = Sloth()
+    _, client = await pair(meeting, sloth)
+    calls = [client.call_async(ASK) for _ in range(10)]
+    with pytest.raises(actors.ServiceUnavailable, match="10 calls of this link wait already") as caught:
+        await client.call(ASK)
+    assert isinstance(caught.value, actors.ServiceOverloaded)
+    calls.pop().cancel()
+    calls.append(client.call_async(ASK))
+    sloth.leave.set()
+    assert [reply.sum for reply in await asyncio.gather(*calls)] == [3] * 10
+
+
+async def test_too_many_calls_of_a_client_fail_before_they_leave(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The client has a limit of its own; those within it are not harmed."""
+    monkeypatch.setattr("actors.entities.client.MAX_PENDING", 3)
+    sloth = Sloth()
+    _, client = await pair(meeting, sloth)
+    calls = [client.call_async(ASK) for _ in range(3)]
+    with pytest.raises(actors.ServiceOverloaded, match="'/add': 3 calls of this client wait already"):
+        await client.call(ASK)
+    sloth.leave.set()
+    assert [reply.sum for reply in await asyncio.gather(*calls)] == [3] * 3
+    assert (await client.call(ASK)).sum == 3
+
+
+async def test_a_call_given_up_before_it_leaves_never_leaves(meeting: Meeting) -> None:
+    """Cancelled in the loop turn in which it was made: neither the request nor a CANCEL travels."""
+    sloth = Sloth()
+    server, client = await pair(meeting, sloth)
+    kept, given_up = client.call_async(AddTwoInts.Request(a=1)), client.call_async(AddTwoInts.Request(a=2))
+    given_up.cancel()
+    sloth.leave.set()
+    assert (await kept).sum == 1
+    await meeting.settled(server)
+    assert meeting.broker.stats().calls == 1
+    assert sloth.ends == ["done"]
 
 
 async def test_ten_thousand_calls_in_flight(meeting: Meeting) -> None:

@@ -337,6 +337,30 @@ async def test_a_node_without_a_broker_stops_with_a_handler_that_runs(tmp_path: 
     assert ended.is_set()
 
 
+async def test_more_requests_than_may_wait_are_refused(adder: Adder, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The surplus is ServiceOverloaded at once and never handled; what waits is answered."""
+    monkeypatch.setattr("actors.entities.service.MAX_QUEUED", 3)
+    leave = asyncio.Event()
+    handled: list[int] = []
+
+    async def wait(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        handled.append(request.a)
+        await leave.wait()
+        return one(request)
+
+    service = await adder.serve(wait)
+    first = asyncio.ensure_future(adder.add(0, 1))
+    await until(lambda: handled == [0])
+    calls = [asyncio.ensure_future(adder.add(number, 1)) for number in range(1, 6)]
+    for surplus in calls[3:]:
+        with pytest.raises(actors.ServiceOverloaded, match="3 requests wait already"):
+            await surplus
+    assert service.pending == 4
+    leave.set()
+    assert await asyncio.gather(first, *calls[:3]) == [1, 2, 3, 4]
+    assert handled == [0, 1, 2, 3]
+
+
 async def test_several_servers_share(meeting: Meeting, adder: Adder) -> None:
     """Requests go to the server with the fewest that wait."""
     await adder.serve(async_one)
