@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 BACKLOG: Final = 128
 
+MAX_CONNECTIONS: Final = 400
+"""At a time; more are refused. Each takes two of a process's descriptors, of which there may be 1024."""
+
 KERNEL_BYTES: Final = 64 * 1024
 """What the kernel is asked to hold in each of a socket's buffers. (Linux doubles it.)"""
 
@@ -128,7 +131,7 @@ class FaultProxy(Faults):
 
     Attributes:
         accepted: Connections that came so far, refused ones not counted.
-        refused: Connections closed at once: after `refuse`, or because no broker was behind.
+        refused: Connections closed at once: after `refuse`, with no broker behind, over `MAX_CONNECTIONS`.
         resets: Connections that `reset` has cut.
 
     Raises:
@@ -207,7 +210,7 @@ class FaultProxy(Faults):
                 node, _ = await loop.sock_accept(listener)
             except ConnectionError:  # it has gone again already
                 continue
-            if self._refusing:
+            if self._refusing or len(self._connections) >= MAX_CONNECTIONS:
                 self.refused += 1
                 _close(node, reset=True)
             else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import struct
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
 
 KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
-LARGE = 4 * 1024 * 1024
+LARGE = 16 * 1024 * 1024
 
 
 class Echo:
@@ -194,10 +195,26 @@ async def test_a_peer_s_own_reset_is_passed_on(echo: Echo, proxy: FaultProxy) ->
     async with dialled(proxy) as (reader, writer):
         writer.write(b"x")
         await reader.readexactly(1)
+        sock = writer.get_extra_info("socket")
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         writer.transport.abort()
         await until(lambda: echo.ends)
+    assert echo.ends == ["reset"]
     await proxy.wait_until(lambda: not proxy.connections)
     assert proxy.resets == 0
+
+
+async def test_more_connections_than_it_takes_are_refused(
+    proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whom a black hole makes try again and again cannot use up the process's descriptors."""
+    monkeypatch.setattr("actors.testing.fault_proxy.MAX_CONNECTIONS", 1)
+    async with dialled(proxy) as (reader, writer), dialled(proxy) as (refused, _):
+        with pytest.raises(ConnectionResetError):
+            await refused.read(1)
+        writer.write(b"x")
+        assert await reader.readexactly(1) == b"x"
+    assert (proxy.accepted, proxy.refused) == (1, 1)
 
 
 async def test_a_half_close_ends_one_direction_after_what_is_under_way(echo: Echo, proxy: FaultProxy) -> None:
