@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from actors.errors import ServiceOverloaded as ServiceOverloaded
     from actors.errors import ServiceTimeout as ServiceTimeout
     from actors.errors import ServiceUnavailable as ServiceUnavailable
+    from actors.errors import SupervisorGaveUp as SupervisorGaveUp
     from actors.errors import WaitTimeout as WaitTimeout
     from actors.events import DeadlineMissedInfo as DeadlineMissedInfo
     from actors.events import IncompatibleQoSInfo as IncompatibleQoSInfo
@@ -86,6 +87,15 @@ if TYPE_CHECKING:
     from actors.qos_compatibility import qos_check_compatible as qos_check_compatible
     from actors.running import run as run
     from actors.service_introspection import ServiceIntrospectionState as ServiceIntrospectionState
+    from actors.supervision.events import ChildEvent as ChildEvent
+    from actors.supervision.events import ChildEventKind as ChildEventKind
+    from actors.supervision.events import ChildEventMessage as ChildEventMessage
+    from actors.supervision.plan import ChildState as ChildState
+    from actors.supervision.specification import Child as Child
+    from actors.supervision.specification import Restart as Restart
+    from actors.supervision.specification import Strategy as Strategy
+    from actors.supervision.supervisor import ChildStatus as ChildStatus
+    from actors.supervision.supervisor import Supervisor as Supervisor
     from proto.errors import CallboardError as CallboardError
     from proto.errors import InvalidNameError as InvalidNameError
     from proto.errors import InvalidNamespaceError as InvalidNamespaceError
@@ -111,6 +121,7 @@ _HOMES = {
         "ServiceOverloaded",
         "ServiceTimeout",
         "ServiceUnavailable",
+        "SupervisorGaveUp",
         "WaitTimeout",
     ),
     "actors.events": (
@@ -158,6 +169,10 @@ _HOMES = {
     "actors.service_introspection": ("ServiceIntrospectionState",),
     "actors.entities.backlog": ("MessageInfo",),
     "actors.entities.subscription": ("Subscription",),
+    "actors.supervision.events": ("ChildEvent", "ChildEventKind", "ChildEventMessage"),
+    "actors.supervision.plan": ("ChildState",),
+    "actors.supervision.specification": ("Child", "Restart", "Strategy"),
+    "actors.supervision.supervisor": ("ChildStatus", "Supervisor"),
     "actors.entities.timer": ("Timer", "TimerInfo"),
     "proto.errors": (
         "CallboardError",

@@ -71,6 +71,11 @@ def color_wish(environ: Mapping[str, str] | None = None) -> bool | None:
     return False if _get("TERM", environ) == "dumb" else None
 
 
+def environment_for(extra: Mapping[str, str]) -> dict[str, str] | None:
+    """Return this process's environment with more variables, for a child; None, the same one, if none are."""
+    return {**os.environ, **extra} if extra else None
+
+
 def _get(variable: str, environ: Mapping[str, str] | None) -> str | None:
     source = os.environ if environ is None else environ
     return source.get(variable) or None

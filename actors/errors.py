@@ -7,6 +7,7 @@
     ├── NodeAlreadyRunning (RuntimeError)     a node runs once at a time
     ├── PublisherFull                         a KEEP_ALL publisher's readers are too slow; wait for ready()
     ├── WaitTimeout (TimeoutError)            ready() or flush() did not come true in time
+    ├── SupervisorGaveUp                      a child has died too often
     └── CallFailed                            a call ended without a reply:
         ├── ServiceUnavailable                no server, no connection, or it broke before the reply
         │   └── ServiceOverloaded             a limit on waiting calls is reached
@@ -44,6 +45,25 @@ class PublisherFull(CallboardError):
 
 class WaitTimeout(CallboardError, TimeoutError):
     """What was waited for did not come true in time."""
+
+
+class SupervisorGaveUp(CallboardError):
+    """A child has died too often, so that its supervisor has stopped all children.
+
+    Attributes:
+        supervisor: The supervisor's name.
+        child: The name of the child that died last.
+        reason: Why it died: "exit code 1", "killed by SIGKILL", "ValueError: no such map".
+    """
+
+    def __init__(self, supervisor: str, child: str, reason: str) -> None:
+        super().__init__(supervisor, child, reason)
+        self.supervisor = supervisor
+        self.child = child
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return f"Supervisor '{self.supervisor}' gave up: '{self.child}' died too often, last: {self.reason}"
 
 
 class CallFailed(CallboardError):

@@ -7,23 +7,25 @@ on SIGINT and SIGTERM. Library code does none of this.
 from __future__ import annotations
 
 import asyncio
-import inspect
 import signal
 import sys
 import threading
-from collections.abc import Callable, Coroutine, Generator, Sequence
 from contextlib import contextmanager
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors import environment
 from actors.arguments import InvalidRosArgumentError, RosArguments, parse_ros_arguments
 from actors.log_output import configure_logging
 from actors.logger import LoggingSeverity, get_logger
-from actors.node import Node, process_arguments
+from actors.node import process_arguments
+from actors.programs import run_program
 from proto import process
 from proto.errors import CallboardError
 
-Program = Node | Callable[[], Node] | Callable[[], Coroutine[Any, Any, Any]]
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine, Generator, Sequence
+
+    from actors.programs import Program
 
 FAILURE: Final = 1
 USAGE: Final = 2
@@ -35,9 +37,9 @@ def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
     """Run nodes and coroutine functions until they end, or SIGINT or SIGTERM comes.
 
     Args:
-        programs: Things that return a node when called (Node classes, factories), coroutine functions, or
-            nodes; but a node that is made before this call has not seen the command line. They run side by
-            side; when one raises, all stop.
+        programs: Things that return a node or a supervisor when called (Node classes, factories), coroutine
+            functions, or nodes and supervisors; but a node that is made before this call has not seen the
+            command line. They run side by side; when one raises, all stop.
         args: The command line without the program's name; None takes the process's. What stands behind
             `--ros-args` is for all nodes.
 
@@ -150,23 +152,12 @@ def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], 
 
 async def _run_all(programs: Sequence[Program]) -> Any:
     if len(programs) == 1:
-        return await _run_one(programs[0])
+        return await run_program(programs[0])
     try:
         async with asyncio.TaskGroup() as group:
             for program in programs:
-                group.create_task(_run_one(program))
+                group.create_task(run_program(program))
     except BaseExceptionGroup as failures:
         # One script, one reason: the first failure speaks for the group it brought down.
         raise failures.exceptions[0] from None
     return None
-
-
-async def _run_one(program: Program) -> Any:
-    if isinstance(program, Node):
-        return await program.run()
-    made = program()
-    if isinstance(made, Node):
-        return await made.run()
-    if inspect.isawaitable(made):
-        return await made
-    raise TypeError(f"{program!r} returned {made!r}; actors.run wants nodes or coroutine functions")

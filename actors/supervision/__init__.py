@@ -1,0 +1,1 @@
+"""Supervision: children that are started, watched, restarted and stopped together."""

@@ -1,0 +1,159 @@
+"""Bodies: children while they live. Each is one task, and a ladder of ever stronger ways to stop it.
+
+`stop` takes the first rung; each further one is due when the child has not ended within its stop timeout. The
+last rung gives the child up, so that stopping always ends.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from abc import ABC, abstractmethod
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from actors.programs import run_program
+from actors.supervision.outcome import Outcome, outcome_of_error
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+    from contextvars import Context
+    from typing import Any
+
+    from actors.logger import Logger
+    from actors.programs import Factory
+    from actors.supervision.specification import Child
+
+LAST_RUNG_SEC: Final = 2.0
+"""What the strongest way to stop a child gets before the child is given up."""
+
+
+class Body(ABC):
+    """A child that has been told to start.
+
+    Args:
+        child: What it is.
+        log: Gets what goes wrong.
+        on_started: Called when it runs.
+        on_ended: Called once, with how it ended.
+
+    Attributes:
+        pid: Of a process; None before it runs, and for others.
+    """
+
+    def __init__(
+        self,
+        child: Child,
+        log: Logger,
+        *,
+        on_started: Callable[[], None],
+        on_ended: Callable[[Outcome], None],
+    ) -> None:
+        self.pid: int | None = None
+        self._child = child
+        self._log = log
+        self._on_started = on_started
+        self._on_ended = on_ended
+        self._rungs = self._ladder()
+        self._rung = -1
+        self._timer: asyncio.TimerHandle | None = None
+        self._task: asyncio.Task[Outcome] | None = None
+        self._over = False
+
+    def start(self, context: Context) -> None:
+        """Begin, in a copy of this context."""
+        loop = asyncio.get_running_loop()
+        self._task = loop.create_task(self._run(), name=f"child {self._child.name}", context=context.copy())
+        self._task.add_done_callback(self._done)
+
+    def stop(self) -> None:
+        """Begin to stop it. It ends within its stop timeout for each rung, and then `LAST_RUNG_SEC`."""
+        if self._rung < 0:
+            self._take(0)
+
+    def hurry(self) -> None:
+        """Stop it with what is strongest, now. It ends within `LAST_RUNG_SEC`."""
+        if self._rung < len(self._rungs) - 1:
+            self._take(len(self._rungs) - 1)
+
+    @abstractmethod
+    def _ladder(self) -> list[Callable[[], None]]:
+        """Return the ways to stop it, the strongest last."""
+
+    @abstractmethod
+    def _run(self) -> Coroutine[Any, Any, Outcome]:
+        """Live, from the start to the end."""
+
+    @property
+    def stopping(self) -> bool:
+        """Whether it has been told to stop."""
+        return self._rung >= 0
+
+    def _take(self, rung: int) -> None:
+        self._forget_timer()
+        if self._over:
+            return
+        self._rung = rung
+        last = rung == len(self._rungs) - 1
+        wait = LAST_RUNG_SEC if last else self._child.stop_timeout_sec
+        following = self._give_up if last else lambda: self._take(rung + 1)
+        self._timer = asyncio.get_running_loop().call_later(wait, following)
+        self._rungs[rung]()
+
+    def _give_up(self) -> None:
+        self._log.error(f"Child '{self._child.name}' cannot be stopped; going on without it")
+        self._end(Outcome(normal=False, reason="could not be stopped"))
+
+    def _done(self, task: asyncio.Task[Outcome]) -> None:
+        error = asyncio.CancelledError() if task.cancelled() else task.exception()
+        if error is None:
+            self._end(task.result())
+        else:
+            self._end(outcome_of_error(error))
+
+    def _end(self, outcome: Outcome) -> None:
+        self._forget_timer()
+        if self._over:
+            return
+        self._over = True
+        self._on_ended(_as_wanted(outcome) if self.stopping else outcome)
+
+    def _forget_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+
+def _as_wanted(outcome: Outcome) -> Outcome:
+    """Return how a child ended that was told to: as it was told, or otherwise."""
+    obeyed = (
+        outcome.normal
+        or isinstance(outcome.error, asyncio.CancelledError)
+        or outcome.signal_name in {"SIGINT", "SIGTERM"}
+    )
+    return (
+        replace(outcome, normal=True, reason="stopped by its supervisor", error=None) if obeyed else outcome
+    )
+
+
+class TaskBody(Body):
+    """A node, supervisor or coroutine in this process."""
+
+    def __init__(self, child: Child, program: Factory, log: Logger, **reports: Any) -> None:
+        super().__init__(child, log, **reports)
+        self._program = program
+
+    def _ladder(self) -> list[Callable[[], None]]:
+        return [self._cancel, self._cancel_again]
+
+    async def _run(self) -> Outcome:
+        self._on_started()
+        await run_program(self._program)
+        return Outcome(normal=True, reason="returned")
+
+    def _cancel(self) -> None:
+        assert self._task is not None
+        self._task.cancel()
+
+    def _cancel_again(self) -> None:
+        self._log.warning(f"Child '{self._child.name}' has not stopped yet; cancelling it again")
+        self._cancel()

@@ -1,0 +1,68 @@
+"""The herald: tells the log, the watchers and the topic what happens to a supervisor's children."""
+
+from __future__ import annotations
+
+import weakref
+from typing import TYPE_CHECKING, Final
+
+from actors.logger import get_logger
+from actors.qos import DurabilityPolicy, QoSProfile
+from actors.supervision.events import ChildEvent, ChildEventKind, ChildEventMessage, ChildEvents, message_of
+
+if TYPE_CHECKING:
+    from actors.logger import Logger
+    from actors.node import Node
+
+TOPIC: Final = "~/child_events"
+
+LATCHED_EVENTS: Final = 100
+"""What a late subscriber still gets."""
+
+
+class Herald:
+    """Tells everybody about a supervisor's children.
+
+    Args:
+        name: The supervisor's name.
+        node: Publishes the events; None: nobody does.
+    """
+
+    def __init__(self, name: str, node: Node | None) -> None:
+        self._log: Logger = get_logger(name)
+        self._watchers: weakref.WeakSet[ChildEvents] = weakref.WeakSet()
+        latched = QoSProfile(depth=LATCHED_EVENTS, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._publisher = None if node is None else node.create_publisher(ChildEventMessage, TOPIC, latched)
+
+    def watcher(self, *, ended: bool) -> ChildEvents:
+        """Return a new watcher. It is forgotten when its user has forgotten it."""
+        watcher = ChildEvents(ended=ended)
+        self._watchers.add(watcher)
+        return watcher
+
+    def tell(self, event: ChildEvent) -> None:
+        """Tell everybody of an event."""
+        self._write(event)
+        for watcher in tuple(self._watchers):
+            watcher.put(event)
+        publisher = self._publisher
+        if publisher is not None and not (publisher.destroyed or publisher.core.destroyed):
+            publisher.publish(message_of(event))
+
+    def end(self) -> None:
+        """No more will happen."""
+        for watcher in tuple(self._watchers):
+            watcher.end()
+
+    def _write(self, event: ChildEvent) -> None:
+        who, outcome = f"Child '{event.child}'", event.outcome
+        match event.kind:
+            case ChildEventKind.STARTED:
+                self._log.info(f"{who} started" + (f" with pid {event.pid}" if event.pid else ""))
+            case ChildEventKind.ENDED if outcome is not None and not outcome.normal:
+                self._log.error(f"{who} died: {event.reason}", exc_info=outcome.error)
+            case ChildEventKind.ENDED:
+                self._log.info(f"{who} ended: {event.reason}")
+            case ChildEventKind.RESTARTING:
+                self._log.warning(f"{who} will be started again in {event.delay_sec:.1f} s")
+            case ChildEventKind.GIVEN_UP:
+                self._log.error(f"{who} has died too often")

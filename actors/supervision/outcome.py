@@ -1,0 +1,42 @@
+"""The outcome of a child: how it ended, and why."""
+
+from __future__ import annotations
+
+import signal
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """How a child ended.
+
+    Attributes:
+        normal: It returned, or exited with 0; or it was stopped by its supervisor.
+        reason: Why, in a few words: "exit code 1", "killed by SIGKILL", "ValueError: no such map".
+        exit_code: Of a process that exited; None for others.
+        signal_name: Of the signal that killed a process ("SIGKILL"); None for others.
+        error: The exception that ended something in this process.
+    """
+
+    normal: bool
+    reason: str
+    exit_code: int | None = None
+    signal_name: str | None = None
+    error: BaseException | None = None
+
+
+def outcome_of_exit(code: int) -> Outcome:
+    """Return the outcome of a process; a negative code is minus a signal's number."""
+    if code >= 0:
+        return Outcome(normal=code == 0, reason=f"exit code {code}", exit_code=code)
+    try:
+        name = signal.Signals(-code).name
+    except ValueError:  # a real-time signal
+        name = f"signal {-code}"
+    return Outcome(normal=False, reason=f"killed by {name}", signal_name=name)
+
+
+def outcome_of_error(error: BaseException) -> Outcome:
+    """Return the outcome of something in this process that raised."""
+    text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    return Outcome(normal=False, reason=text, error=error)

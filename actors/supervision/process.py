@@ -1,0 +1,98 @@
+"""A process in a group of its own, which ends with it.
+
+`loop.create_subprocess_exec` will not do: uvloop's lets what it gives as stdin leak into the child under a
+second number, and every loop reaps a child before anybody can kill its group. Here the group is killed while
+the child is a zombie, so that its number cannot be another's yet.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import subprocess
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+
+class Process:
+    """A running process. Starting it blocks the loop until it is started: some ms.
+
+    Its end is waited for in a thread, which every platform has.
+
+    Args:
+        command: The program and its arguments.
+        stdin: A file descriptor, or `subprocess.DEVNULL`.
+        output: Where stdout and stderr go: None to this process's, `subprocess.DEVNULL` to nowhere.
+        cwd: Where it runs; None: here.
+        env: Its environment; None: this process's.
+
+    Raises:
+        OSError: The system cannot start it now, or there is no such program or `cwd`.
+
+    Attributes:
+        pid: Its number, and its group's.
+    """
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        *,
+        stdin: int,
+        output: int | None = None,
+        cwd: str | Path | None = None,
+        env: Mapping[str, str] | None = None,
+    ) -> None:
+        loop = asyncio.get_running_loop()
+        self._ended = asyncio.Event()
+        self._process = subprocess.Popen(  # noqa: S603 - running what it is told is its purpose
+            command, stdin=stdin, stdout=output, stderr=output, cwd=cwd, env=env, start_new_session=True
+        )
+        self.pid = self._process.pid
+        watcher = threading.Thread(target=self._watch, args=(loop,), name=f"end of {self.pid}", daemon=True)
+        try:
+            watcher.start()
+        except RuntimeError:
+            self.reap()
+            raise
+
+    @property
+    def ended(self) -> bool:
+        """Whether it has ended; it may not have been reaped yet."""
+        return self._ended.is_set()
+
+    def signal(self, number: signal.Signals) -> None:
+        """Send a signal to the process and its group. Once it has been reaped this does nothing."""
+        if self._process.returncode is not None:
+            return
+        if not hasattr(os, "killpg"):  # Windows: there are no groups, and only one way
+            self._process.terminate()
+            return
+        # PermissionError: macOS says so of a group of zombies.
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.pid, number)
+
+    async def wait(self) -> int:
+        """Wait for the end, kill what is left of the group, and return the exit code (negative: a signal)."""
+        await self._ended.wait()
+        return self.reap()
+
+    def reap(self) -> int:
+        """Kill the process, if it has not ended, and what is left of its group; return the exit code."""
+        self.signal(signal.SIGKILL)
+        return self._process.wait()
+
+    def _watch(self, loop: asyncio.AbstractEventLoop) -> None:
+        """In the thread: wait for the end, and leave the zombie where that is possible."""
+        if hasattr(os, "waitid"):
+            with suppress(ChildProcessError):  # SIGCHLD is ignored, so that nobody has to reap
+                os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOWAIT)
+        else:
+            self._process.wait()
+        with suppress(RuntimeError):  # the loop has been closed
+            loop.call_soon_threadsafe(self._ended.set)

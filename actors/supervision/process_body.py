@@ -1,0 +1,60 @@
+"""A child that is a process: a script or a command, with what it starts itself."""
+
+from __future__ import annotations
+
+import signal
+from typing import TYPE_CHECKING, Any
+
+from actors.environment import environment_for
+from actors.supervision.body import Body
+from actors.supervision.outcome import Outcome, outcome_of_exit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.logger import Logger
+    from actors.supervision.guard import Guard
+    from actors.supervision.process import Process
+    from actors.supervision.specification import Child
+
+
+class ProcessBody(Body):
+    """A process and its group, under guard."""
+
+    def __init__(self, child: Child, guard: Guard, log: Logger, **reports: Any) -> None:
+        super().__init__(child, log, **reports)
+        self._guard = guard
+        self._process: Process | None = None
+
+    def _ladder(self) -> list[Callable[[], None]]:
+        return [self._interrupt, self._terminate, self._kill]
+
+    async def _run(self) -> Outcome:
+        child = self._child
+        if self.stopping:
+            return Outcome(normal=True, reason="not started")
+        process = self._guard.start(child.argv, cwd=child.cwd, env=environment_for(child.env))
+        self._process, self.pid = process, process.pid
+        try:
+            self._on_started()
+            return outcome_of_exit(await process.wait())
+        finally:
+            # If this task is torn down with its loop, the process goes first.
+            process.signal(signal.SIGKILL)
+            await process.wait()
+            self._guard.forget(process.pid)
+
+    def _interrupt(self) -> None:
+        self._send(signal.SIGINT)
+
+    def _terminate(self) -> None:
+        self._log.warning(f"Child '{self._child.name}' has not ended after SIGINT; sending SIGTERM")
+        self._send(signal.SIGTERM)
+
+    def _kill(self) -> None:
+        self._log.warning(f"Child '{self._child.name}' is killed")
+        self._send(signal.SIGKILL)
+
+    def _send(self, number: signal.Signals) -> None:
+        if self._process is not None:
+            self._process.signal(number)

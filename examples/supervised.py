@@ -1,0 +1,47 @@
+"""Supervision: a worker that fails is started again, and whoever watches is told. Ends by itself.
+
+Nothing else needs to run.
+"""
+
+import asyncio
+
+import actors
+import broker
+from actors.interfaces.std_msgs.msg import UInt32
+
+
+class Counter(actors.Node):
+    """Counts down from three, and fails."""
+
+    def __init__(self, url: str) -> None:
+        super().__init__("counter", url=url, on_error="stop")
+        self.publisher = self.create_publisher(UInt32, "count", 10)
+        self.create_timer(0.1, self.on_timer)
+        self.left = 3
+
+    def on_timer(self) -> None:
+        if self.left == 0:
+            raise RuntimeError("nothing left to count")
+        self.publisher.publish(UInt32(data=self.left))
+        self.left -= 1
+
+
+async def main() -> None:
+    async with broker.Broker(broker.BrokerOptions(port=0)) as hub:
+        listener = actors.Node("listener", url=hub.url)
+        listener.create_subscription(UInt32, "count", lambda msg: print(f"heard: {msg.data}"))
+        supervisor = actors.Supervisor(
+            [actors.Child("counter", node=lambda: Counter(hub.url))], max_restarts=2, max_seconds=60.0
+        )
+        events = supervisor.events()
+        async with listener:
+            try:
+                await supervisor.run()
+            except actors.SupervisorGaveUp as error:
+                print(error)
+        async for event in events:
+            print(f"{event.child} {event.kind.value} {event.reason}".rstrip())
+
+
+if __name__ == "__main__":
+    asyncio.run(main())

@@ -1,0 +1,355 @@
+"""Supervised processes: they come back, are stopped whatever they do, and do not outlive their supervisor."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import signal
+import sys
+import textwrap
+from typing import TYPE_CHECKING
+
+import pytest
+
+import actors
+from actors import Child, ChildEventKind, ChildState, Supervisor
+from actors.interfaces.std_msgs.msg import UInt32
+from tests.integration.conftest import DEADLINE_SEC
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.integration.conftest import Program, System
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
+
+SLEEPER = """
+import os, time
+os.write(1, b"sleeper %d\\n" % os.getpid())
+time.sleep(1000)
+"""
+
+DEAF = """
+import os, signal, time
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+{more}
+os.write(1, b"deaf %d\\n" % os.getpid())
+while True:
+    time.sleep(1000)
+"""
+
+PARENT = """
+import os, subprocess, sys, time
+child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1000)"])
+os.write(1, b"parent %d %d\\n" % (os.getpid(), child.pid))
+time.sleep(1000)
+"""
+
+SUPERVISE = """
+import actors
+actors.run(lambda: actors.Supervisor([{children}], max_seconds=60))
+"""
+
+
+def script(folder: Path, name: str, source: str) -> str:
+    """Write a script; return its path."""
+    path = folder / f"{name}.py"
+    path.write_text(textwrap.dedent(source))
+    return str(path)
+
+
+def alive(pid: int) -> bool:
+    """Tell whether a process runs; a zombie does not."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    if sys.platform != "linux":
+        return True
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii") as file:  # noqa: PTH123 - in a line
+            return file.read().rpartition(")")[2].split()[0] not in "ZX"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+async def gone(*pids: int) -> None:
+    """Wait until processes that are nobody's children here have ended."""
+    async with asyncio.timeout(DEADLINE_SEC):
+        while any(alive(pid) for pid in pids):
+            await asyncio.sleep(0.01)
+
+
+def pids_in(line: str) -> list[int]:
+    """Return the numbers in what a script said."""
+    return [int(word) for word in re.findall(r"\b\d+\b", line)]
+
+
+async def supervise(system: System, *scripts: str, options: str = "") -> Program:
+    """Start a process that supervises these scripts."""
+    children = ", ".join(
+        f"actors.Child({f'c{i}'!r}, script={path!r}{options})" for i, path in enumerate(scripts)
+    )
+    return await system.python("-c", SUPERVISE.format(children=children))
+
+
+async def test_a_killed_script_comes_back(tmp_path: Path) -> None:
+    """SIGKILL ends it; watchers are told why, and it runs again with another pid."""
+    sleeper = script(tmp_path, "sleeper", SLEEPER)
+    async with Supervisor([Child("s", script=sleeper)]) as supervisor:
+        events = supervisor.events()
+        async with asyncio.timeout(DEADLINE_SEC):
+            first = await anext(events)
+            assert first.kind is ChildEventKind.STARTED
+            assert first.pid is not None
+            os.kill(first.pid, signal.SIGKILL)
+            died, waits, again = [await anext(events) for _ in range(3)]
+        assert died.outcome is not None
+        assert (died.reason, died.outcome.signal_name, died.pid) == (
+            "killed by SIGKILL",
+            "SIGKILL",
+            first.pid,
+        )
+        assert waits.kind is ChildEventKind.RESTARTING
+        assert (again.kind, again.restarts) == (ChildEventKind.STARTED, 1)
+        assert again.pid not in (None, first.pid)
+        (status,) = supervisor.children()
+        assert (status.pid, status.state) == (again.pid, ChildState.RUNNING)
+    await gone(again.pid or 0)
+
+
+@pytest.mark.parametrize(
+    ("source", "reason"),
+    [
+        ("raise SystemExit(7)", "exit code 7"),
+        ("import os; os.kill(os.getpid(), 11)", "killed by SIGSEGV"),
+        (None, "exit code 127"),
+    ],
+)
+async def test_a_script_that_dies_at_once_is_given_up(
+    tmp_path: Path, source: str | None, reason: str
+) -> None:
+    """After its last restart the supervisor ends, saying why; also for a command that does not exist."""
+    child = (
+        Child("c", command=["/no/such/command"])
+        if source is None
+        else Child("c", script=script(tmp_path, "short", source))
+    )
+    with pytest.raises(actors.SupervisorGaveUp, match=f"'c' died too often, last: {reason}"):
+        await Supervisor([child], max_restarts=2, max_seconds=60).run()
+
+
+async def test_a_folder_that_is_not_there_is_a_reason(tmp_path: Path) -> None:
+    """A process that the system cannot start is a child that died."""
+    child = Child("c", command=["true"], cwd=tmp_path / "none")
+    with pytest.raises(actors.SupervisorGaveUp, match="FileNotFoundError"):
+        await Supervisor([child], max_restarts=1, max_seconds=60).run()
+
+
+async def test_arguments_environment_and_folder_reach_the_process(tmp_path: Path) -> None:
+    """args, env and cwd are what they say, and the rest of the environment is inherited."""
+    source = """
+        import os, sys
+        good = sys.argv[1:] == ["a b", "$c"] and os.environ["MINE"] == "x y" and "PATH" in os.environ
+        here = os.path.samefile(os.getcwd(), os.path.dirname(sys.argv[0]))
+        sys.exit(0 if good and here and not sys.stdin.read() else 1)
+    """
+    child = Child(
+        "c",
+        script=script(tmp_path, "look", source),
+        args=("a b", "$c"),
+        env={"MINE": "x y"},
+        cwd=tmp_path,
+        restart=actors.Restart.TRANSIENT,
+    )
+    await Supervisor([child], max_restarts=0).run()
+
+
+@pytest.mark.parametrize("very", [False, True])
+async def test_deaf_children_are_stopped_all_the_same(system: System, tmp_path: Path, *, very: bool) -> None:
+    """One that ignores SIGINT gets SIGTERM, and one that ignores that, too, SIGKILL."""
+    more = "signal.signal(signal.SIGTERM, signal.SIG_IGN)" if very else ""
+    deaf = script(tmp_path, "deaf", DEAF.format(more=more))
+    boss = await supervise(system, deaf, options=", stop_timeout_sec=0.2")
+    (pid,) = pids_in(await boss.says("deaf "))
+    assert await boss.stop() == 0
+    assert not alive(pid)
+    assert "has not ended after SIGINT; sending SIGTERM" in boss.output
+    assert ("Child 'c0' died: killed by SIGKILL" in boss.output) is very
+
+
+async def test_what_a_dead_child_has_started_ends_before_it_comes_back(
+    system: System, tmp_path: Path
+) -> None:
+    """The rest of a killed process's group is killed."""
+    boss = await supervise(system, script(tmp_path, "parent", PARENT))
+    pid, grandchild = pids_in(await boss.says("parent "))
+    os.kill(pid, signal.SIGKILL)
+    pid2, grandchild2 = pids_in(await boss.says("parent "))
+    await gone(pid, grandchild)
+    assert alive(pid2)
+    assert await boss.stop() == 0
+    await gone(pid2, grandchild2)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+async def test_signals_stop_everything(system: System, tmp_path: Path, number: signal.Signals) -> None:
+    """Ctrl-C, or SIGTERM, for a supervising script: exit code 0, no traceback of its own, nobody is left."""
+    node = """
+        import actors, os
+
+        class Node(actors.Node):
+            def __init__(self):
+                super().__init__("n%d" % os.getpid())
+                self.create_timer(0.01, self.say)
+                self.said = False
+
+            def say(self):
+                if not self.said:
+                    self.said = True
+                    os.write(1, b"node %d\\n" % os.getpid())
+
+        actors.run(Node)
+    """
+    path = script(tmp_path, "node", node)
+    boss = await supervise(system, path, path)
+    pids = [*pids_in(await boss.says("node ")), *pids_in(await boss.says("node "))]
+    boss.send(number)
+    assert await boss.ends() == 0
+    assert "Traceback" not in boss.output
+    assert boss.output.count("ended: stopped by its supervisor") == 2
+    assert not any(alive(pid) for pid in pids)
+
+
+async def test_a_second_signal_hurries(system: System, tmp_path: Path) -> None:
+    """Children that take their time are killed when the supervisor is asked again."""
+    busy = DEAF.format(more='signal.signal(signal.SIGINT, lambda *_: os.write(1, b"asked\\n"))')
+    deaf = script(tmp_path, "busy", busy)
+    boss = await supervise(system, deaf, deaf, options=", stop_timeout_sec=1000")
+    pids = [*pids_in(await boss.says("deaf ")), *pids_in(await boss.says("deaf "))]
+    boss.send(signal.SIGINT)
+    await boss.says("asked")
+    boss.send(signal.SIGINT)
+    assert await boss.ends() == 0
+    assert "Traceback" not in boss.output
+    assert not any(alive(pid) for pid in pids)
+
+
+async def test_giving_up_is_one_line_and_exit_code_1(system: System, tmp_path: Path) -> None:
+    """A supervising script that gives up says why, and fails."""
+    boss = await supervise(system, script(tmp_path, "short", "raise SystemExit(3)"))
+    assert await boss.ends() == 1
+    assert boss.lines[-1].endswith("gave up: 'c0' died too often, last: exit code 3")
+    assert "Traceback" not in boss.output
+
+
+@pytest.mark.parametrize("group", [False, True])
+async def test_nobody_survives_a_killed_supervisor(system: System, tmp_path: Path, *, group: bool) -> None:
+    """SIGKILL for the supervisor, or its whole group: children, their children and the guard end."""
+    boss = await supervise(system, script(tmp_path, "sleeper", SLEEPER), script(tmp_path, "parent", PARENT))
+    pids = [pid for text in ("sleeper", "parent") for pid in pids_in(await said(boss, text))]
+    assert len(pids) == 3
+    everyone = [*pids, *children_of(boss.process.pid)]
+    assert len(set(everyone)) >= (4 if sys.platform == "linux" else 3)
+    (os.killpg if group else os.kill)(boss.process.pid, signal.SIGKILL)
+    await boss.ends()
+    await gone(*everyone)
+
+
+async def said(program: Program, text: str) -> str:
+    """Wait for a line, wherever it stands among the others."""
+    program._seen = 0
+    return await program.says(f"{text} ")
+
+
+def children_of(pid: int) -> list[int]:
+    """Return a process's children, where the system tells."""
+    try:
+        with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:  # noqa: PTH123 - in a line
+            return [int(word) for word in file.read().split()]
+    except FileNotFoundError:
+        return []
+
+
+async def test_a_guard_that_was_killed_is_replaced(tmp_path: Path) -> None:
+    """With the next start there is a guard again, which knows the children from before."""
+    sleeper = script(tmp_path, "sleeper", SLEEPER)
+    supervisor = Supervisor([Child("a", script=sleeper), Child("b", script=sleeper)])
+    async with supervisor, asyncio.timeout(DEADLINE_SEC):
+        await supervisor.wait_for("b", ChildState.RUNNING)
+        a, _ = supervisor.children()
+        assert a.pid is not None
+        guard = supervisor._guard._process
+        assert guard is not None
+        guard.signal(signal.SIGKILL)
+        await guard.wait()
+        events = supervisor.events()
+        os.kill(a.pid, signal.SIGKILL)
+        async for event in events:
+            if event.kind is ChildEventKind.STARTED:
+                break
+        fresh = supervisor._guard._process
+        assert fresh is not guard
+        # As if the supervisor had been killed: the pipe closes.
+        supervisor._guard.close_inherited()
+        assert fresh is not None
+        await fresh.wait()
+        both = [await anext(events) for _ in range(2)]
+        assert {each.reason for each in both} <= {"killed by SIGKILL"}
+
+
+async def test_a_fork_of_the_supervisor_does_not_keep_the_guard_waiting(
+    system: System, tmp_path: Path
+) -> None:
+    """A process forked off the supervisor, without exec, has no part in the pipe."""
+    source = f"""
+        import actors, asyncio, os, time
+
+        async def main():
+            child = actors.Child("s", script={script(tmp_path, "sleeper", SLEEPER)!r})
+            async with actors.Supervisor([child]) as supervisor:
+                await supervisor.wait_for("s", actors.ChildState.RUNNING)
+                if os.fork() == 0:
+                    os.write(1, b"fork %d\\n" % os.getpid())
+                    time.sleep(1000)
+                await asyncio.Event().wait()
+
+        actors.run(main)
+    """
+    boss = await system.python("-W", "ignore", script(tmp_path, "boss", source))
+    sleeper = pids_in(await said(boss, "sleeper"))
+    fork = pids_in(await said(boss, "fork"))
+    os.kill(boss.process.pid, signal.SIGKILL)
+    await gone(*sleeper)
+    assert alive(fork[0])
+    os.kill(fork[0], signal.SIGKILL)
+
+
+async def test_a_killed_node_is_heard_again(system: System, tmp_path: Path) -> None:
+    """A node in a process that is killed publishes again after its restart."""
+    await system.broker()
+    publisher = """
+        import actors
+        from actors.interfaces.std_msgs.msg import UInt32
+
+        class Talker(actors.Node):
+            def __init__(self):
+                super().__init__("talker")
+                self.publisher = self.create_publisher(UInt32, "pids", 10)
+                self.create_timer(0.05, self.say)
+
+            def say(self):
+                import os
+                self.publisher.publish(UInt32(data=os.getpid()))
+
+        actors.run(Talker)
+    """
+    child = Child("talker", script=script(tmp_path, "talker", publisher), env={"CALLBOARD_URL": system.url})
+    listener = actors.Node("listener", url=system.url)
+    pids = listener.create_subscription(UInt32, "pids")
+    async with listener, Supervisor([child]), asyncio.timeout(DEADLINE_SEC):
+        first = (await anext(aiter(pids))).data
+        os.kill(first, signal.SIGKILL)
+        while (await anext(aiter(pids))).data == first:
+            pass
