@@ -26,10 +26,14 @@ class Counter(actors.Node):
         self.left -= 1
 
 
+def on_count(msg: UInt32) -> None:
+    print(f"heard: {msg.data}")
+
+
 async def main() -> None:
     async with broker.Broker(broker.BrokerOptions(port=0)) as hub:
         listener = actors.Node("listener", url=hub.url)
-        listener.create_subscription(UInt32, "count", lambda msg: print(f"heard: {msg.data}"))
+        listener.create_subscription(UInt32, "count", on_count)
         supervisor = actors.Supervisor(
             [actors.Child("counter", node=lambda: Counter(hub.url))], max_restarts=2, max_seconds=60.0
         )

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -110,3 +111,21 @@ def test_the_tests_in_the_testing_guide_pass(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "4 passed" in done.stdout
+
+
+def test_the_programs_in_the_supervision_guide_run(tmp_path: Path) -> None:
+    """The first program of docs/supervision.md stops on SIGINT with 0; the second prints what is shown."""
+    text = (ROOT / "docs" / "supervision.md").read_text(encoding="utf-8")
+    first, second = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (shown,) = re.findall(r"```\n\n((?:    .*\n)+)", text)
+    environ = os.environ | {"PYTHONPATH": str(ROOT)}
+    driver = """
+        import os, signal, sys
+        assert sys.argv[1:] == ["--port", "3"]
+        os.kill(os.getppid(), signal.SIGINT)
+    """
+    (tmp_path / "driver.py").write_text(textwrap.dedent(driver), encoding="utf-8")
+    for source, printed in ((first, ""), (second, textwrap.dedent(shown))):
+        command = [sys.executable, "-c", source]
+        done = subprocess.run(command, cwd=tmp_path, env=environ, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stdout) == (0, printed), done.stderr

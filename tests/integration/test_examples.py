@@ -38,6 +38,16 @@ async def test_latched_value_reaches_the_late_joiner(system: System) -> None:
     assert program.output.count("late joiner") == 1
 
 
+async def test_supervised_counts_three_times(system: System) -> None:
+    """The failing node is started twice more, and then given up; the events say so."""
+    program = await system.example("supervised")
+    assert await program.ends() == 0
+    assert program.lines.count("heard: 1") == 3
+    assert "gave up: 'counter' died too often, last: RuntimeError: nothing left to count" in program.output
+    assert program.lines[-1] == "counter given up RuntimeError: nothing left to count"
+    assert program.lines.count("counter started") == 3
+
+
 async def test_decorated_course_runs_all_five(system: System) -> None:
     """Messages are heard, passed on and requests answered, in one process."""
     await system.broker()
