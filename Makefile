@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 BENCH_READY := $(VENV)/.bench-ready
 
-.PHONY: demo test check lint types contracts format bench clean
+.PHONY: demo test check lint types contracts format bench soak clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -47,6 +47,13 @@ $(BENCH_READY): $(READY)
 
 bench: $(BENCH_READY)
 	@$(BIN)/python benchmarks/suite.py
+
+# Simulated histories with faults, for SOAK_MINUTES; FIRST and SEEDS choose them. A violation says how to see it again.
+SOAK_MINUTES ?= 5
+FIRST ?= 0
+
+soak: $(READY)
+	@$(BIN)/python -m tests.simulation.soak --minutes $(SOAK_MINUTES) --first-seed $(FIRST) $(if $(SEEDS),--seeds $(SEEDS))
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache

@@ -1,0 +1,121 @@
+"""One history from a seed: lived through, looked at, and told about when something is wrong."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import random
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from tests.simulation.checks import check
+from tests.simulation.loop import SimulatedLoop, simulate
+from tests.simulation.world import World, determined
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+TAIL: Final = 60
+"""Events that a failed history shows."""
+
+
+@dataclass(frozen=True)
+class History:
+    """What one history was.
+
+    Attributes:
+        digest: A hash of every byte that has travelled, and when.
+        seconds: Virtual time that has passed.
+        looks: Times that the sums were looked at.
+        struck: Faults, by kind.
+        wrong: What broke a promise and how to see it again; empty if nothing did.
+    """
+
+    digest: str = ""
+    seconds: float = 0.0
+    looks: int = 0
+    struck: dict[str, int] = field(default_factory=dict)
+    wrong: str = ""
+
+
+def kind_of(*, calm: bool) -> str:
+    """Return what histories with or without faults are called."""
+    return "calm" if calm else "troubled"
+
+
+def replay(seed: int, *, calm: bool) -> str:
+    """Return the command that shows a history again."""
+    kind = kind_of(calm=calm)
+    return f"python -m pytest tests/simulation/test_histories.py -k {kind} --first-seed {seed} --seeds 1"
+
+
+def live(seed: int, *, calm: bool) -> History:
+    """Live through one history."""
+    worlds: list[World] = []
+    error = ""
+
+    async def main(loop: SimulatedLoop) -> None:
+        world = World(loop, seed, calm=calm)
+        worlds.append(world)
+        with determined(loop, seed), noted(world), world.steps.taken():
+            await world.run()
+            await check(world)
+
+    with _alone(seed):
+        try:
+            simulate(main, seed)
+        except Exception as failure:  # noqa: BLE001 - whatever ends a history is what is wrong with it
+            error = repr(failure)
+    world = worlds[0]
+    complaints = world.journal.complaints
+    if complaints and not error:
+        error = complaints[0]
+    return History(
+        world.network.digest,
+        world.loop.time(),
+        world.steps.looks,
+        dict(world.journal.struck),
+        _report(world, error) if error else "",
+    )
+
+
+@contextmanager
+def _alone(seed: int) -> Iterator[None]:
+    """Chance is the seed's, and garbage is not collected: that closes abandoned generators at any time."""
+    state = random.getstate()
+    random.seed(seed)
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+        random.setstate(state)
+
+
+@contextmanager
+def noted(world: World) -> Iterator[None]:
+    """What is logged is part of the history, and is shown nowhere else."""
+
+    class Notes(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            if not record.exc_info:
+                world.journal.events.append(f"{world.loop.time():10.6f} {record.name}: {record.getMessage()}")
+
+    log, notes = logging.getLogger("callboard"), Notes()
+    propagate, log.propagate = log.propagate, False
+    log.addHandler(notes)
+    try:
+        yield
+    finally:
+        log.removeHandler(notes)
+        log.propagate = propagate
+
+
+def _report(world: World, error: str) -> str:
+    journal = world.journal
+    lines = [f"seed {world.seed}: {error}", "", "the last events:", *journal.events[-TAIL:]]
+    lines += ["", "complaints:", *journal.complaints[:10]]
+    lines += ["", f"to see it again: {replay(world.seed, calm=world.calm)}"]
+    return "\n".join(lines)
