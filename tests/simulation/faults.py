@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import actors
 from tests.simulation.network import BROKER, on_host
+from tests.simulation.presence import silence
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -29,13 +30,14 @@ async def half_open(world: World, member: Member, lasting: float) -> None:
     ends = [member.host, BROKER]
     world.random.shuffle(ends)
     world.network.block(*ends)
-    await asyncio.sleep(lasting)
+    mute = ends[0] == member.host
+    await silence(world, lasting, unheard=[member] if mute else [], unhearing=[] if mute else [member])
 
 
 async def partition(world: World, member: Member, lasting: float) -> None:
     """Cut the member's cable."""
     world.network.partition(member.host)
-    await asyncio.sleep(lasting)
+    await silence(world, lasting, unheard=[member], unhearing=[member])
 
 
 async def slow(world: World, member: Member, lasting: float) -> None:
@@ -66,7 +68,10 @@ async def freeze(world: World, member: Member, lasting: float) -> None:
     """Stop a process, as SIGSTOP does: its kernel takes bytes, and nobody reads them."""
     host = world.random.choice([member.host, member.host, BROKER])
     world.freeze(host)
-    await asyncio.sleep(lasting)
+    if host == BROKER:
+        await silence(world, lasting, unheard=[], unhearing=world.members)
+    else:
+        await silence(world, lasting, unheard=[member], unhearing=[])
     world.thaw(host)
 
 

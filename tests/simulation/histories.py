@@ -58,7 +58,7 @@ def live(seed: int, *, calm: bool) -> History:
     async def main(loop: SimulatedLoop) -> None:
         world = World(loop, seed, calm=calm)
         worlds.append(world)
-        with determined(loop, seed), noted(world), world.steps.taken():
+        with determined(loop, seed), world.limits(), noted(world), world.steps.taken():
             await world.run()
             await check(world)
 
@@ -82,7 +82,14 @@ def live(seed: int, *, calm: bool) -> History:
 
 @contextmanager
 def _alone(seed: int) -> Iterator[None]:
-    """Chance is the seed's, and garbage is not collected: that closes abandoned generators at any time."""
+    """Chance is the seed's, and garbage is not collected: that closes abandoned generators at any time.
+
+    What is logged is shown nowhere.
+    """
+    log = logging.getLogger("callboard")
+    propagate, log.propagate = log.propagate, False
+    silent = logging.NullHandler()
+    log.addHandler(silent)
     state = random.getstate()
     random.seed(seed)
     gc.collect()
@@ -92,11 +99,13 @@ def _alone(seed: int) -> Iterator[None]:
     finally:
         gc.enable()
         random.setstate(state)
+        log.removeHandler(silent)
+        log.propagate = propagate
 
 
 @contextmanager
 def noted(world: World) -> Iterator[None]:
-    """What is logged is part of the history, and is shown nowhere else."""
+    """What is logged is part of the history."""
 
     class Notes(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
@@ -104,13 +113,11 @@ def noted(world: World) -> Iterator[None]:
                 world.journal.events.append(f"{world.loop.time():10.6f} {record.name}: {record.getMessage()}")
 
     log, notes = logging.getLogger("callboard"), Notes()
-    propagate, log.propagate = log.propagate, False
     log.addHandler(notes)
     try:
         yield
     finally:
         log.removeHandler(notes)
-        log.propagate = propagate
 
 
 def _report(world: World, error: str) -> str:

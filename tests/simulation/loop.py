@@ -119,6 +119,11 @@ class SimulatedLoop(BaseEventLoop):
         """Let a host go on: it finds everything that has become due meanwhile."""
         self._ready.extend(self._frozen.pop(host, ()))
 
+    def thaw_all(self) -> None:
+        """Let every host go on."""
+        for host in tuple(self._frozen):
+            self.thaw(host)
+
     def _write_to_self(self) -> None:
         """Part of BaseEventLoop: there is no other thread."""
 
@@ -168,6 +173,7 @@ def simulate(main: Callable[[SimulatedLoop], Coroutine[Any, Any, T]], seed: int 
 
 def _cancel_all(loop: SimulatedLoop) -> None:
     """After a failure: end what is left, so that nothing is destroyed pending."""
+    loop.thaw_all()
     left = asyncio.all_tasks(loop)
     for task in left:
         task.cancel()

@@ -329,7 +329,7 @@ class Member:
         try:
             told.publisher.publish(Note(source=told.name, number=told.published, weight=bytes(weight)))
         except actors.PublisherFull:
-            await self._in_time(told.publisher.ready(1.0), 1.0, actors.WaitTimeout)
+            await self._in_time(told.publisher.ready(1.0), 1.0, actors.WaitTimeout, actors.NodeDestroyed)
 
     async def _in_time(
         self, wait: Coroutine[Any, Any, object], timeout: float, *expected: type[Exception]

@@ -1,8 +1,8 @@
 """Histories, for as long as you like: `python -m tests.simulation.soak --minutes 60`.
 
-Worker processes live through one seed after the other, each seed once calm and once troubled. What breaks a
-promise is told at once, with the command that shows it again. A history that takes too long on the wall clock,
-or that takes its process with it, is a violation, too, and does not stop the others.
+Worker processes live through one seed after the other, each seed once calm and once troubled. What breaks
+a promise is told at once, with the command that shows it again. A history that takes too long on the wall
+clock, or that takes its process with it, is a violation, too, and does not stop the others.
 """
 
 from __future__ import annotations

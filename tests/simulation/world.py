@@ -9,11 +9,12 @@ from __future__ import annotations
 import asyncio
 import secrets
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from random import Random
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
+from actors.entities import publisher, subscription
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
 from tests.simulation.member import Member
@@ -56,11 +57,24 @@ def determined(loop: SimulatedLoop, seed: int) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def tight(random: Random) -> Iterator[None]:
+    """Limits that a history reaches: credit runs out, and publishers get full."""
+    with (
+        mock.patch.object(subscription, "WINDOW_MESSAGES", random.choice([4, 30, 1000])),
+        mock.patch.object(subscription, "WINDOW_BYTES", random.choice([500, 20_000, 8 * 1024 * 1024])),
+        mock.patch.object(publisher, "KEEP_ALL_MESSAGES", random.choice([40, 400])),
+        mock.patch.object(publisher, "READY_MESSAGES", random.choice([1, 20])),
+    ):
+        yield
+
+
 class World:
     """The brokers, the members and their fate.
 
     Attributes:
         calm: No faults, only weather.
+        alone: Whether at most one fault strikes at a time.
         active: Whether members begin new things.
         home: The broker that everybody prefers.
         standby: A second one, for those that do not reach the first; in some histories.
@@ -72,6 +86,7 @@ class World:
         self.network = loop.network
         self.network.choose_weather = lambda random: Weather(**vars(random.choice(WEATHERS)))
         self.calm = calm
+        self.alone = True
         self.seed = seed
         self.journal = Journal()
         self.random = Random(f"{seed} world")
@@ -140,6 +155,13 @@ class World:
 
     # The history
 
+    @contextmanager
+    def limits(self) -> Iterator[None]:
+        """Limits for this history: those of the product, or tight ones."""
+        random = Random(f"{self.seed} limits")
+        with tight(random) if random.random() < 0.5 else nullcontext():
+            yield
+
     async def run(self) -> None:
         """Start everything, let it happen, heal."""
         late = not self.calm and self.random.random() < 0.3
@@ -168,8 +190,8 @@ class World:
             await member.activities_end()
 
     async def _suffer_all(self, end: float) -> None:
-        together = self.random.random() < 0.3
-        if together:
+        self.alone = self.random.random() < 0.7
+        if not self.alone:
             await asyncio.gather(
                 self._suffer(faults.OF_THE_NETWORK, end), self._suffer(faults.OF_PROCESSES, end)
             )

@@ -1,0 +1,60 @@
+"""Who is silent is noticed: by the broker, and by its nodes, within the keepalive limit."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+from tests.simulation.network import BROKER
+
+if TYPE_CHECKING:
+    from broker.connection import Connection
+    from proto.aio import Channel
+    from tests.simulation.member import Member
+    from tests.simulation.world import World
+
+NOTICE_SEC: Final = 6.0
+"""The keepalive limit of 3 s, twice the time between two looks, and bytes that were still on their way."""
+
+
+async def silence(world: World, lasting: float, *, unheard: list[Member], unhearing: list[Member]) -> None:
+    """Wait, and look whether those who rely on each other have noticed that they cannot hear each other.
+
+    Args:
+        world: The world.
+        lasting: Seconds to wait.
+        unheard: Whom the broker does not hear.
+        unhearing: Who does not hear the broker.
+    """
+    theirs = [(member, connection) for member in unheard if (connection := _relied_on(world, member))]
+    ours = [(member, channel) for member in unhearing if (channel := _relying(member))]
+    await asyncio.sleep(min(lasting, NOTICE_SEC))
+    if lasting > NOTICE_SEC and world.alone:
+        for member, connection in theirs:
+            if connection.suspended_at is None and _relied_on(world, member) is connection:
+                world.complain(f"the broker has not noticed that {member.host} is silent")
+        for member, channel in ours:
+            if _relying(member) is channel:
+                world.complain(f"{member.host} has not noticed that the broker is silent")
+    await asyncio.sleep(max(0.0, lasting - NOTICE_SEC))
+
+
+def _relied_on(world: World, member: Member) -> Connection | None:
+    """Return the broker's end of a member's link, if somebody is matched with the member."""
+    broker = world.home.broker
+    assert broker is not None
+    for router, joined in broker._joined.items():
+        record = router._names.get(member.node.get_fully_qualified_name())
+        connection = None if record is None else joined.get(record.peer.id)
+        if record is not None and connection is not None and connection.channel.connected:
+            return connection if record.peer.matched or record.peer.suspended else None
+    return None
+
+
+def _relying(member: Member) -> Channel | None:
+    """Return a member's end of its link to the first broker, if it is matched with somebody."""
+    link = member.node._core.link
+    channel = link.channel
+    if channel is None or not link._matched or channel._transport is None:
+        return None
+    return channel if channel._transport.get_extra_info("peername")[0] == BROKER else None
