@@ -195,7 +195,7 @@ def _adds_up(world: World, heard: Heard) -> None:
             world.complain(f"{heard.name} covers {told.name} up to {covered}, not {told.published}")
         numbers = heard.numbers.get(told.name, [])
         lossless = keep_all(subscription.qos_profile) and keep_all(told.publisher.qos_profile)
-        right = list(range(first, subscription._seen[gid] if told.gone else told.published))
+        right = list(range(first, subscription._seen.get(gid, first) if told.gone else told.published))
         if world.calm and lossless and [n for n in numbers if n >= first] != right:
             world.complain(f"{heard.name} has lost something of {told.name}, though both keep all")
     if subscription.received != sum(map(len, heard.numbers.values())):

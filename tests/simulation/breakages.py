@@ -1,0 +1,257 @@
+"""Ways to break the product on purpose, one promise each: what is looked at must be able to find them.
+
+Each is a context manager; `BREAKAGES` names them with the kind of history in which they show.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
+from unittest import mock
+
+import broker.server
+from actors.core import Core
+from actors.deadlines import Deadlines
+from actors.entities.client import Client
+from actors.entities.publisher import Publisher
+from actors.entities.subscription import Subscription
+from broker.graph import Graph
+from broker.records import Queue, Route
+from broker.router import Router
+from broker.server import Broker
+from broker.services import Services
+from broker.topics import Topics
+from proto.frames import Replay, ReplyEntry
+from proto.liveness import Finding, Liveness
+from proto.outbox import Lane
+from tests.simulation.histories import History, live
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from contextlib import AbstractContextManager
+
+    from actors.feeds import Inflow
+    from proto.frames import Run
+    from proto.outbox import Outbox
+
+
+def does_nothing(owner: Any, name: str) -> Callable[[], AbstractContextManager[object]]:
+    """Return a breakage: this method does nothing."""
+    return lambda: mock.patch.object(owner, name, return_value=None)
+
+
+@contextmanager
+def drops_in_silence() -> Iterator[None]:
+    """A lane does not count what it drops."""
+    trim = Lane.trim
+
+    def silent(lane: Lane) -> None:
+        dropped = lane.dropped
+        trim(lane)
+        lane.dropped = dropped
+
+    with mock.patch.object(Lane, "trim", silent):
+        yield
+
+
+@contextmanager
+def forwards_twice() -> Iterator[None]:
+    """The broker sends each run twice."""
+    put = broker.server._put
+
+    def twice(connection: Any, outbox: Outbox, delivery: Any) -> None:
+        put(connection, outbox, delivery)
+        if isinstance(delivery, Queue) and not isinstance(delivery.item, bytes):
+            put(connection, outbox, delivery)
+
+    with mock.patch.object(broker.server, "_put", twice):
+        yield
+
+
+@contextmanager
+def takes_what_it_has_seen() -> Iterator[None]:
+    """A subscription forgets what it has had from a publisher that comes back."""
+    attached = Subscription.attached
+
+    def forgetful(subscription: Subscription[Any], inflow: Inflow) -> None:
+        subscription._seen.pop(inflow.gid, None)
+        subscription._inflows.pop(inflow.gid, None)
+        attached(subscription, inflow)
+
+    with mock.patch.object(Subscription, "attached", forgetful):
+        yield
+
+
+@contextmanager
+def answers_somebody_else() -> Iterator[None]:
+    """Of two replies that come together, each gets the other's body."""
+    reply = Services.reply
+
+    def mixed(services: Services, server: Any, entries: tuple[ReplyEntry, ...]) -> None:
+        bodies = [entry.body for entry in entries]
+        swapped = zip(entries, [*bodies[1:], *bodies[:1]], strict=True)
+        reply(services, server, tuple(entry._replace(body=body) for entry, body in swapped))
+
+    with mock.patch.object(Services, "reply", mixed):
+        yield
+
+
+@contextmanager
+def answers_twice() -> Iterator[None]:
+    """The broker gives a request to its server twice."""
+    requested = Core._requested
+
+    def twice(core: Core, frame: Any) -> None:
+        again = tuple(entry._replace(call=entry.call + 2**40) for entry in frame.entries)
+        requested(core, frame)
+        requested(core, frame._replace(entries=again))
+
+    with mock.patch.object(Core, "_requested", twice):
+        yield
+
+
+@contextmanager
+def latches_backwards() -> Iterator[None]:
+    """Late joiners get the latched runs in the wrong order."""
+    replay = Topics._replay
+
+    def backwards(topics: Topics, publisher: Any, subscription: Any, route: Any) -> None:
+        publisher.latched.reverse()
+        replay(topics, publisher, subscription, route)
+        publisher.latched.reverse()
+
+    with mock.patch.object(Topics, "_replay", backwards):
+        yield
+
+
+@contextmanager
+def latches_too_little() -> Iterator[None]:
+    """A late joiner does not get the first of the latched messages."""
+    receive = Subscription.receive
+
+    def deaf(subscription: Subscription[Any], inflow: Inflow, run: Run | Replay) -> None:
+        if not isinstance(run, Replay):
+            receive(subscription, inflow, run)
+
+    with mock.patch.object(Subscription, "receive", deaf):
+        yield
+
+
+@contextmanager
+def keeps_all_like_one() -> Iterator[None]:
+    """The broker keeps one message, whatever a subscription asks for."""
+
+    def shallow(route: Route) -> None:
+        route.lane.depth = 1
+
+    with mock.patch.object(Route, "_deepen", shallow):
+        yield
+
+
+@contextmanager
+def never_judges() -> Iterator[None]:
+    """Nobody is ever taken for silent."""
+    with mock.patch.object(Liveness, "look", return_value=Finding.FINE):
+        yield
+
+
+@contextmanager
+def runs_beside() -> Iterator[None]:
+    """Callbacks do not wait for each other."""
+    begin = Subscription.__init__
+
+    def concurrent(subscription: Subscription[Any], *arguments: Any, **options: Any) -> None:
+        begin(subscription, *arguments, **{**options, "concurrent": True})
+
+    with mock.patch.object(Subscription, "__init__", concurrent):
+        yield
+
+
+@contextmanager
+def takes_any_name() -> Iterator[None]:
+    """The broker lets two nodes have one name."""
+    make = Router._make_node
+
+    def forgetful(router: Router, peer: Any, frame: Any) -> Any:
+        router._names.pop(frame.name, None)
+        return make(router, peer, frame)
+
+    with mock.patch.object(Router, "_make_node", forgetful):
+        yield
+
+
+@contextmanager
+def miscounts_a_break() -> Iterator[None]:
+    """A subscription does not count what a broken link has cost."""
+    attached = Subscription.attached
+
+    def silent(subscription: Subscription[Any], inflow: Inflow) -> None:
+        before = subscription.lost_on_break
+        attached(subscription, inflow)
+        subscription.lost_on_break = before
+
+    with mock.patch.object(Subscription, "attached", silent):
+        yield
+
+
+@contextmanager
+def overlooks_a_gap() -> Iterator[None]:
+    """A subscription does not count what the broker has dropped."""
+    receive = Subscription.receive
+
+    def silent(subscription: Subscription[Any], inflow: Inflow, run: Run | Replay) -> None:
+        before = subscription.lost
+        receive(subscription, inflow, run)
+        subscription.lost = before
+
+    with mock.patch.object(Subscription, "receive", silent):
+        yield
+
+
+@contextmanager
+def leaves_its_ticker() -> Iterator[None]:
+    """A broker that stops leaves a task behind."""
+
+    async def nothing(_: Broker) -> None:
+        return
+
+    with mock.patch.object(Broker, "_stop_ticker", nothing):
+        yield
+
+
+BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], bool]]] = {
+    "order of latched messages": (latches_backwards, True),
+    "latched messages come": (latches_too_little, True),
+    "latched messages are kept": (does_nothing(Topics, "_latch"), True),
+    "latched messages outlive a broker": (does_nothing(Publisher, "_resend_retained"), False),
+    "at most once": (forwards_twice, True),
+    "at most once across a reconnect": (takes_what_it_has_seen, False),
+    "drops are counted": (drops_in_silence, False),
+    "depth in the broker and the publisher": (does_nothing(Lane, "trim"), False),
+    "depth in the node": (does_nothing(Subscription, "_trim"), True),
+    "KEEP_ALL loses nothing": (keeps_all_like_one, True),
+    "gaps are counted": (overlooks_a_gap, False),
+    "breaks are counted": (miscounts_a_break, False),
+    "links that end are accounted for": (does_nothing(broker.server, "lose"), False),
+    "credit comes": (does_nothing(Subscription, "_taken"), True),
+    "replies go to their caller": (answers_somebody_else, True),
+    "requests come once": (answers_twice, True),
+    "deadlines end calls": (does_nothing(Deadlines, "_ring"), True),
+    "handlers of callers that give up are cancelled": (does_nothing(Client, "_withdraw"), True),
+    "calls to a server that goes end": (does_nothing(Services, "_fail_pending"), True),
+    "the silent are noticed": (never_judges, False),
+    "names are unique": (takes_any_name, True),
+    "the graph is right": (does_nothing(Graph, "remove"), False),
+    "matching is pushed": (does_nothing(Topics, "flush"), True),
+    "servers are pushed": (does_nothing(Services, "flush"), True),
+    "callbacks run one at a time": (runs_beside, True),
+    "errors of callbacks are counted": (does_nothing(Core, "callback_failed"), True),
+    "a stopped broker leaves nothing": (leaves_its_ticker, True),
+}
+"""By promise: how to break it, and whether calm histories show it."""
+
+
+def live_with_a_breakage(seed: int, *, calm: bool) -> History:
+    """Live through a history in which the broker sends each run twice; for a soak that must find it."""
+    with forwards_twice():
+        return live(seed, calm=calm)

@@ -1,0 +1,19 @@
+"""The checkers can fail: whoever breaks a promise on purpose is found within a few histories."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.simulation.breakages import BREAKAGES
+from tests.simulation.histories import live
+
+SEEDS = 12
+"""Histories in which a breakage has to show."""
+
+
+@pytest.mark.parametrize("promise", BREAKAGES)
+def test_a_broken_promise_is_found(promise: str) -> None:
+    """Whatever is promised, a product that does not keep it is caught."""
+    breakage, calm = BREAKAGES[promise]
+    with breakage():
+        assert any(live(seed, calm=calm).wrong for seed in range(SEEDS)), f"{promise!r} may fail unseen"
