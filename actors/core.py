@@ -31,6 +31,8 @@ class Core:
     Attributes:
         callback_errors: Callbacks that have raised so far.
         watch: Times the node's callbacks.
+        stopping: Whether the node begins nothing new: it is on its way out.
+        unread: Messages that had come when the node stopped, and were not taken.
         stop: Set by the node: ends it with an error.
         departing: What destroyed publishers have still to send in this session.
     """
@@ -57,6 +59,8 @@ class Core:
         self.default_call_timeout_sec = default_call_timeout_sec
         self.callback_errors = 0
         self.destroyed = False
+        self.stopping = False
+        self.unread = 0
         self.entities: dict[Entity, None] = {}
         self.timers: dict[Timer, None] = {}
         self.departing: deque[Lane] = deque()
@@ -148,6 +152,9 @@ class Core:
 
     def link_lost(self) -> None:
         """Endpoint: the session has ended; the link declares the node again."""
+        unsent = sum(lane.pending for lane in self.departing)
+        if unsent:
+            self.log.warning(f"{unsent} messages of destroyed publishers were never sent: the link broke")
         self.departing.clear()
 
 
@@ -172,6 +179,9 @@ class Entity:
         """Raise NodeDestroyed if the entity or its node has been destroyed."""
         if self.destroyed:
             raise NodeDestroyed(f"This {type(self).__name__.lower()} has been destroyed")
+
+    def retire(self) -> None:
+        """The node stops: begin nothing new. What callbacks that still run may need goes on."""
 
     def destroy(self) -> None:
         """Take the entity out of service. A second call does nothing."""

@@ -280,26 +280,31 @@ class Dialer:
             channel.flush()
         pulse.looked(channel.bytes_sent)
 
-    async def close(self, *, timeout_sec: float) -> None:
-        """Send what is queued, say goodbye and close; give up after `timeout_sec`."""
+    @property
+    def ended(self) -> bool:
+        """Whether there is no connection: neither a session nor an attempt at one."""
+        return self._conversation is None or self._conversation.ended.is_set()
+
+    def leave(self) -> None:
+        """Connect no more, and say goodbye behind all that has left; then the broker closes.
+
+        To close first could cost the broker what it has not read yet.
+        """
         self._closing = True
         conversation = self._conversation
         if conversation is None or conversation.ended.is_set():
             return
         if conversation.is_open:
-            channel = conversation.channel
-            self._link.flush()
-            try:
-                async with asyncio.timeout(timeout_sec):
-                    await self._link.round_trip()
-                    channel.send(frames.Goodbye("stopped"))
-                    channel.flush()
-                    channel.close()
-                    await conversation.ended.wait()
-            except (TimeoutError, BrokerUnreachable):
-                conversation.abort()
+            conversation.channel.send(frames.Goodbye("stopped"))
+            conversation.channel.flush()
         else:
             conversation.abort()
+
+    def abort(self) -> None:
+        """End the connection, if there still is one."""
+        self._closing = True
+        if self._conversation is not None and not self._conversation.ended.is_set():
+            self._conversation.abort()
 
     # What the broker says about the session
 

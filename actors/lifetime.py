@@ -1,12 +1,19 @@
 """A node's life: how it starts, what ends it, and how it stops.
 
-`begin` and `end` are what entering and leaving `async with node:` do. Everything a node runs is a task of one
-group, which `end` has awaited when it returns: nothing of a node outlives it.
+`begin` and `end` are what entering and leaving `async with node:` do. A node that stops begins no callback
+any more, but those that run may end, with calls and topics at work, so that their answers leave. Whatever
+callbacks do, `end` returns within `stop_timeout_sec` and two seconds:
+
+    callbacks that run end, what is queued leaves    stop_timeout_sec for both
+    callbacks that are left are cancelled            GRACE_SEC, and so long for what they have left behind
+    those that ignore that are named and left alone  at once
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import math
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.diagnostics import Size
@@ -14,15 +21,18 @@ from actors.errors import NodeAlreadyRunning
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
-    from collections.abc import Coroutine, Iterator
+    from collections.abc import Callable, Coroutine, Iterator
 
     from actors.clock import Clock
     from actors.core import Core
     from actors.dialer import Dialer
 
 STOP_TIMEOUT_SEC: Final = 5.0
-"""What a stopping node gives what it has published to leave, and then the link to close. Callbacks that still
-run are cancelled; one that swallows that holds the node up, which is logged."""
+"""What a stopping node gives its running callbacks to end and its queues to empty: longer than nearly all
+callbacks take, shorter than the ten seconds after which process managers kill."""
+
+GRACE_SEC: Final = 1.0
+"""What cancelled callbacks, and then tasks that only have to notice, get to end."""
 
 
 class Lifetime:
@@ -33,7 +43,7 @@ class Lifetime:
         clock: The node's clock, which is destroyed with it.
         dialer: Keeps the node's link.
         connect_timeout_sec: How long `begin` waits for a broker; None does not wait.
-        stop_timeout_sec: What `end` gives queued messages to be sent.
+        stop_timeout_sec: What `end` gives running callbacks to end, and then queued messages to be sent.
     """
 
     def __init__(
@@ -50,13 +60,18 @@ class Lifetime:
         self._dialer = dialer
         self._connect_timeout_sec = connect_timeout_sec
         self._stop_timeout_sec = stop_timeout_sec
-        self._group: asyncio.TaskGroup | None = None
+        self._running = False
         self._tasks: dict[asyncio.Task[None], None] = {}
         self._body: asyncio.Task[Any] | None = None
         """The task that is inside `async with`."""
         self._cancelled_body: asyncio.Task[Any] | None = None
         self._done: asyncio.Event | None = None
         self._failure: Exception | None = None
+        self._deadline = math.inf
+        """Loop time of the end of the present wait in stopping; `_hurry` brings it forward."""
+        self._letting_run = False
+        """Whether callbacks are waited for that have not been cancelled."""
+        self._hurried = False
         core.stop = self.fail
 
     async def begin(self) -> None:
@@ -68,13 +83,12 @@ class Lifetime:
             BrokerUnreachable: There was no broker within `connect_timeout_sec`.
         """
         core, link = self._core, self._core.link
-        if self._group is not None:
+        if self._running:
             raise NodeAlreadyRunning(f"Node '{core.full_name}' is running already")
         core.require_alive()
+        self._running = True
         self._done = asyncio.Event()
         self._body = asyncio.current_task()
-        self._group = asyncio.TaskGroup()
-        await self._group.__aenter__()
         link.loop = asyncio.get_running_loop()
         self._spawn(self._keep_link())
         core.mailbox.open(self._spawn)
@@ -88,12 +102,16 @@ class Lifetime:
             await self.end(None)
             raise
 
-    def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
-        assert self._group is not None
-        task = self._group.create_task(coroutine)
+    def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(coroutine)
         self._tasks[task] = None
-        task.add_done_callback(self._tasks.pop)
-        return task
+        task.add_done_callback(self._task_ended)
+
+    def _task_ended(self, task: asyncio.Task[None]) -> None:
+        self._tasks.pop(task, None)
+        # SystemExit and KeyboardInterrupt have already gone through the loop to whoever runs it.
+        if not task.cancelled() and isinstance(error := task.exception(), Exception):
+            self.fail(error)
 
     async def _keep_link(self) -> None:
         try:
@@ -122,50 +140,134 @@ class Lifetime:
         await self._done.wait()
 
     async def end(self, error: BaseException | None) -> None:
-        """Send what is queued, take everything back, end every task.
+        """Stop, as the module says. Being cancelled meanwhile hurries: callbacks are cancelled at once.
 
         Args:
             error: What ended the body; raised instead of it is the error that the node has failed with.
         """
-        assert self._group is not None
         self._body = None
-        try:
-            await self._close()
-        finally:
-            for task in tuple(self._tasks):
-                task.cancel()
-            if self._tasks:
-                _, stubborn = await asyncio.wait(self._tasks, timeout=self._stop_timeout_sec)
-                if stubborn:
-                    self._core.log.warning(f"{len(stubborn)} callbacks ignore that the node stops")
-            group, self._group = self._group, None
-            await group.__aexit__(None, None, None)
+        again: asyncio.CancelledError | None = None
+        stopping = asyncio.get_running_loop().create_task(self._stop())
+        while not stopping.done():
+            try:
+                await asyncio.wait({stopping})
+            except asyncio.CancelledError as cancelled:
+                again = cancelled
+                self._hurry()
+        self._running = False
         if self._cancelled_body is not None:
             self._cancelled_body.uncancel()
+        if not stopping.cancelled():
+            stopping.result()
         if self._failure is not None and (error is None or isinstance(error, asyncio.CancelledError)):
             raise self._failure
+        if again is not None:
+            raise again
 
-    async def _close(self) -> None:
-        core, link = self._core, self._core.link
-        core.mailbox.close()
-        self._destroy_parts()
+    async def _stop(self) -> None:
+        core = self._core
         try:
-            async with asyncio.timeout(self._stop_timeout_sec):
-                while link.connected and not all(lane.empty for lane in core.departing):
-                    await link.changed()
-        except TimeoutError:
-            left = sum(max(1, lane.pending) for lane in core.departing if not lane.empty)
-            core.log.warning(f"Stopping with {left} published messages unsent")
-        await self._dialer.close(timeout_sec=self._stop_timeout_sec)
-        core.destroyed = True
-        self._clock.destroy()
+            stopped_by = asyncio.get_running_loop().time() + self._stop_timeout_sec
+            await self._end_callbacks(stopped_by)
+            core.mailbox.close()
+            self._destroy_parts()
+            await self._empty_queues()
+        finally:
+            self._dialer.abort()
+            core.mailbox.close()
+            core.destroyed = True
+            self._clock.destroy()
+            await self._end_tasks()
+
+    async def _end_callbacks(self, stopped_by: float) -> None:
+        """Begin nothing new; let what runs end, or cancel it."""
+        core, mailbox = self._core, self._core.mailbox
+        core.stopping = True
+        mailbox.begin_nothing(core.link.wake)
+        for timer in tuple(core.timers):
+            timer.retire()
+        for entity in tuple(core.entities):
+            entity.retire()
+        if core.unread:
+            core.log.info(f"Stopping with {core.unread} received messages unread")
+        if mailbox.running and not mailbox.cancelling:
+            await self._let_run(stopped_by)
+        loop = asyncio.get_running_loop()
+        if mailbox.running:
+            self._deadline = loop.time() + GRACE_SEC
+            await self._until(lambda: not mailbox.running)
+        at_least = loop.time() + GRACE_SEC
+        self._deadline = at_least if self._hurried else max(at_least, stopped_by)
+
+    async def _let_run(self, until: float) -> None:
+        """Wait for callbacks; cancel those that have not ended by then, or when somebody hurries."""
+        log, mailbox = self._core.log, self._core.mailbox
+        log.info(
+            f"Stopping: up to {self._stop_timeout_sec:g} s for callbacks that run: {self._running_names}"
+        )
+        self._letting_run = True
+        self._deadline = -math.inf if self._hurried else until
+        if not await self._until(lambda: not mailbox.running):
+            log.warning(f"Cancelling callbacks: {self._running_names}")
+            mailbox.cancel_all()
+        self._letting_run = False
+
+    async def _empty_queues(self) -> None:
+        """Let what is queued leave, and then the node."""
+        core, link = self._core, self._core.link
+
+        def left() -> int:
+            return sum(max(1, lane.pending) for lane in core.departing if not lane.empty)
+
+        link.flush()
+        if not await self._until(lambda: not link.connected or (link.sent and not left())):
+            core.log.warning(f"Stopping with {left()} published messages unsent")
+        self._dialer.leave()
+        await self._until(lambda: self._dialer.ended)
+
+    async def _until(self, condition: Callable[[], bool]) -> bool:
+        """Wait until something holds that changes of the link bring about; False if the deadline is first."""
+        loop = asyncio.get_running_loop()
+        while not condition():
+            if loop.time() >= self._deadline:
+                return False
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout_at(self._deadline):
+                    await self._core.link.changed()
+        return True
+
+    def _hurry(self) -> None:
+        """Wait for nothing longer than it takes to cancel."""
+        self._hurried = True
+        patience = 0.0 if self._letting_run else GRACE_SEC
+        self._deadline = min(self._deadline, asyncio.get_running_loop().time() + patience)
+        self._core.link.wake()
+
+    async def _end_tasks(self) -> None:
+        """Cancel every task. A callback that ignores that has had its time: it is named, and left alone."""
+        mailbox = self._core.mailbox
+        had_their_time = {turn.task for turn in mailbox.running if turn.holding or turn.beside}
+        for task in tuple(self._tasks):
+            task.cancel()
+        rest = [task for task in self._tasks if task not in had_their_time]
+        if rest:
+            await asyncio.wait(rest, timeout=GRACE_SEC)
+        if mailbox.running:
+            self._core.log.error(
+                f"Abandoning callbacks that ignore their cancellation: {self._running_names}"
+            )
+
+    @property
+    def _running_names(self) -> str:
+        return ", ".join(sorted({turn.name for turn in self._core.mailbox.running}))
 
     def destroy(self) -> None:
-        """Take everything out of service at once and let `destroyed` return. Twice is no error."""
+        """Take everything out of service and cancel what runs, at once. Twice is no error."""
         core = self._core
         if core.destroyed:
             return
         self._destroy_parts()
+        core.mailbox.cancel_all()
         core.destroyed = True
         self._clock.destroy()
         core.link.wake()

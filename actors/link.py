@@ -216,6 +216,11 @@ class Link:
         yield Size(name="waits", size=len(self._changed))
         yield Size(name="round trips", size=len(self._pongs))
 
+    @property
+    def sent(self) -> bool:
+        """Whether no declaration, call or reply waits to be written; publishers have their own queues."""
+        return self.channel is None or not self.channel.outbox.urgent_bytes
+
     # What the dialer tells
 
     @property

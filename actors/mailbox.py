@@ -116,6 +116,16 @@ class Turn:
                 self._task.cancel()
 
     @property
+    def task(self) -> asyncio.Task[Any] | None:
+        """The task it runs in; None before and after."""
+        return self._task
+
+    @property
+    def name(self) -> str:
+        """The callback's name, for messages."""
+        return getattr(self._coroutine, "__qualname__", None) or repr(self._coroutine)
+
+    @property
     def cancelled(self) -> bool:
         """Whether `cancel` was called: a CancelledError without it is an error of the callback's."""
         return self._cancelled
@@ -124,6 +134,7 @@ class Turn:
         """The turn will never run."""
         self._cancelled = True
         self._coroutine.close()
+        self._mailbox.turn_ended(self)
 
     def _let_go(self) -> None:
         if self.holding:
@@ -134,7 +145,7 @@ class Turn:
         """Run the callback to its end in the current task."""
         task = self._task = asyncio.current_task()
         assert task is not None
-        token = current_turn.set(self)
+        current_turn.set(self)
         result: Any = None
         failure: BaseException | None = None
         try:
@@ -153,8 +164,9 @@ class Turn:
         except BaseException as error:  # noqa: BLE001 - the owner of the callback decides what an error means
             failure = error
         finally:
-            current_turn.reset(token)
+            current_turn.set(None)  # not reset: an abandoned turn is ended in whatever context there is
             self._task = None
+            self._mailbox.turn_ended(self)
         while task.cancelling() and not self._mailbox.closed:
             task.uncancel()
         self._ended(result, failure)
@@ -179,6 +191,9 @@ class Turn:
             value = error = None
             try:
                 value = yield waiting
+            except GeneratorExit:  # abandoned: nobody runs this any more
+                self._coroutine.close()
+                raise
             except BaseException as thrown:  # noqa: BLE001 - handed on to the coroutine unchanged
                 error = thrown
             self._suspended = False
@@ -199,10 +214,16 @@ class Mailbox:
 
     Attributes:
         workers: Tasks that run turns, or wait for one.
+        running: The turns that have begun, or are about to.
+        cancelling: Whether all turns have been cancelled: their CancelledErrors are no errors of theirs.
     """
 
     def __init__(self) -> None:
         self.workers = 0
+        self.running: dict[Turn, None] = {}
+        self.cancelling = False
+        self._tell: Callable[[], None] | None = None
+        """Set when nothing new is to begin; called as the last turn ends."""
         self._ready: deque[Source] = deque()
         self._resuming: deque[tuple[Turn, asyncio.Future[None]]] = deque()
         self._given: deque[Turn] = deque()
@@ -218,6 +239,27 @@ class Mailbox:
         """Start to run callbacks; `spawn` starts a task that its owner awaits or cancels."""
         self._spawn = spawn
         self._pump()
+
+    def begin_nothing(self, tell: Callable[[], None]) -> None:
+        """Let the turns that have begun go on to their ends, and begin no others.
+
+        Args:
+            tell: Called when the last one has ended.
+        """
+        self._tell = tell
+        self._ready.clear()
+
+    def cancel_all(self) -> None:
+        """Cancel every turn."""
+        self.cancelling = True
+        for turn in tuple(self.running):
+            turn.cancel()
+
+    def turn_ended(self, turn: Turn) -> None:
+        """A turn is over, whatever way."""
+        self.running.pop(turn, None)
+        if self._tell is not None and not self.running:
+            self._tell()
 
     def close(self) -> None:
         """Run nothing more. Tasks that still run belong to the owner of `spawn`."""
@@ -260,7 +302,7 @@ class Mailbox:
 
     def post(self, source: Source) -> None:
         """Run the source's callbacks as soon as the mailbox is free: now, if it is."""
-        if not source.posted:
+        if not source.posted and self._tell is None:
             source.posted = True
             self._ready.append(source)
             self._pump()
@@ -285,7 +327,7 @@ class Mailbox:
                 if turn_or_none is not None:
                     self._busy = True
                     self._give(turn_or_none)
-                if source.has_work() and not source.posted:
+                if source.has_work() and not source.posted and self._tell is None:
                     source.posted = True
                     self._ready.append(source)
         finally:
@@ -303,6 +345,7 @@ class Mailbox:
 
     def _give(self, turn: Turn) -> None:
         turn.holding = True
+        self.running[turn] = None
         self._given.append(turn)
         if self._returning:
             return
@@ -347,6 +390,7 @@ class Mailbox:
         if self._spawn is None:
             turn.discard()
         else:
+            self.running[turn] = None
             self._beside.add(turn)
             self._spawn(self._run_beside(turn))
 

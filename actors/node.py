@@ -71,7 +71,8 @@ class Node(NodeGraph, NodeParameters):
         connect_timeout_sec: Raise BrokerUnreachable on entry when there is no broker within this; None
             waits in the background for ever.
         default_call_timeout_sec: The deadline of calls that name none.
-        stop_timeout_sec: What leaving gives queued messages to be sent.
+        stop_timeout_sec: What leaving gives running callbacks to end, and then queued messages to be sent.
+            Callbacks that still run are cancelled; all in all leaving takes at most two seconds longer.
         slow_callback_sec: A callback that holds the event loop for longer is named in a warning; None: never.
         on_error: "log" (default): a callback that raises is logged and counted; "stop": the node ends with
             the error.
@@ -367,7 +368,11 @@ class Node(NodeGraph, NodeParameters):
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> Literal[False]:
-        """Stop: send what is queued, take everything back, end every task."""
+        """Stop: let running callbacks end, send what is queued, take everything back.
+
+        New messages, requests and ticks are not started; requests are answered with an error at once. To be
+        cancelled meanwhile hurries: callbacks are cancelled without waiting.
+        """
         await self._lifetime.end(error)
         return False
 
@@ -383,7 +388,10 @@ class Node(NodeGraph, NodeParameters):
             await self._lifetime.destroyed()
 
     def destroy_node(self) -> None:
-        """Take the node and everything it has out of service; `run` returns. Twice is no error."""
+        """Take the node and everything it has out of service at once; `run` returns. Twice is no error.
+
+        Callbacks that run are cancelled; callers of its services get ServiceUnavailable.
+        """
         self._lifetime.destroy()
 
 

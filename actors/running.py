@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors import environment
 from actors.arguments import InvalidRosArgumentError, RosArguments, parse_ros_arguments
+from actors.lifetime import GRACE_SEC
 from actors.log_output import configure_logging
 from actors.logger import LoggingSeverity, get_logger
 from actors.node import process_arguments
@@ -29,6 +30,13 @@ if TYPE_CHECKING:
 
 FAILURE: Final = 1
 USAGE: Final = 2
+
+PATIENT_SIGNALS: Final = 2
+"""Signals that let what runs clean up."""
+
+LAST_TASKS_SEC: Final = 8.0
+"""What tasks get to end after a sys.exit in one of them, nodes that stop among them: as long as these take by
+default."""
 
 STOP_SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name))
 
@@ -108,39 +116,83 @@ def set_up_logging(arguments: RosArguments) -> None:
 def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
     """Run a coroutine on a new loop (uvloop's, where there is one); SIGINT and SIGTERM cancel it.
 
+    A second signal cancels it again, which hurries a node that stops; a third one waits for it no longer.
+
     Returns:
         Its result; None if a signal ended it.
     """
-    stopped = False
+    signals = _Signals()
 
     async def guarded() -> Any:
-        nonlocal stopped
-        task = asyncio.current_task()
-        assert task is not None
-        loop = asyncio.get_running_loop()
-
-        def stop() -> None:
-            nonlocal stopped
-            stopped = True
-            task.cancel()
-
-        for number in STOP_SIGNALS if _in_main_thread() else ():
-            _on_signal(loop, number, stop)
+        signals.listen()
         return await main()
 
     try:
         with asyncio.Runner(loop_factory=process.new_event_loop) as runner:
-            return runner.run(guarded())
+            try:
+                return runner.run(guarded())
+            finally:
+                patience_sec = signals.end()
+                runner.get_loop().run_until_complete(_end_others(patience_sec))
     except KeyboardInterrupt:
         return None
     except asyncio.CancelledError:
-        if stopped:
+        if signals.count:
             return None
         raise
     except BaseExceptionGroup as group:
-        if stopped and group.subgroup(lambda error: not isinstance(error, asyncio.CancelledError)) is None:
+        others = group.subgroup(lambda error: not isinstance(error, asyncio.CancelledError))
+        if signals.count and others is None:
             return None
         raise
+
+
+class _Signals:
+    """What SIGINT and SIGTERM do to one run: each asks more firmly.
+
+    Attributes:
+        count: How many came.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._ending = False
+        self._task: asyncio.Task[Any] | None = None
+
+    def listen(self) -> None:
+        """Let them cancel the current task, wherever signals can be listened to."""
+        self._task = asyncio.current_task()
+        for number in STOP_SIGNALS if _in_main_thread() else ():
+            _on_signal(asyncio.get_running_loop(), number, self._came)
+
+    def _came(self) -> None:
+        self.count += 1
+        if self.count <= PATIENT_SIGNALS:
+            assert self._task is not None
+            self._task.cancel()
+        elif not self._ending:
+            raise KeyboardInterrupt
+
+    def end(self) -> float:
+        """The run is over and signals change nothing; return the seconds that tasks which are left get."""
+        self._ending = True
+        exited = self._task is not None and not self._task.done()
+        return LAST_TASKS_SEC if exited and self.count <= PATIENT_SIGNALS else GRACE_SEC
+
+
+async def _end_others(patience_sec: float) -> None:
+    """Cancel what still runs, and leave to itself what ignores that: asyncio would wait for it for ever."""
+    tasks = asyncio.all_tasks() - {asyncio.current_task()}
+    for task in tasks:
+        task.cancel()
+    if not tasks:
+        return
+    _, stubborn = await asyncio.wait(tasks, timeout=patience_sec)
+    for task in stubborn:
+        name = getattr(task.get_coro(), "__qualname__", task.get_name())
+        get_logger("callboard").error(f"Left running: {name} ignores being cancelled")
+        asyncio._unregister_task(task)  # noqa: SLF001 - documented, for those who manage tasks themselves
+        setattr(task, "_log_destroy_pending", False)  # noqa: B010 - unknown to the types; it has just been said
 
 
 def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], None]) -> None:
@@ -153,11 +205,30 @@ def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], 
 async def _run_all(programs: Sequence[Program]) -> Any:
     if len(programs) == 1:
         return await run_program(programs[0])
-    try:
-        async with asyncio.TaskGroup() as group:
-            for program in programs:
-                group.create_task(run_program(program))
-    except BaseExceptionGroup as failures:
-        # One script, one reason: the first failure speaks for the group it brought down.
-        raise failures.exceptions[0] from None
+    loop = asyncio.get_running_loop()
+    left = {loop.create_task(run_program(program)) for program in programs}
+    failure: BaseException | None = None
+    while left:
+        to_cancel: set[asyncio.Task[Any]] = set()
+        try:
+            ended, left = await asyncio.wait(left, return_when=asyncio.FIRST_EXCEPTION)
+        except asyncio.CancelledError as cancelled:
+            failure, to_cancel = failure or cancelled, left  # every time: the second hurries the programs
+        else:
+            reason = _first_failure(ended)
+            if failure is None and reason is not None:
+                failure, to_cancel = reason, left
+        for task in to_cancel:
+            task.cancel()
+    if failure is not None:
+        raise failure
+    return None
+
+
+def _first_failure(tasks: set[asyncio.Task[Any]]) -> BaseException | None:
+    """Return what one of some ended tasks has failed with: one script, one reason."""
+    for task in tasks:
+        error = asyncio.CancelledError() if task.cancelled() else task.exception()
+        if error is not None:
+            return error
     return None

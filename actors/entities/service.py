@@ -37,6 +37,8 @@ MAX_QUEUED: Final = 200_000
 MAX_RUNNING: Final = 1000
 """Handlers of one service that are suspended at the same time; more requests wait."""
 
+STOPPING: Final = "the node is stopping"
+
 MAX_ERROR_TEXT: Final = 4000
 """Characters of an exception's text that travel to the caller."""
 
@@ -129,7 +131,9 @@ class Service(Server, Generic[Q, A]):
     def requested(self, entries: tuple[RequestEntry, ...]) -> None:
         """Requests came."""
         for entry in entries:
-            if len(self._waiting) >= MAX_QUEUED:
+            if self.core.stopping:
+                self._reply_text(entry.call, Status.UNAVAILABLE, STOPPING)
+            elif len(self._waiting) >= MAX_QUEUED:
                 self._reply_text(entry.call, Status.OVERLOADED, f"{MAX_QUEUED} requests wait already")
             else:
                 self._waiting[entry.call] = entry
@@ -194,6 +198,8 @@ class Service(Server, Generic[Q, A]):
                 self._raised(call, error)
             if self.has_work():
                 self.core.mailbox.post(self)
+            elif self.core.stopping:
+                self._leave_if_done()
 
         turn = Turn(self.core.mailbox, coroutine, ended, timing=self.timing, beside=self._concurrent)
         self._running[call] = turn
@@ -251,6 +257,17 @@ class Service(Server, Generic[Q, A]):
         running, self._running = self._running, {}
         for turn in running.values():
             turn.cancel()
+
+    def retire(self) -> None:
+        """The node stops: refuse what waits and what comes; leave with the last handler that runs."""
+        while self._waiting:
+            call, _ = self._waiting.popitem(last=False)
+            self._reply_text(call, Status.UNAVAILABLE, STOPPING)
+        self._leave_if_done()
+
+    def _leave_if_done(self) -> None:
+        if not self._running:
+            self.destroy()
 
     def destroy(self) -> None:
         """Serve nothing more; handlers that run are cancelled, their callers see ServiceUnavailable."""

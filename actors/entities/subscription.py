@@ -373,7 +373,8 @@ class Subscription(Entity, Generic[M]):
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result
         self._running -= 1
-        if error is not None:
+        stopped = self.core.mailbox.cancelling and isinstance(error, asyncio.CancelledError)
+        if error is not None and not stopped:
             self.core.callback_failed(self.timing.what, error)
         if self.has_work():
             self.core.mailbox.post(self)
@@ -403,6 +404,11 @@ class Subscription(Entity, Generic[M]):
         if batches and batches[0].expires_at < math.inf:
             self._expire()
         return bool(batches)
+
+    def retire(self) -> None:
+        """The node stops: hear nothing more; what waits is counted as unread."""
+        self.core.unread += self._backlog.pending
+        self.destroy()
 
     def destroy(self) -> None:
         """Hear nothing more; what waits is discarded."""

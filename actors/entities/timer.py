@@ -57,6 +57,8 @@ class Timer:
         self.timing = core.watch.of(callback, "a timer")
         self._handle: asyncio.TimerHandle | None = None
         self._due = 0.0
+        self._expected = 0.0
+        """When the tick that runs, or waits to, was due."""
         self._due_now = False
         self._running: Turn | None = None
         self._canceled = not autostart
@@ -72,7 +74,7 @@ class Timer:
     def start(self) -> None:
         """Begin to tick, if the node runs; called again when it starts to."""
         loop = self._core.link.loop
-        if loop is not None and not self._canceled and self._handle is None:
+        if loop is not None and not self._canceled and self._handle is None and not self._core.stopping:
             self._due = loop.time() + self.period_sec
             self._handle = loop.call_at(self._due, self._tick)
 
@@ -92,6 +94,10 @@ class Timer:
         self._canceled = False
         self.start()
 
+    def retire(self) -> None:
+        """The node stops: tick no more. A callback that runs goes on."""
+        self.cancel()
+
     def destroy(self) -> None:
         """Stop for good; a callback that runs is cancelled."""
         self.cancel()
@@ -107,7 +113,7 @@ class Timer:
     def time_until_next_call(self) -> int | None:
         """Return the nanoseconds until the next tick; None if cancelled or the node does not run."""
         loop = self._core.link.loop
-        if self._handle is None or loop is None:
+        if self._canceled or loop is None:
             return None
         return round((self._due - loop.time()) * 1e9)
 
@@ -119,18 +125,26 @@ class Timer:
             self.skipped += 1
         else:
             self._due_now = True
-        periods = 1
-        if self.period_sec > 0 and late >= self.period_sec:
-            periods = int(late / self.period_sec) + 1
-            self.skipped += periods - 1
-        self._due += periods * self.period_sec
-        self._handle = loop.call_at(max(self._due, loop.time()), self._tick)
+            self._expected = self._due
+        self._handle = None
+        if self.period_sec > 0:
+            periods = 1
+            if late >= self.period_sec:
+                periods = int(late / self.period_sec) + 1
+                self.skipped += periods - 1
+            self._due += periods * self.period_sec
+            self._handle = loop.call_at(max(self._due, loop.time()), self._tick)
         self._core.mailbox.post(self)
 
     @property
     def calls(self) -> int:
         """Source: how often the callback has been called."""
         return self.ticks
+
+    def _go_on(self) -> None:
+        """A tick is over. Without a period the next is due now; armed before, it would make the loop spin."""
+        if self.period_sec == 0:
+            self.start()
 
     def has_work(self) -> bool:
         """Source: whether a tick is due."""
@@ -148,9 +162,11 @@ class Timer:
             raise
         except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
             self._core.callback_failed(self.timing.what, error)
+            self._go_on()
             return None
         coroutine = as_coroutine(result)
         if coroutine is None:
+            self._go_on()
             return None
         self._running = Turn(self._core.mailbox, coroutine, self._ended, timing=self.timing)
         return self._running
@@ -159,7 +175,7 @@ class Timer:
         loop = self._core.link.loop
         assert loop is not None
         now_ns = time.monotonic_ns()
-        late_ns = round((loop.time() - (self._due - self.period_sec)) * 1e9)
+        late_ns = round((loop.time() - self._expected) * 1e9)
         return TimerInfo(now_ns - late_ns, now_ns)
 
     def diagnostics(self) -> TimerDiagnostics:
@@ -178,3 +194,4 @@ class Timer:
         destroyed = turn is not None and turn.cancelled and isinstance(error, asyncio.CancelledError)
         if error is not None and not destroyed:
             self._core.callback_failed(self.timing.what, error)
+        self._go_on()

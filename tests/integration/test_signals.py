@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
 import signal
 import time
 from typing import TYPE_CHECKING
 
 import pytest
 
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from tests.integration.conftest import DEADLINE_SEC
+
 if TYPE_CHECKING:
-    from tests.integration.conftest import System
+    from tests.integration.conftest import Program, System
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 PROGRAMS = {
@@ -123,3 +128,109 @@ async def test_a_signal_before_the_loop_runs_ends_a_program_cleanly(
         program.send(number)
         assert await program.ends() == 0
         assert "Traceback" not in program.output
+
+
+STOPPING = """
+import asyncio
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+
+class Server(actors.Node):
+    def __init__(self):
+        super().__init__("server", stop_timeout_sec={timeout})
+        self.create_service(AddTwoInts, "add", self.add)
+
+    async def add(self, request):
+        print("handling", flush=True)
+        {body}
+        return AddTwoInts.Response(sum=request.a + request.b)
+
+actors.run(Server)
+print("returned", flush=True)
+"""
+STUBBORN = """while True:
+            try:
+                await asyncio.sleep(3600)
+            except asyncio.CancelledError:
+                print("ignored", flush=True)"""
+EXITING = """
+import sys
+import actors
+
+class Node(actors.Node):
+    def __init__(self):
+        super().__init__("node")
+        self.create_timer(0, self.tick)
+
+    {kind} tick(self):
+        if {timer}.ticks == 20:
+            sys.exit(7)
+
+actors.run(Node)
+"""
+
+
+async def calling(system: System, program: str) -> tuple[Program, asyncio.Task[int]]:
+    """Start a broker, a server and a node in this process that calls it; return when the call is handled."""
+    await system.broker()
+    server = await system.python("-c", program)
+    caller = actors.Node("caller", url=system.url)
+    client = caller.create_client(AddTwoInts, "add")
+
+    async def call() -> int:
+        async with caller:
+            assert await client.wait_for_service(DEADLINE_SEC)
+            return (await client.call(AddTwoInts.Request(a=40, b=2))).sum
+
+    task = asyncio.create_task(call())
+    await server.says("handling")
+    return server, task
+
+
+@pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
+async def test_a_handler_in_flight_answers(system: System, number: signal.Signals) -> None:
+    """A signal in the middle of a call: the caller gets its answer, then the program ends with 0."""
+    program = STOPPING.format(timeout=30, body="await asyncio.sleep(1)")
+    server, call = await calling(system, program)
+    server.send(number)
+    assert await call == 42
+    assert await server.ends() == 0
+    assert server.lines[-1] == "returned"
+
+
+async def test_a_handler_that_ignores_its_cancellation_does_not_hold_up_the_end(system: System) -> None:
+    """It is named in the log, its caller hears that the server has gone, the exit is clean and in time."""
+    server, call = await calling(system, STOPPING.format(timeout=0.5, body=STUBBORN))
+    server.send(signal.SIGTERM)
+    start = time.monotonic()
+    with pytest.raises(actors.ServiceUnavailable):
+        await call
+    assert await server.ends() == 0
+    assert time.monotonic() - start < BOUND_SEC
+    assert "Server.add" in server.output
+    assert server.lines[-1] == "returned"
+    for noise in ("Traceback", "Task was destroyed", "never retrieved", "Exception ignored"):
+        assert noise not in server.output
+
+
+async def test_a_second_signal_hurries(system: System) -> None:
+    """Whoever presses Ctrl-C again does not wait for callbacks."""
+    server, call = await calling(system, STOPPING.format(timeout=3600, body="await asyncio.sleep(3600)"))
+    server.send(signal.SIGINT)
+    await server.says("Stopping: up to 3600 s")
+    server.send(signal.SIGINT)
+    start = time.monotonic()
+    with pytest.raises(actors.ServiceUnavailable):
+        await call
+    assert await server.ends() == 0
+    assert time.monotonic() - start < BOUND_SEC
+    assert "Traceback" not in server.output
+
+
+@pytest.mark.parametrize("kind", ["def", "async def"])
+async def test_an_exit_in_a_busy_timer_ends_the_process(system: System, kind: str) -> None:
+    """sys.exit(7) in a callback that runs in every turn of the loop: 7, without a traceback."""
+    timer = "next(iter(self._core.timers))"
+    program = await system.python("-c", EXITING.format(kind=kind, timer=timer))
+    assert await program.ends() == 7
+    assert "Traceback" not in program.output
