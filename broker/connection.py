@@ -19,6 +19,9 @@ logger: Final = logging.getLogger("callboard.broker")
 
 AGENT: Final = "callboard-broker"
 
+CATCH_UP: Final = 1
+"""The token of the PING whose PONG says that what a peer sent before is here."""
+
 TICKS_PER_KEEPALIVE: Final = 6
 """Looks at a peer within the time that it may be silent."""
 
@@ -65,6 +68,8 @@ class Connection:
                 self.channel.close()
             elif type(frame) is not frames.Pong:
                 self._broker.deliver(self.router, self.router.handle(self.peer, frame))
+            elif frame.token == CATCH_UP:
+                self._broker.caught_up(self)
         elif isinstance(frame, frames.Hello):
             self._greet(frame)
         else:
@@ -104,6 +109,7 @@ class Connection:
 
     def room(self) -> None:
         """ChannelHandler: the peer reads again."""
+        self._broker.changed()
 
     def failed(self, error: ProtocolError) -> None:
         """ChannelHandler: the peer broke the protocol."""
@@ -135,8 +141,26 @@ class Connection:
         self.channel.flush()
         self.channel.close()
 
+    def ask_to_catch_up(self) -> bool:
+        """The broker stops, the peer has been told what to hold back: ask it to say when it knows.
+
+        Returns:
+            False if nothing is to be waited for: it has no session.
+        """
+        if self.channel.session.state is not State.OPEN:
+            return False
+        self.channel.send(frames.Ping(CATCH_UP))
+        return True
+
+    @property
+    def has_unsent(self) -> bool:
+        """Whether control frames or calls wait for a peer that may still take them."""
+        outbox = self.channel.outbox
+        waits = outbox.urgent_bytes or outbox.ordered_bytes
+        return bool(waits and self.channel.connected and self.suspended_at is None)
+
     def say_goodbye(self) -> None:
-        """The broker stops: flush what waits; the peer closes when it has heard."""
+        """The broker stops, and has nothing more to say; the peer closes when it has heard."""
         if self.channel.session.state is State.OPEN:
             self.channel.send(frames.Goodbye("the broker is stopping"))
             self.channel.flush()

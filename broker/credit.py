@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from broker.records import Allowance, Send
 from proto.codec import ends_from_bytes
@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from broker.records import Delivery, PublisherRecord, SubscriptionRecord
 
 
+HELD: Final = 0
+"""Stands for no subscription: their keys begin at 1."""
+
+
 def allow(publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
     """A KEEP_ALL subscription has been attached: it starts with its windows."""
     publisher.credits[subscription.key] = Allowance(
@@ -23,6 +27,11 @@ def allow(publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
         publisher.bytes + subscription.window_bytes,
         publisher.bytes,
     )
+
+
+def hold(publisher: PublisherRecord) -> None:
+    """Nothing more may be sent than has been: an allowance beside those of its subscriptions."""
+    publisher.credits[HELD] = Allowance(publisher.next_sequence, publisher.bytes, publisher.bytes)
 
 
 def grant(publisher: PublisherRecord, subscription: SubscriptionRecord, sequence: int, size: int) -> None:

@@ -149,6 +149,15 @@ class Router:
         self.topics.forget_peer(peer.id)
         self.relied_on.discard(peer.id)
 
+    def refuse_calls(self) -> None:
+        """The broker stops: take no new calls; those that are pending may end."""
+        self.services.closed = True
+
+    def hold_publishers(self) -> list[Delivery]:
+        """The broker stops: let the publishers send no more than what is on its way."""
+        self.topics.hold()
+        return self._finish()
+
     def heard(self, peer_id: int) -> None:
         """A peer has given a sign of life: a question about it is answered."""
         peer = self._peers.get(peer_id)

@@ -18,7 +18,8 @@ from itertools import count
 from typing import TYPE_CHECKING, Self
 
 from broker.capacity import Capacity
-from broker.connection import TICKS_PER_KEEPALIVE, Connection, logger
+from broker.connection import TICKS_PER_KEEPALIVE, Connection
+from broker.drain import Drain
 from broker.errors import AddressInUseError, ListenError, listen_error
 from broker.options import BrokerOptions
 from broker.records import CancelCalls, Discard, Queue, Send, SendCalls
@@ -30,6 +31,7 @@ from proto.frames import Run
 from proto.url import BrokerUrl
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
     from types import TracebackType
 
@@ -51,7 +53,7 @@ class Broker:
     def __init__(self, options: BrokerOptions | None = None) -> None:
         self.options = options or BrokerOptions()
         self.instance = secrets.token_bytes(limits.INSTANCE_BYTES)
-        self.draining = False
+        self._drain: Drain | None = None
         self._sessions = count(1)
         self._routers: dict[int, Router] = {}
         self._capacity = Capacity(self.options.max_connections)
@@ -65,7 +67,6 @@ class Broker:
         self._ticker: asyncio.Task[None] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._url: BrokerUrl | None = None
-        self._empty: asyncio.Event = asyncio.Event()
 
     @property
     def loop(self) -> asyncio.AbstractEventLoop:
@@ -89,7 +90,7 @@ class Broker:
     async def __aenter__(self) -> Self:
         """Listen."""
         self._loop = asyncio.get_running_loop()
-        self.draining = False
+        self._drain = None
         self._server = await self._listen()
         self._ticker = self._loop.create_task(self._tick())
         return self
@@ -138,28 +139,24 @@ class Broker:
         await asyncio.get_running_loop().create_future()
 
     async def stop(self) -> None:
-        """Stop accepting, tell every link, let them take what waits, and close. Bounded by the options."""
+        """Accept nothing new, finish what has been accepted, say goodbye and close.
+
+        It takes at most `drain_timeout_sec` and two seconds. Cancelled, it closes everything at once.
+        """
         server, self._server = self._server, None
         if server is None:
             return
-        self.draining = True
         server.close()
-        self._empty.clear()
-        for connection in tuple(self._connections):
-            connection.say_goodbye()
+        self._drain = Drain(self, self._connections)
         try:
-            if self._connections:
-                async with asyncio.timeout(self.options.drain_timeout_sec):
-                    await self._empty.wait()
-        except TimeoutError:
-            logger.warning("%d links did not close in time", len(self._connections))
+            await self._drain.run(self.options.drain_timeout_sec)
         finally:
             for connection in tuple(self._connections):
                 connection.channel.abort()
-            await self._stop_ticker()
             if self.options.unix is not None:
                 self.options.unix.unlink(missing_ok=True)
             self._url = None
+            await self._stop_ticker()
 
     async def _stop_ticker(self) -> None:
         ticker, self._ticker = self._ticker, None
@@ -212,8 +209,26 @@ class Broker:
         self._connections.pop(connection, None)
         self._strangers.pop(connection, None)
         self._dirty.pop(connection, None)
-        if not self._connections:
-            self._empty.set()
+        self.changed()
+
+    @property
+    def draining(self) -> bool:
+        """Whether it is stopping: nobody may come any more."""
+        return self._drain is not None
+
+    def changed(self) -> None:
+        """A link has room again, or is gone."""
+        if self._drain is not None:
+            self._drain.changed()
+
+    def caught_up(self, connection: Connection) -> None:
+        """A connection has answered that it knows it is held."""
+        if self._drain is not None:
+            self._drain.caught_up(connection)
+
+    def routers(self) -> Iterable[Router]:
+        """Return the routers of all domains."""
+        return self._routers.values()
 
     def next_session(self) -> int:
         """Return a number for a new session."""
@@ -262,6 +277,8 @@ class Broker:
             dirty, self._dirty = self._dirty, {}
             for connection in dirty:
                 connection.channel.flush()
+        if self._drain is not None:
+            self._drain.changed()
 
     def _cut_off(self, connection: Connection) -> None:
         """More waits for a link than may: what cannot leave now will not."""

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 TOO_LARGE = "with the broker's call id it is larger than a message may be"
 GONE = "the server has gone"
 SILENT = "this link was silent for too long"
+STOPPING = "the broker is stopping"
 NONE = "no server; wait for one with wait_for_service()"
 
 
@@ -44,6 +45,7 @@ class Services:
         max_bytes: Size of a frame that a link takes; our call ids may make one longer than it came.
 
     Attributes:
+        closed: Whether new calls are refused.
         pending: Calls without an answer.
         calls: Requests routed to a server.
         refused: Requests answered here, because there was no server or too many were pending.
@@ -55,6 +57,7 @@ class Services:
         self._max_bytes = max_bytes
         self._max_pending = max_pending
         self._groups: dict[str, ServiceGroup] = {}
+        self.closed = False
         self.pending = 0
         self._next_call = 0
         self._peers_changed: dict[ClientRecord | ServiceRecord, None] = {}
@@ -170,9 +173,9 @@ class Services:
                 text = f"{self._max_pending} calls of this link wait already"
                 refused.append(_answer(entry.call, Status.OVERLOADED, text))
                 continue
-            server = None if pool is None else pool.least_busy()
+            server = None if pool is None or self.closed else pool.least_busy()
             if pool is None or server is None:
-                refused.append(_answer(entry.call, Status.UNAVAILABLE, NONE))
+                refused.append(_answer(entry.call, Status.UNAVAILABLE, STOPPING if self.closed else NONE))
                 continue
             call = self._open(client, entry.call, server)
             pool.moved(server)

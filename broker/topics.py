@@ -76,6 +76,8 @@ class Topics:
         self._peers_changed: dict[PublisherRecord | SubscriptionRecord, None] = {}
         self._leaving: dict[tuple[int, bytes], Lane] = {}
         """By peer and publisher gid, what publishers that have gone have left to be sent."""
+        self._held = False
+        """Whether the broker stops: every publisher is held."""
         self._notices = 0
         self._newcomer: PublisherRecord | SubscriptionRecord | None = None
         self._untold: dict[NoticeKind, frames.Notice] = {}
@@ -99,6 +101,8 @@ class Topics:
         for subscription in topic.subscriptions.values():
             self._match(publisher, subscription)
         self._tell_rest(publisher)
+        if self._held:
+            self._hold(publisher)
 
     def join_subscription(self, subscription: SubscriptionRecord) -> None:
         """Match a subscription that is new or back."""
@@ -420,6 +424,16 @@ class Topics:
     def credit_confirmed(self, peer: Peer, frame: frames.Credit) -> None:
         """CREDIT came back."""
         credit.confirmed(self._owned(peer, frame.publisher))
+
+    def hold(self) -> None:
+        """Let no publisher send more than what is on its way, nor any that comes."""
+        self._held = True
+        for publisher in self._publishers.values():
+            self._hold(publisher)
+
+    def _hold(self, publisher: PublisherRecord) -> None:
+        credit.hold(publisher)
+        self._credit(publisher)
 
     def _credit(self, publisher: PublisherRecord) -> None:
         for delivery in credit.update(publisher):

@@ -80,7 +80,7 @@ async def test_a_second_signal_hurries() -> None:
         writer.write(GREETING_BYTES)
         await read_frame(reader)
         process.send_signal(signal.SIGTERM)
-        while not isinstance(await read_frame(reader), frames.Goodbye):
+        while not isinstance(await read_frame(reader), frames.Ping):
             pass
         process.send_signal(signal.SIGTERM)
         code, _, err = await end(process)

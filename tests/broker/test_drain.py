@@ -1,0 +1,187 @@
+"""How a broker stops: what it has accepted reaches its readers, within a limit."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import pytest
+
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import Int64, String
+from broker import Broker, BrokerOptions
+from broker.drain import LAST_STEP_SEC
+from proto import frames
+from tests.actors.meeting import KEEP_ALL
+from tests.broker.rawclient import link
+from tests.simulation.stage import play
+
+if TYPE_CHECKING:
+    from tests.simulation.stage import Stage
+
+DRAIN_SEC = BrokerOptions().drain_timeout_sec
+
+
+def test_a_call_that_is_being_answered_is_answered() -> None:
+    """Pending calls get their replies, new ones fail at once, and the broker waits for nothing else."""
+
+    async def scene(stage: Stage) -> None:
+        server, caller = await stage.enter("server"), await stage.enter("caller")
+
+        async def slow(request: AddTwoInts.Request) -> AddTwoInts.Response:
+            await asyncio.sleep(2)
+            return AddTwoInts.Response(sum=request.a + request.b)
+
+        server.create_service(AddTwoInts, "/add", slow)
+        client = caller.create_client(AddTwoInts, "/add")
+        assert await client.wait_for_service(10)
+        call = client.call_async(AddTwoInts.Request(a=1, b=2))
+        await asyncio.sleep(0.5)
+        began = stage.loop.time()
+        stopping = asyncio.create_task(stage.stop_broker())
+        await asyncio.sleep(0.1)
+        with pytest.raises(actors.ServiceUnavailable, match="stopping"):
+            await client.call(AddTwoInts.Request())
+        assert stage.loop.time() - began < 0.3
+        assert (await call).sum == 3
+        await stopping
+        assert stage.loop.time() - began < 2.0
+
+    play(scene)
+
+
+def test_a_call_that_is_not_answered_in_time_ends_with_the_link() -> None:
+    """The drain has a limit; the caller hears that the link broke."""
+
+    async def scene(stage: Stage) -> None:
+        server, caller = await stage.enter("server"), await stage.enter("caller")
+
+        async def endless(request: AddTwoInts.Request) -> AddTwoInts.Response:
+            await asyncio.Event().wait()
+            return AddTwoInts.Response(sum=request.a)
+
+        server.create_service(AddTwoInts, "/add", endless)
+        client = caller.create_client(AddTwoInts, "/add")
+        assert await client.wait_for_service(10)
+        call = client.call_async(AddTwoInts.Request(), 60)
+        await asyncio.sleep(0.5)
+        began = stage.loop.time()
+        await stage.stop_broker()
+        assert DRAIN_SEC <= stage.loop.time() - began < DRAIN_SEC + 2 * LAST_STEP_SEC
+        with pytest.raises(actors.ServiceUnavailable):
+            await call
+
+    play(scene)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_keep_all_loses_nothing_to_a_stop_under_load(seed: int) -> None:
+    """A publisher that never pauses, a slow reader: what has left it is heard, the rest is queued."""
+
+    async def scene(stage: Stage) -> None:
+        source, sink = await stage.enter("source"), await stage.enter("sink")
+        heard: list[int] = []
+
+        async def take(message: Int64) -> None:
+            heard.append(message.data)
+            if message.data % 100 == 0:
+                await asyncio.sleep(0.01)
+
+        sink.create_subscription(Int64, "/numbers", take, KEEP_ALL)
+        publisher = source.create_publisher(Int64, "/numbers", KEEP_ALL)
+        await stage.until(lambda: publisher.get_subscription_count() == 1)
+        stage.network.slow_down("sink", read=2000, pause=0.002)
+
+        async def publish() -> None:
+            while publisher.get_subscription_count():
+                try:
+                    await publisher.ready(1)
+                except actors.WaitTimeout:
+                    continue
+                for _ in range(50):
+                    publisher.publish(Int64(data=publisher.published))
+                await asyncio.sleep(0.001)
+
+        publishing = asyncio.create_task(publish())
+        await asyncio.sleep(0.5)
+        assert heard
+        await stage.stop_broker()
+        await publishing
+        assert publisher.queued
+        sent = publisher.published - publisher.queued
+        await stage.until(lambda: len(heard) >= sent, 60)
+        assert heard == list(range(sent))
+
+    play(scene, seed)
+
+
+def test_a_slow_reader_gets_what_waits_for_it() -> None:
+    """A full lane is read to its end before the goodbye, though the reader takes a while."""
+
+    async def scene(stage: Stage) -> None:
+        source, sink = await stage.enter("source"), await stage.enter("sink")
+        heard: list[int] = []
+        sink.create_subscription(String, "/texts", lambda m: heard.append(1), 100)
+        publisher = source.create_publisher(String, "/texts", 100)
+        await stage.until(lambda: publisher.get_subscription_count() == 1)
+        stage.network.slow_down("sink", read=10_000, pause=0.01)
+        for _ in range(100):
+            publisher.publish(String(data="x" * 20_000))
+        await publisher.flush()
+        assert len(heard) < 100
+        await stage.stop_broker()
+        assert len(heard) == 100
+
+    play(scene)
+
+
+def test_a_frozen_reader_does_not_hold_up_a_stop() -> None:
+    """Who does not read has the limit, and no more."""
+
+    async def scene(stage: Stage) -> None:
+        source, sink = await stage.enter("source"), await stage.enter("sink")
+        sink.create_subscription(Int64, "/numbers", lambda _: None, KEEP_ALL)
+        publisher = source.create_publisher(Int64, "/numbers", KEEP_ALL)
+        await stage.until(lambda: publisher.get_subscription_count() == 1)
+        stage.network.partition("sink")
+        for number in range(100_000):
+            await publisher.ready(60)
+            publisher.publish(Int64(data=number))
+            if number == 50_000:
+                break
+        began = stage.loop.time()
+        await stage.stop_broker()
+        assert stage.loop.time() - began <= DRAIN_SEC + 2 * LAST_STEP_SEC
+
+    play(scene)
+
+
+async def test_a_second_wish_to_stop_closes_at_once() -> None:
+    """Cancelling the stop leaves no connection, no task and no socket."""
+    loop = asyncio.get_running_loop()
+    async with (
+        Broker(BrokerOptions(port=0, drain_timeout_sec=3600)) as running,
+        link(running, "/n") as client,
+    ):
+        stopping = loop.create_task(running.stop())
+        await client.next(frames.Goodbye)
+        stopping.cancel()
+        await client.gone()
+        with pytest.raises(asyncio.CancelledError):
+            await stopping
+    assert asyncio.all_tasks() == {asyncio.current_task()}
+
+
+def test_who_does_not_answer_is_waited_for_as_long_as_it_may_be_silent() -> None:
+    """A peer that does not say that it has heard costs the keepalive limit, not the whole drain."""
+
+    async def scene(stage: Stage) -> None:
+        await stage.enter("mute")
+        stage.network.partition("mute")
+        began = stage.loop.time()
+        await stage.stop_broker()
+        limit = BrokerOptions().keepalive_sec + 2 * LAST_STEP_SEC
+        assert stage.loop.time() - began <= limit < DRAIN_SEC + 2 * LAST_STEP_SEC
+
+    play(scene)
