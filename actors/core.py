@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 DEFAULT_CALL_TIMEOUT_SEC: Final = 60.0
 
+DEPARTING_SLACK: Final = 64
+"""Lanes of destroyed publishers that may have become empty, behind one that cannot, before somebody looks."""
+
 
 class Core:
     """The node as its parts see it. It is also the node's own endpoint on the link.
@@ -64,6 +67,7 @@ class Core:
         self.entities: dict[Entity, None] = {}
         self.timers: dict[Timer, None] = {}
         self.departing: deque[Lane] = deque()
+        self._most_departing = DEPARTING_SLACK
         self.stop: Callable[[Exception], None] = _ignore
         self._stop_on_error = stop_on_error
         link.add(self)
@@ -90,8 +94,19 @@ class Core:
     def departs(self, lane: Lane) -> None:
         """A publisher has been destroyed; the node does not end before its lane is empty."""
         while self.departing and self.departing[0].empty:
-            self.departing.popleft()
+            self._departed(self.departing.popleft())
+        if len(self.departing) >= self._most_departing:  # behind one that cannot leave others may have left
+            lanes, self.departing = self.departing, deque()
+            for known in lanes:
+                if known.empty:
+                    self._departed(known)
+                else:
+                    self.departing.append(known)
+            self._most_departing = DEPARTING_SLACK + 2 * len(self.departing)
         self.departing.append(lane)
+
+    def _departed(self, lane: Lane) -> None:
+        self.link.publishers.pop(lane.publisher, None)  # no credit matters any more
 
     def require_alive(self) -> None:
         """Raise NodeDestroyed if the node has been destroyed."""

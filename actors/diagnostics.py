@@ -136,6 +136,7 @@ class ServiceDiagnostics:
         id: Its number in the node.
         service: Its full name.
         waiting: Requests that wait for the handler.
+        waiting_bytes: Their size.
         queue_limit: The most that may wait.
         running: Requests whose handler is under way.
         served: Requests answered, errors included.
@@ -146,6 +147,7 @@ class ServiceDiagnostics:
     id: int
     service: str
     waiting: int
+    waiting_bytes: int
     queue_limit: int
     running: int
     served: int

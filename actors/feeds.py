@@ -99,6 +99,15 @@ def _seconds(qos: Options, key: str) -> float:
     return value / 1e9 if isinstance(value, int) and value > 0 else 0.0
 
 
+def _without(inflows: dict[int, list[Inflow]], reader: Reader | None) -> dict[int, list[Inflow]]:
+    """Return the inflows of all other readers; publishers without any are forgotten."""
+    others = {
+        publisher: [inflow for inflow in of_publisher if inflow.reader is not reader]
+        for publisher, of_publisher in inflows.items()
+    }
+    return {publisher: of_publisher for publisher, of_publisher in others.items() if of_publisher}
+
+
 class Feeds:
     """The inflows of one link, by publisher."""
 
@@ -119,15 +128,15 @@ class Feeds:
     def remove_reader(self, subscription: int) -> None:
         """Hand nothing more to a subscription."""
         reader = self._readers.pop(subscription, None)
-        for inflows in (*self._inflows.values(), *self._silent.values()):
-            inflows[:] = [inflow for inflow in inflows if inflow.reader is not reader]
+        self._inflows = _without(self._inflows, reader)
+        self._silent = _without(self._silent, reader)
 
     def attached(self, frame: frames.Attached) -> None:
         """ATTACHED came."""
-        inflows = self._inflows.setdefault(frame.publisher, [])
         for subscription in frame.subscriptions:
             reader = self._readers.get(subscription)
             if reader is not None:
+                inflows = self._inflows.setdefault(frame.publisher, [])
                 # A broker that took us for frozen attaches anew without a DETACHED.
                 self._detach(inflows, reader)
                 self._forget(frame.publisher, reader)

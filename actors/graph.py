@@ -168,9 +168,20 @@ class GraphView:
         session = link.connections
         waiter: asyncio.Future[bytes | None] = self._core.require_loop().create_future()
         self._definitions.setdefault(type_hash, []).append(waiter)
-        link.channel.send(frames.Describe(type_hash))
-        await self._answered(waiter.done, session, timeout_sec)
+        try:
+            link.channel.send(frames.Describe(type_hash))
+            await self._answered(waiter.done, session, timeout_sec)
+        finally:
+            self._give_up(type_hash, waiter)
         return waiter.result()
+
+    def _give_up(self, type_hash: str, waiter: asyncio.Future[bytes | None]) -> None:
+        """Nobody waits any more for this answer, which may not have come."""
+        waiters = self._definitions.get(type_hash, [])
+        if waiter in waiters:
+            waiters.remove(waiter)
+            if not waiters:
+                del self._definitions[type_hash]
 
     async def _connected(self, timeout_sec: float) -> None:
         link = self._core.link

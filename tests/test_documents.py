@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import textwrap
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -63,6 +64,22 @@ def test_the_program_about_diagnostics_runs() -> None:
         r"loop late by [\d.]+ ms at worst in the last minute\n",
         done.stdout,
     )
+
+
+def test_the_table_of_limits_knows_the_code() -> None:
+    """Every constant that it names exists, and its value stands in the row."""
+    text = (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8").partition("## Limits")[2]
+    rows = [row for row in text.splitlines() if row.startswith("| ")][1:]
+    named = 0
+    for row in rows:
+        limit, name = row.split("|")[2], row.split("|")[4].strip(" `")
+        if name:
+            module, _, constant = name.rpartition(".")
+            value = getattr(import_module(module), constant)
+            written = f"{value // 2**20} MiB" if constant.endswith("BYTES") else f"{value:,}"
+            assert re.search(rf"\b{written}\b", limit), row
+            named += 1
+    assert named > 8
 
 
 def test_every_path_in_the_readme_exists() -> None:

@@ -6,12 +6,12 @@ import asyncio
 import secrets
 import sys
 import time
-from collections import deque
 from typing import Final, Generic, TypeVar
 
 from actors.core import Core, Entity, in_flight
 from actors.diagnostics import PublisherDiagnostics
 from actors.entities.promises import Promises
+from actors.entities.retained import Retained
 from actors.errors import PublisherFull, WaitTimeout
 from actors.events import PublisherEventCallbacks, PublisherEvents
 from actors.interfaces.codec import Codec, codec_for
@@ -20,7 +20,7 @@ from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from proto import frames, limits
 from proto.codec import encode
 from proto.outbox import Lane
-from proto.runs import HEAD_ROOM, RunBuilder, cut, message_bytes
+from proto.runs import HEAD_ROOM, RunBuilder, cut
 
 T = TypeVar("T", bound=Message)
 
@@ -64,7 +64,6 @@ class Publisher(Entity, Generic[T]):
         self._keep_all = resolved.history == HistoryPolicy.KEEP_ALL
         self._latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
         depth = max(1, resolved.depth)
-        self._keep = LATCHED_MESSAGES if self._keep_all else depth
         self._run = RunBuilder(0)
         self._lane = Lane(0, None if self._keep_all else depth)
         self._room = 0
@@ -73,7 +72,7 @@ class Publisher(Entity, Generic[T]):
         """Whether the last message was large."""
         self._live = False
         self._unlimited = True
-        self._retained: deque[frames.Run] = deque()
+        self._retained = Retained(LATCHED_MESSAGES if self._keep_all else depth)
         self._promises = Promises(core, resolved, events)
         core.link.add(self)
 
@@ -199,7 +198,7 @@ class Publisher(Entity, Generic[T]):
         if self._keep_all:
             self._room = 0  # what waits has grown: look again
         if self._latched:
-            self._retain(run)
+            self._retained.add(run)
         if self._promises.any:
             self._promises.published()
         channel = self.core.link.channel
@@ -208,16 +207,6 @@ class Publisher(Entity, Generic[T]):
         else:
             self._lane.put(run)
             self._lane.trim()
-
-    def _retain(self, run: frames.Run) -> None:
-        """Keep the last messages for a broker that restarts."""
-        self._retained.append(run)
-        excess = sum(run.length for run in self._retained) - self._keep
-        while excess > 0:
-            oldest = self._retained.popleft()
-            if oldest.length > excess:
-                self._retained.appendleft(cut(oldest, excess, oldest.length))
-            excess -= oldest.length
 
     async def ready(self, timeout_sec: float | None = None) -> None:
         """Wait until `publish` has room: with KEEP_LAST, until it would drop nothing.
@@ -310,7 +299,7 @@ class Publisher(Entity, Generic[T]):
 
     def declaration(self) -> frames.Frame:
         """Endpoint: declare the publisher; its numbers go on where an earlier link ended."""
-        oldest = self._retained[0].first_sequence if self._retained else None
+        oldest = self._retained.first_sequence
         first = self._lane.first_sequence
         if first is None:
             first = self._run.next_sequence
@@ -352,12 +341,12 @@ class Publisher(Entity, Generic[T]):
             self.core.log.error(
                 f"'{self.topic_name}': dropped {gone} messages over the limit of {largest} bytes"
             )
-        self._retained = deque(run for run in self._retained if message_bytes(run) <= largest)
+        self._retained.drop_larger(largest)
 
     def _resend_retained(self) -> None:
         """Give a broker that does not have them the latched messages that had been sent before."""
         first = self._lane.first_sequence
-        for run in reversed(self._retained):
+        for run in self._retained.newest_first():
             if first is None or run.first_sequence < first:
                 stop = run.length if first is None else min(run.length, first - run.first_sequence)
                 self._lane.put_front(cut(run, 0, stop))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections import OrderedDict
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 import msgpack
@@ -12,6 +11,7 @@ from actors.callbacks import ENDS_PROGRAM, as_coroutine, error_text, takes
 from actors.core import Core, Server
 from actors.diagnostics import ServiceDiagnostics
 from actors.entities.entries import EntryBatch
+from actors.entities.request_queue import MAX_QUEUED, RequestQueue
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, definition, type_hash, type_name
@@ -30,9 +30,6 @@ if TYPE_CHECKING:
 
 Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)
-
-MAX_QUEUED: Final = 200_000
-"""Requests that wait for one service's handler; one more is refused as OVERLOADED."""
 
 MAX_RUNNING: Final = 1000
 """Handlers of one service that are suspended at the same time; more requests wait."""
@@ -81,7 +78,7 @@ class Service(Server, Generic[Q, A]):
         self.timing = core.watch.of(callback, f"the service '{name}'")
         self._callback = callback
         self._concurrent = concurrent
-        self._waiting: OrderedDict[int, RequestEntry] = OrderedDict()
+        self._waiting = RequestQueue()
         self._running: dict[int, Turn] = {}
         self._outgoing: EntryBatch[ReplyEntry] = EntryBatch()
         self._events: ServiceEvents | None = None
@@ -133,16 +130,16 @@ class Service(Server, Generic[Q, A]):
         for entry in entries:
             if self.core.stopping:
                 self._reply_text(entry.call, Status.UNAVAILABLE, STOPPING)
-            elif len(self._waiting) >= MAX_QUEUED:
-                self._reply_text(entry.call, Status.OVERLOADED, f"{MAX_QUEUED} requests wait already")
-            else:
-                self._waiting[entry.call] = entry
+                continue
+            refusal = self._waiting.put(entry)
+            if refusal is not None:
+                self._reply_text(entry.call, Status.OVERLOADED, refusal)
         self.core.mailbox.post(self)
 
     def cancelled(self, calls: tuple[int, ...]) -> None:
         """Callers have given up."""
         for call in calls:
-            if self._waiting.pop(call, None) is None:
+            if not self._waiting.remove(call):
                 turn = self._running.get(call)
                 if turn is not None:
                     turn.cancel()
@@ -154,7 +151,8 @@ class Service(Server, Generic[Q, A]):
     def dispatch(self) -> Turn | None:
         """Source: run the handler for what waits, until it returns something to await."""
         while self.has_work():
-            call, entry = self._waiting.popitem(last=False)
+            entry = self._waiting.take()
+            call = entry.call
             try:
                 request = self._requests.decode(entry.body)
             except InvalidMessageError as error:
@@ -261,7 +259,7 @@ class Service(Server, Generic[Q, A]):
     def retire(self) -> None:
         """The node stops: refuse what waits and what comes; leave with the last handler that runs."""
         while self._waiting:
-            call, _ = self._waiting.popitem(last=False)
+            call = self._waiting.take().call
             self._reply_text(call, Status.UNAVAILABLE, STOPPING)
         self._leave_if_done()
 
@@ -295,6 +293,7 @@ class Service(Server, Generic[Q, A]):
             id=self.id,
             service=self.srv_name,
             waiting=len(self._waiting),
+            waiting_bytes=self._waiting.size,
             queue_limit=MAX_QUEUED,
             running=len(self._running),
             served=self.served,

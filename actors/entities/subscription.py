@@ -180,7 +180,7 @@ class Subscription(Entity, Generic[M]):
     def _remember(self, inflow: Inflow) -> None:
         self._seen[inflow.gid] = inflow.expected
         self._seen.move_to_end(inflow.gid)
-        if len(self._seen) > REMEMBERED_PUBLISHERS:
+        while len(self._seen) > max(REMEMBERED_PUBLISHERS, len(self._inflows)):
             self._seen.popitem(last=False)
 
     def receive(self, inflow: Inflow, run: Run | Replay) -> None:

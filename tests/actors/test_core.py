@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
+from actors.core import DEPARTING_SLACK
+from actors.entities.subscription import WINDOW_MESSAGES
 from actors.interfaces.std_msgs.msg import Int64
 from proto.frames import Notice
-from tests.actors.meeting import matched, turns, until
+from tests.actors.meeting import KEEP_ALL, matched, turns, until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -108,3 +110,23 @@ async def test_departing_publishers_are_forgotten(meeting: Meeting) -> None:
         publisher.destroy()
         await meeting.settled(node)
     assert len(node._core.departing) == 1
+
+
+async def test_departing_publishers_are_forgotten_behind_one_that_cannot_leave(
+    meeting: Meeting,
+) -> None:
+    """A reader without credit holds up one publisher; those destroyed after it are forgotten all the same."""
+    node, reader = await meeting.node("n"), await meeting.node("reader")
+    reader.create_subscription(Int64, "stuck", qos=KEEP_ALL)
+    stuck = node.create_publisher(Int64, "stuck", KEEP_ALL)
+    await matched(stuck)
+    for _ in range(WINDOW_MESSAGES + 1):
+        stuck.publish(Int64())
+    await meeting.settled(node)
+    stuck.destroy()
+    assert not node._core.departing[0].empty
+    for _ in range(3 * DEPARTING_SLACK):
+        node.create_publisher(Int64, "numbers").destroy()
+        await meeting.settled(node)
+    assert len(node._core.departing) <= DEPARTING_SLACK + 2
+    assert len(node._core.link.publishers) == 1

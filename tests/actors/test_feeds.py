@@ -147,3 +147,17 @@ def test_an_assertion_goes_to_all_who_are_attached() -> None:
     feeds.asserted(Assert(7))
     feeds.asserted(Assert(8))
     assert diary == ["b + 7", "b ! 7"]
+
+
+def test_nobody_is_remembered_for_a_subscription_that_has_gone() -> None:
+    """Publishers that only it heard are forgotten at once, those that somebody else hears stay."""
+    feeds, _, diary = feeds_of(2)
+    feeds.attached(Attached(7, (1,), GID, 0, "/n", {}))
+    feeds.attached(Attached(8, (1, 2), GID, 0, "/n", {}))
+    feeds.remove_reader(1)
+    assert len(feeds) == 1
+    feeds.attached(Attached(9, (1,), GID, 0, "/n", {}))  # it has crossed the UNDECLARE
+    assert len(feeds) == 1
+    diary.clear()
+    feeds.run_received(run(8))
+    assert diary == ["b Run 8"]

@@ -133,6 +133,11 @@ async def test_a_wait_ends_with_its_node(meeting: Meeting) -> None:
             await waiting
 
 
+def nothing_asked(node: actors.Node) -> bool:
+    """Tell whether no question to the broker is remembered."""
+    return not any(size.size for size in node._graph.sizes())
+
+
 async def test_queries_without_a_broker_give_up(tmp_path: Path) -> None:
     """A query raises BrokerUnreachable when no broker answers in time."""
     async with actors.Node("one", url=f"callboard+unix://{tmp_path}/none") as node:
@@ -141,6 +146,7 @@ async def test_queries_without_a_broker_give_up(tmp_path: Path) -> None:
         with pytest.raises(actors.BrokerUnreachable):
             await node._graph.describe("RIHS01_0", 0.01)
         assert not await node.wait_for_node("/one", 0.01)
+        assert nothing_asked(node)
 
 
 async def test_a_query_whose_link_breaks_ends(meeting: Meeting) -> None:
@@ -158,6 +164,19 @@ async def test_a_query_whose_link_breaks_ends(meeting: Meeting) -> None:
         for task in asking:
             with pytest.raises(actors.BrokerUnreachable):
                 await task
+    assert nothing_asked(node)
+
+
+async def test_a_question_that_is_given_up_is_forgotten(meeting: Meeting) -> None:
+    """Whoever is cancelled while the broker's answer is on its way leaves nothing behind."""
+    node = await meeting.node("one")
+    asking = [asyncio.create_task(node._graph.describe("RIHS01_0")) for _ in range(2)]
+    await asyncio.sleep(0)
+    assert not nothing_asked(node)
+    for task in asking:
+        task.cancel()
+    await asyncio.wait(asking)
+    assert nothing_asked(node)
 
 
 async def test_definitions_are_known_by_hash(meeting: Meeting) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.logger import (
+    MAX_FILTERS,
     Logger,
     LoggingSeverity,
     get_logger,
@@ -211,3 +212,16 @@ def test_get_logger_is_one_object(name: str) -> None:
     """The logger of a name is always the same, so that its filters work."""
     assert get_logger(name) is get_logger(name)
     assert repr(get_logger(name)) == f"Logger('{name}')"
+
+
+def test_filters_of_code_made_on_the_way_are_bounded(name: str) -> None:
+    """A program that makes code for ever makes no logger grow; the newest lines keep their state."""
+    logger = get_logger(name)
+    code = compile("", "made", "exec")
+    for number in range(MAX_FILTERS + 10):
+        code = compile(f"passed = logger.info('{number}', once=True)", "made", "exec")
+        exec(code, {"logger": logger})
+    assert logger.filters == MAX_FILTERS
+    names: dict[str, object] = {"logger": logger}
+    exec(code, names)
+    assert names["passed"] is False

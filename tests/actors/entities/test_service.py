@@ -339,7 +339,7 @@ async def test_a_node_without_a_broker_stops_with_a_handler_that_runs(tmp_path: 
 
 async def test_more_requests_than_may_wait_are_refused(adder: Adder, monkeypatch: pytest.MonkeyPatch) -> None:
     """The surplus is ServiceOverloaded at once and never handled; what waits is answered."""
-    monkeypatch.setattr("actors.entities.service.MAX_QUEUED", 3)
+    monkeypatch.setattr("actors.entities.request_queue.MAX_QUEUED", 3)
     leave = asyncio.Event()
     handled: list[int] = []
 

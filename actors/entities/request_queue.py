@@ -1,0 +1,62 @@
+"""Requests that wait for a service's handler: bounded in number and in bytes, oldest first."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from proto.frames import RequestEntry
+
+MAX_QUEUED: Final = 200_000
+"""Requests that wait for one service's handler; one more is refused as OVERLOADED."""
+
+MAX_QUEUED_BYTES: Final = 256 * 1024 * 1024
+"""The same in bytes; a single request may have any size."""
+
+
+class RequestQueue:
+    """The requests of one service that nobody has begun to handle.
+
+    Attributes:
+        size: Their bytes.
+    """
+
+    __slots__ = ("_entries", "size")
+
+    def __init__(self) -> None:
+        self.size = 0
+        self._entries: OrderedDict[int, RequestEntry] = OrderedDict()
+
+    def __len__(self) -> int:
+        """Return how many requests wait."""
+        return len(self._entries)
+
+    def put(self, entry: RequestEntry) -> str | None:
+        """Queue a request; return why not, if there is no room."""
+        if len(self._entries) >= MAX_QUEUED:
+            return f"{MAX_QUEUED} requests wait already"
+        if self._entries and self.size + len(entry.body) > MAX_QUEUED_BYTES:
+            return f"requests of {self.size} bytes wait already"
+        self._entries[entry.call] = entry
+        self.size += len(entry.body)
+        return None
+
+    def take(self) -> RequestEntry:
+        """Take the oldest. Needs one."""
+        _, entry = self._entries.popitem(last=False)
+        self.size -= len(entry.body)
+        return entry
+
+    def remove(self, call: int) -> bool:
+        """Take one back; False if it does not wait here."""
+        entry = self._entries.pop(call, None)
+        if entry is None:
+            return False
+        self.size -= len(entry.body)
+        return True
+
+    def clear(self) -> None:
+        """Forget them all."""
+        self._entries.clear()
+        self.size = 0
