@@ -59,7 +59,9 @@ class Herald:
             case ChildEventKind.STARTED:
                 self._log.info(f"{who} started" + (f" with pid {event.pid}" if event.pid else ""))
             case ChildEventKind.ENDED if outcome is not None and not outcome.normal:
-                self._log.error(f"{who} died: {event.reason}", exc_info=outcome.error)
+                # An exit is not an error; it says all by its code.
+                error = outcome.error if isinstance(outcome.error, Exception) else None
+                self._log.error(f"{who} died: {event.reason}", exc_info=error)
             case ChildEventKind.ENDED:
                 self._log.info(f"{who} ended: {event.reason}")
             case ChildEventKind.RESTARTING:
