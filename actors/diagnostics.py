@@ -172,6 +172,7 @@ class ClientDiagnostics:
         calls: Calls made.
         failed: Calls that have ended in an error, timeouts among them.
         timeouts: Calls whose deadline has passed.
+        late: Replies that came when their call had ended already.
     """
 
     id: int
@@ -181,6 +182,7 @@ class ClientDiagnostics:
     calls: int
     failed: int
     timeouts: int
+    late: int
 
     @property
     def name(self) -> str:

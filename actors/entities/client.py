@@ -40,6 +40,12 @@ MAX_PENDING: Final = 200_000
 MAX_UNSENT_BYTES: Final = 64 * 1024 * 1024
 """Above this much that a link has not taken yet, calls over it fail as ServiceOverloaded."""
 
+_UNSERVED: Final[dict[int, type[ServiceUnavailable]]] = {
+    Status.UNAVAILABLE: ServiceUnavailable,
+    Status.OVERLOADED: ServiceOverloaded,
+    Status.CANCELLED: ServiceUnavailable,
+}
+
 
 class CallFuture(asyncio.Future[A]):
     """The end of one call. Cancelling it cancels the call, at the server too."""
@@ -251,8 +257,10 @@ class Client(Caller, Generic[Q, A]):
     def _failure(self, entry: ReplyEntry) -> CallFailed:
         if entry.status in {Status.REMOTE_ERROR, Status.INVALID_REQUEST, Status.INVALID_REPLY}:
             return RemoteError(*_remote_error(entry.body))
-        failure = ServiceOverloaded if entry.status == Status.OVERLOADED else ServiceUnavailable
         text = entry.body.decode("utf-8", "replace")
+        failure = _UNSERVED.get(entry.status)
+        if failure is None:
+            return RemoteError(f"Status {entry.status}", text)
         return failure(f"Service '{self.srv_name}': {text}")
 
     def _fail(self, future: CallFuture[A], error: Exception) -> None:
@@ -322,6 +330,7 @@ class Client(Caller, Generic[Q, A]):
             calls=self._next_call,
             failed=self.failed,
             timeouts=self.timeouts,
+            late=self.late,
         )
 
     def declaration(self) -> frames.Frame:

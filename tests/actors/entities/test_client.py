@@ -286,6 +286,28 @@ async def test_an_invalid_reply_is_a_remote_error(meeting: Meeting) -> None:
     assert client.late == 1
 
 
+@pytest.mark.parametrize(
+    ("status", "error", "text"),
+    [
+        (Status.UNAVAILABLE, actors.ServiceUnavailable, "Service '/add': what happened"),
+        (Status.CANCELLED, actors.ServiceUnavailable, "Service '/add': what happened"),
+        (Status.OVERLOADED, actors.ServiceOverloaded, "Service '/add': what happened"),
+        (77, actors.RemoteError, "Status 77: what happened"),
+    ],
+)
+async def test_each_status_is_an_error_that_says_so(
+    meeting: Meeting, status: int, error: type[Exception], text: str
+) -> None:
+    """Each has its type, and the text that came with it; one that this version does not know, too."""
+    _, client = await pair(meeting, Sloth())
+    call = client.call_async(ASK)
+    client.replied(ReplyEntry(1, status, False, None, b"what happened"))
+    with pytest.raises(actors.CallFailed) as caught:
+        await call
+    assert type(caught.value) is error
+    assert str(caught.value) == text
+
+
 async def test_too_many_calls_of_a_link_are_said_to_be_that(meeting: Meeting) -> None:
     """Beyond the broker's limit a call is ServiceOverloaded, a ServiceUnavailable; an end makes room."""
     await meeting.restart_broker(max_pending_calls=10)
