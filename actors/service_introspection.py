@@ -11,8 +11,9 @@ Telling never harms the call: an event that cannot be published is dropped, coun
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from actors.core import Entity
 from actors.entities.publisher import Publisher
 from actors.errors import PublisherFull
 from actors.interfaces.errors import InvalidMessageError
@@ -22,7 +23,6 @@ from proto.names import validate_full_topic_name
 
 if TYPE_CHECKING:
     from actors.clock import Clock
-    from actors.core import Core
     from actors.interfaces.message import Message
     from actors.qos import QoSProfile
     from proto.frames import Options
@@ -82,14 +82,6 @@ class CallIdentity(NamedTuple):
         return cls(gid, number)
 
 
-class Teller(Protocol):
-    """A client or a server."""
-
-    core: Core
-    srv_type: type
-    srv_name: str
-
-
 class ServiceEvents:
     """The events of one client or server. They are published until `close`.
 
@@ -106,7 +98,7 @@ class ServiceEvents:
         InvalidTopicNameError: The service's name leaves no room for the topic's.
     """
 
-    def __init__(self, teller: Teller, *, clock: Clock, qos: QoSProfile, contents: bool) -> None:
+    def __init__(self, teller: Introspectable, *, clock: Clock, qos: QoSProfile, contents: bool) -> None:
         from actors.interfaces.service_event import service_event  # noqa: PLC0415 - for those who need it
 
         topic = teller.srv_name + TOPIC_SUFFIX
@@ -149,25 +141,58 @@ class ServiceEvents:
         self._publisher.destroy()
 
 
-def configured(
-    before: ServiceEvents | None,
-    teller: Teller,
-    *,
-    clock: Clock,
-    qos: QoSProfile | int,
-    state: ServiceIntrospectionState,
-) -> ServiceEvents | None:
-    """Return what tells of calls from now on, instead of `before`, which is closed; None for OFF.
+class Introspectable(Entity):
+    """A client or a service: its name, and what it tells of its calls.
 
-    Raises:
-        InvalidTopicNameError: The service's name leaves no room for the topic's.
-        TypeError, ValueError: No QoS, or no state.
+    Attributes:
+        srv_type: The service class.
+        srv_name: The full name of the service.
     """
-    state, profile = ServiceIntrospectionState(state), qos_from(qos)
-    after = None
-    if state is not ServiceIntrospectionState.OFF:
-        contents = state is ServiceIntrospectionState.CONTENTS
-        after = ServiceEvents(teller, clock=clock, qos=profile, contents=contents)
-    if before is not None:
-        before.close()
-    return after
+
+    srv_type: type
+    srv_name: str
+    _events: ServiceEvents | None = None
+
+    @property
+    def service_name(self) -> str:
+        """The full name of the service."""
+        return self.srv_name
+
+    @property
+    def events_lost(self) -> int:
+        """Service events that could not be published since introspection was configured."""
+        return 0 if self._events is None else self._events.lost
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile | int,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Tell what becomes of calls on the topic `<service>/_service_event`, or tell it no longer.
+
+        Args:
+            clock: Stamps the events.
+            service_event_qos_profile: Of the topic; a profile or a depth.
+            introspection_state: OFF (as at first), METADATA, or CONTENTS: requests and responses, too.
+
+        Raises:
+            InvalidTopicNameError: The service's name leaves no room for the topic's.
+            NodeDestroyed: The client or service has been destroyed.
+            TypeError, ValueError: No QoS, or no state.
+        """
+        self.require_alive()
+        state, qos = ServiceIntrospectionState(introspection_state), qos_from(service_event_qos_profile)
+        before, after = self._events, None
+        if state is not ServiceIntrospectionState.OFF:
+            contents = state is ServiceIntrospectionState.CONTENTS
+            after = ServiceEvents(self, clock=clock, qos=qos, contents=contents)
+        self._events = after
+        if before is not None:
+            before.close()
+
+    def destroy(self) -> None:
+        """Take it out of service, its events, too."""
+        if self._events is not None:
+            self._events.close()
+        super().destroy()

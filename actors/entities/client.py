@@ -18,7 +18,7 @@ from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
 from actors.mailbox import Turn, current_turn
-from actors.service_introspection import CallIdentity, EventKind, ServiceEvents, configured
+from actors.service_introspection import CallIdentity, EventKind, Introspectable, ServiceEvents
 from proto import frames, limits
 from proto.codec import encode
 from proto.frames import ReplyEntry, RequestEntry, Status
@@ -26,10 +26,6 @@ from proto.frames import ReplyEntry, RequestEntry, Status
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from actors.clock import Clock
-    from actors.qos import QoSProfile
-    from actors.service_introspection import ServiceIntrospectionState
-    from proto.aio import Channel
 
 Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)
@@ -70,7 +66,7 @@ class CallFuture(asyncio.Future[A]):
             self._turn = None
 
 
-class Client(Caller, Generic[Q, A]):
+class Client(Introspectable, Caller, Generic[Q, A]):
     """Calls one service. Made by `Node.create_client`.
 
     Attributes:
@@ -97,42 +93,12 @@ class Client(Caller, Generic[Q, A]):
         self._cancelled: list[int] = []
         self.late = 0
         self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
-        self._events: ServiceEvents | None = None
         core.link.add(self)
-
-    @property
-    def service_name(self) -> str:
-        """The full name of the service."""
-        return self.srv_name
-
-    @property
-    def events_lost(self) -> int:
-        """Service events that could not be published since introspection was configured."""
-        return 0 if self._events is None else self._events.lost
 
     @property
     def pending(self) -> int:
         """Calls in flight."""
         return len(self._pending)
-
-    def configure_introspection(
-        self,
-        clock: Clock,
-        service_event_qos_profile: QoSProfile | int,
-        introspection_state: ServiceIntrospectionState,
-    ) -> None:
-        """Tell what becomes of calls on the topic `<service>/_service_event`, or tell it no longer.
-
-        Arguments and errors as for `Service.configure_introspection`.
-        """
-        self.require_alive()
-        self._events = configured(
-            self._events,
-            self,
-            clock=clock,
-            qos=service_event_qos_profile,
-            state=introspection_state,
-        )
 
     def service_is_ready(self) -> bool:
         """Tell whether a server is there now."""
@@ -195,7 +161,10 @@ class Client(Caller, Generic[Q, A]):
             self._fail(future, ServiceUnavailable(f"Service '{self.srv_name}': not connected to a broker"))
             return future
         if len(self._pending) >= MAX_PENDING or channel.outbox.urgent_bytes >= MAX_UNSENT_BYTES:
-            self._fail(future, ServiceOverloaded(f"Service '{self.srv_name}': {self._crowd(channel)}"))
+            crowd = (
+                f"{len(self._pending)} calls of this client and {channel.outbox.urgent_bytes} unsent bytes"
+            )
+            self._fail(future, ServiceOverloaded(f"Service '{self.srv_name}': {crowd} wait already"))
             return future
         self._pending[call] = future
         remaining_ms = None
@@ -207,11 +176,6 @@ class Client(Caller, Generic[Q, A]):
             attributes = self._tell_request(self._events, call, request)
         self._outgoing.send(RequestEntry(call, remaining_ms, attributes, body), self, self.core.link)
         return future
-
-    def _crowd(self, channel: Channel) -> str:
-        if len(self._pending) >= MAX_PENDING:
-            return f"{MAX_PENDING} calls of this client wait already"
-        return f"{channel.outbox.urgent_bytes} bytes wait to be sent already"
 
     def _tell_request(self, events: ServiceEvents, call: int, request: Q) -> frames.Options:
         """Publish that a request leaves; return the attributes by which the server tells of the same call."""
@@ -303,8 +267,6 @@ class Client(Caller, Generic[Q, A]):
         for future in self._take_pending():
             future.leave_turn()
             future.cancel()
-        if self._events is not None:
-            self._events.close()
         super().destroy()
 
     def refused(self, code: int, text: str) -> None:

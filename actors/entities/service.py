@@ -16,7 +16,7 @@ from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, definition, type_hash, type_name
 from actors.mailbox import Turn
-from actors.service_introspection import CallIdentity, EventKind, ServiceEvents, configured
+from actors.service_introspection import CallIdentity, EventKind, Introspectable
 from proto import frames
 from proto.codec import encode
 from proto.frames import ReplyEntry, RequestEntry, Status
@@ -24,9 +24,6 @@ from proto.frames import ReplyEntry, RequestEntry, Status
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.clock import Clock
-    from actors.qos import QoSProfile
-    from actors.service_introspection import ServiceIntrospectionState
 
 Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)
@@ -40,7 +37,7 @@ MAX_ERROR_TEXT: Final = 4000
 """Characters of an exception's text that travel to the caller."""
 
 
-class Service(Server, Generic[Q, A]):
+class Service(Introspectable, Server, Generic[Q, A]):
     """Serves requests. Made by `Node.create_service`.
 
     The callback is `(request, response) -> response` or `(request) -> response`, `def` or `async def`. What
@@ -81,49 +78,12 @@ class Service(Server, Generic[Q, A]):
         self._waiting = RequestQueue()
         self._running: dict[int, Turn] = {}
         self._outgoing: EntryBatch[ReplyEntry] = EntryBatch()
-        self._events: ServiceEvents | None = None
         core.link.add(self)
-
-    @property
-    def service_name(self) -> str:
-        """The full name of the service."""
-        return self.srv_name
-
-    @property
-    def events_lost(self) -> int:
-        """Service events that could not be published since introspection was configured."""
-        return 0 if self._events is None else self._events.lost
 
     @property
     def pending(self) -> int:
         """Requests that wait or are being handled."""
         return len(self._waiting) + len(self._running)
-
-    def configure_introspection(
-        self,
-        clock: Clock,
-        service_event_qos_profile: QoSProfile | int,
-        introspection_state: ServiceIntrospectionState,
-    ) -> None:
-        """Tell what becomes of requests on the topic `<service>/_service_event`, or tell it no longer.
-
-        Args:
-            clock: Stamps the events.
-            service_event_qos_profile: Of the topic; a profile or a depth.
-            introspection_state: OFF (as at first), METADATA, or CONTENTS: requests and responses, too.
-
-        Raises:
-            InvalidTopicNameError: The service's name leaves no room for the topic's.
-            NodeDestroyed: The service has been destroyed.
-        """
-        self.require_alive()
-        self._events = configured(
-            self._events,
-            self,
-            clock=clock,
-            qos=service_event_qos_profile,
-            state=introspection_state,
-        )
 
     def requested(self, entries: tuple[RequestEntry, ...]) -> None:
         """Requests came."""
@@ -278,8 +238,6 @@ class Service(Server, Generic[Q, A]):
             link.channel.outbox.put_calls(encode(frames.Undeclare(self.id)))  # behind the replies made so far
             link.channel.flush_soon()
         super().destroy()
-        if self._events is not None:
-            self._events.close()
         self._abandon()
 
     def link_lost(self) -> None:

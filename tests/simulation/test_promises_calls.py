@@ -325,7 +325,7 @@ def test_a_link_that_takes_nothing_turns_calls_away() -> None:
         refused = [call for call in calls if call.done()]
         assert 30 < len(refused) < 40  # 64 MiB have been accepted
         for call in refused:
-            with pytest.raises(actors.ServiceOverloaded, match="bytes wait to be sent already"):
+            with pytest.raises(actors.ServiceOverloaded, match="unsent bytes wait already"):
                 await call
         stage.network.heal()
         accepted = [call for call in calls if call not in refused]
