@@ -53,6 +53,9 @@ if TYPE_CHECKING:
     from actors.events import SubscriptionEventCallbacks as SubscriptionEventCallbacks
     from actors.graph import EndpointInfo as EndpointInfo
     from actors.graph import GraphPicture as GraphPicture
+    from actors.graph_changes import GraphChange as GraphChange
+    from actors.graph_changes import GraphChangeKind as GraphChangeKind
+    from actors.graph_changes import GraphWatch as GraphWatch
     from actors.interfaces.errors import InvalidMessageError as InvalidMessageError
     from actors.interfaces.message import Action as Action
     from actors.interfaces.message import Message as Message
@@ -103,6 +106,7 @@ if TYPE_CHECKING:
     from proto.errors import InvalidServiceNameError as InvalidServiceNameError
     from proto.errors import InvalidTopicNameError as InvalidTopicNameError
     from proto.errors import InvalidUrlError as InvalidUrlError
+    from proto.frames import EntryKind as EntryKind
 
 _HOMES = {
     "actors.arguments": ("InvalidRosArgumentError", "RosArguments", "parse_ros_arguments"),
@@ -136,6 +140,7 @@ _HOMES = {
         "SubscriptionEventCallbacks",
     ),
     "actors.graph": ("EndpointInfo", "GraphPicture"),
+    "actors.graph_changes": ("GraphChange", "GraphChangeKind", "GraphWatch"),
     "actors.interfaces.errors": ("InvalidMessageError",),
     "actors.interfaces.message": ("Action", "Message", "Service"),
     "actors.log_output": ("configure_logging",),
@@ -183,6 +188,7 @@ _HOMES = {
         "InvalidTopicNameError",
         "InvalidUrlError",
     ),
+    "proto.frames": ("EntryKind",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, Protocol
 
 from actors.core import Core, in_flight
 from actors.diagnostics import Size
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 NamesAndTypes = list[tuple[str, list[str]]]
 
 QUERY_TIMEOUT_SEC = 5.0
+
+FIRST_QUESTION: Final = 1 << 31
+"""Ids of questions begin here; those below are the link's."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -44,17 +47,24 @@ class GraphPicture:
     """The graph at one moment."""
 
     entries: dict[int, GraphEntry] = field(default_factory=dict[int, GraphEntry])
+    suspended: dict[int, GraphEntry] = field(default_factory=dict[int, GraphEntry])
+    """What has left because its link is silent, and may return."""
 
     def apply(self, frame: frames.Graph) -> None:
         """Take in a piece or a change."""
+        silent = set(frame.suspended)
         for key in frame.removed:
-            self.entries.pop(key, None)
+            entry = self.entries.pop(key, None)
+            self.suspended.pop(key, None)
+            if entry is not None and key in silent:
+                self.suspended[key] = entry
         for entry in frame.added:
             self.entries[entry.key] = entry
+            self.suspended.pop(entry.key, None)
 
     def nodes(self) -> list[str]:
         """Return the full names of all nodes, sorted."""
-        return sorted(entry.name for entry in self.of_kind(EntryKind.NODE))
+        return sorted(entry.node for entry in self.of_kind(EntryKind.NODE))
 
     def of_kind(self, *kinds: EntryKind) -> Iterable[GraphEntry]:
         """Return the entries of these kinds."""
@@ -94,13 +104,22 @@ def _profile(qos: Mapping[str, object]) -> QoSProfile:
     return QoSProfile.from_wire(qos)
 
 
+class GraphListener(Protocol):
+    """Something that has asked for the graph."""
+
+    def received(self, frame: frames.Graph) -> None:
+        """A piece, or a change, has come."""
+        ...
+
+
 class GraphView:
     """Asks the broker for the graph over a node's link."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
-        self._next_id = 0
-        self._watches: dict[int, _Watch] = {}
+        self._next_id = FIRST_QUESTION
+        self.listeners: dict[int, GraphListener] = {}
+        """By the id of what they have asked."""
         self._definitions: dict[str, list[asyncio.Future[bytes | None]]] = {}
         core.link.handle(frames.Graph, self._received)
         core.link.handle(frames.Definition, self._described)
@@ -111,7 +130,7 @@ class GraphView:
         yield Size(name="definitions asked for", size=len(self._definitions))
 
     def _received(self, frame: frames.Graph) -> None:
-        watch = self._watches.get(frame.watch)
+        watch = self.listeners.get(frame.watch)
         if watch is not None:
             watch.received(frame)
             self._core.link.wake()
@@ -217,7 +236,7 @@ class GraphView:
     def _open(self, *, keep: bool) -> _Watch:
         self._next_id += 1
         watch = _Watch(self._next_id, keep=keep)
-        self._watches[watch.id] = watch
+        self.listeners[watch.id] = watch
         self._ask(watch)
         return watch
 
@@ -230,7 +249,7 @@ class GraphView:
     def _close(self, watch: _Watch | None) -> None:
         if watch is None:
             return
-        self._watches.pop(watch.id, None)
+        self.listeners.pop(watch.id, None)
         link = self._core.link
         if watch.keep and link.channel is not None and watch.session == link.connections:
             link.channel.send(frames.Unwatch(watch.id))

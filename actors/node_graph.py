@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from actors.graph_changes import GraphWatch
 from proto.frames import EntryKind
 from proto.names import expand_topic_name, full_node_name, split_node_name
 
@@ -105,6 +106,14 @@ class NodeGraph:
         """Return every subscription of a topic, with node, type and QoS."""
         full = self._expand(topic_name)
         return (await self._graph.snapshot()).endpoints(EntryKind.SUBSCRIPTION, full)
+
+    def watch_graph(self) -> GraphWatch:
+        """Return the graph's changes, to be iterated over: `async for change in node.watch_graph()`.
+
+        Raises:
+            NodeDestroyed: The node has been destroyed.
+        """
+        return GraphWatch(self._core, self._graph.listeners)
 
     async def wait_for_node(self, fully_qualified_node_name: str, timeout_sec: float | None = None) -> bool:
         """Wait until a node is there.

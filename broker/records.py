@@ -133,6 +133,10 @@ class NodeRecord(Endpoint):
 
     endpoints: dict[int, Endpoint] = field(default_factory=dict["int", "Endpoint"])
 
+    def entry(self) -> GraphEntry:
+        """Return it as everybody may see it."""
+        return GraphEntry(self.key, self.kind, self.name, "", "", "", {})
+
 
 @dataclass(slots=True, eq=False, kw_only=True)
 class PublisherRecord(Endpoint):

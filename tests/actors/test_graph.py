@@ -119,7 +119,7 @@ async def test_a_wait_can_be_cancelled_from_outside(meeting: Meeting) -> None:
     with pytest.raises(TimeoutError):
         async with asyncio.timeout(0.02):
             await node.wait_for_node("/never")
-    assert node._graph._watches == {}
+    assert node._graph.listeners == {}
 
 
 async def test_a_wait_ends_with_its_node(meeting: Meeting) -> None:

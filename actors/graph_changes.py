@@ -1,0 +1,145 @@
+"""The graph's changes, one after the other: who comes, goes, falls silent and returns.
+
+What is compared is what the consumer has seen with what is there now. So a slow consumer costs no queue: what
+came and went meanwhile it does not see, and what it sees adds up to the truth.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import defaultdict
+from enum import Enum
+from typing import TYPE_CHECKING, NamedTuple
+
+from actors.core import Core, Entity
+from actors.graph import GraphPicture
+from proto import frames
+from proto.frames import EntryKind
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from actors.graph import GraphListener
+    from proto.frames import GraphEntry
+
+
+class GraphChangeKind(Enum):
+    """What has happened to a node or an endpoint."""
+
+    APPEARED = "appeared"
+    DISAPPEARED = "disappeared"
+    SUSPENDED = "suspended"
+    """It is silent, and not in the graph until it RETURNED or, when its link is closed, DISAPPEARED."""
+    RETURNED = "returned"
+
+
+class GraphChange(NamedTuple):
+    """One change.
+
+    `entry_kind` says what it is: NODE, PUBLISHER, SUBSCRIPTION, SERVICE or CLIENT; `node` is the full name of
+    the node; `name` that of the topic or service, and `type_name` its type, both empty for a node.
+    """
+
+    kind: GraphChangeKind
+    entry_kind: EntryKind
+    node: str
+    name: str
+    type_name: str
+
+
+class GraphWatch(Entity):
+    """Iterate over the changes of the graph: `async for change in node.watch_graph()`. One consumer.
+
+    It begins with everything that is there, as APPEARED. It goes on over reconnects: what is still there then
+    is no change. It ends when it is destroyed, or its node.
+    """
+
+    def __init__(self, core: Core, listeners: dict[int, GraphListener]) -> None:
+        super().__init__(core)
+        self._listeners = listeners
+        self.picture = GraphPicture()
+        self._complete = False
+        self._restarted = False
+        self._seen: dict[int, GraphEntry] = {}
+        self._silent: dict[int, GraphEntry] = {}
+        self._news = asyncio.Event()
+        core.link.add(self)
+        listeners[self.id] = self
+
+    def received(self, frame: frames.Graph) -> None:
+        """A piece of the graph, or a change, has come."""
+        self.picture.apply(frame)
+        if not frame.more:
+            self._complete = True
+            self._news.set()
+
+    async def __aiter__(self) -> AsyncIterator[GraphChange]:
+        """Iterate."""
+        self.core.require_loop()
+        while not self.destroyed:
+            self._news.clear()
+            for change in self._compare() if self._complete else ():
+                yield change
+            if not self.destroyed:
+                await self._news.wait()
+
+    def _compare(self) -> list[GraphChange]:
+        """Return what has changed since the last call."""
+        now, suspended = self.picture.entries, self.picture.suspended
+        if self._restarted:
+            self._restarted = False
+            self._seen, self._silent = _recognized(self._seen | self._silent, now), {}
+        gone = [(key, entry) for key, entry in self._seen.items() if key not in now]
+        over = [(key, entry) for key, entry in self._silent.items() if key not in now.keys() | suspended]
+        new = [(key, entry) for key, entry in now.items() if key not in self._seen]
+        kinds = GraphChangeKind
+        changes = [
+            *((kinds.SUSPENDED if key in suspended else kinds.DISAPPEARED, entry) for key, entry in gone),
+            *((kinds.DISAPPEARED, entry) for _, entry in over),
+            *((kinds.RETURNED if key in self._silent else kinds.APPEARED, entry) for key, entry in new),
+        ]
+        self._seen, self._silent = dict(now), dict(suspended)
+        return [
+            GraphChange(kind, EntryKind(entry.kind), entry.node, entry.name, entry.type_name)
+            for kind, entry in changes
+        ]
+
+    def declaration(self) -> frames.Frame:
+        """Endpoint: ask for the graph."""
+        self.picture = GraphPicture()
+        self._complete = False
+        self._restarted = bool(self._seen or self._silent)
+        return frames.Watch(self.id, keep=True)
+
+    def link_lost(self) -> None:
+        """Endpoint: nobody knows what is there until there is a broker again."""
+        super().link_lost()
+        self._complete = False
+
+    def destroy(self) -> None:
+        """End the watch, and the iteration."""
+        if self.destroyed:
+            return
+        self.destroyed = True
+        self._news.set()
+        self.core.entities.pop(self, None)
+        self._listeners.pop(self.id, None)
+        link = self.core.link
+        link.remove(self, announce=False)
+        if link.channel is not None:
+            link.channel.send(frames.Unwatch(self.id))
+
+
+def _recognized(before: dict[int, GraphEntry], now: dict[int, GraphEntry]) -> dict[int, GraphEntry]:
+    """Return what was there before under the keys it has now; another broker numbers anew.
+
+    What is not there any more gets keys that nothing has.
+    """
+    free: defaultdict[tuple[object, ...], list[int]] = defaultdict(list)
+    for key, entry in now.items():
+        free[entry[1:5]].append(key)
+    known: dict[int, GraphEntry] = {}
+    for number, entry in enumerate(before.values(), 1):
+        keys = free[entry[1:5]]
+        known[keys.pop(0) if keys else -number] = entry
+    return known

@@ -1,0 +1,153 @@
+"""The graph's changes, as somebody who watches sees them."""
+
+from __future__ import annotations
+
+import asyncio
+
+import actors
+from tests.simulation.network import BROKER, on_host
+from tests.simulation.records import Note
+from tests.simulation.stage import Stage, play
+
+
+def follow(node: actors.Node, diary: list[str]) -> asyncio.Task[None]:
+    """Write down what a node sees of others."""
+
+    async def read() -> None:
+        async for change in node.watch_graph():
+            if change.node != node.get_fully_qualified_name():
+                what = f"{change.entry_kind.name} {change.node} {change.name}".strip()
+                diary.append(f"{change.kind.value} {what}")
+
+    return asyncio.create_task(read())
+
+
+async def seen(stage: Stage, diary: list[str], *lines: str) -> None:
+    """Wait until exactly these lines stand in the diary, and empty it."""
+    await stage.until(lambda: len(diary) >= len(lines), 60)
+    await asyncio.sleep(0.5)
+    assert sorted(diary) == sorted(lines)
+    diary.clear()
+
+
+def test_who_comes_and_goes_is_seen() -> None:
+    """What is there appears first; then each node and endpoint as it comes and goes."""
+
+    async def scene(stage: Stage) -> None:
+        watcher, talker = await stage.enter("watcher"), await stage.enter("talker")
+        diary: list[str] = []
+        reader = follow(watcher, diary)
+        await seen(stage, diary, "appeared NODE /talker")
+        publisher = talker.create_publisher(Note, "red")
+        await seen(stage, diary, "appeared PUBLISHER /talker /red")
+        talker.destroy_publisher(publisher)
+        await seen(stage, diary, "disappeared PUBLISHER /talker /red")
+        talker.destroy_node()
+        await asyncio.sleep(0.5)
+        reader.cancel()
+        await asyncio.wait({reader})
+
+    play(scene)
+
+
+def test_a_silent_node_is_suspended_and_returns_or_goes() -> None:
+    """A frozen node is told apart from one that has gone, at both ends of its silence."""
+
+    async def scene(stage: Stage) -> None:
+        watcher = await stage.enter("watcher")
+        await stage.enter("talker")
+        diary: list[str] = []
+        reader = follow(watcher, diary)
+        await seen(stage, diary, "appeared NODE /talker")
+        stage.network.block("talker", BROKER)
+        await seen(stage, diary, "suspended NODE /talker")
+        stage.network.heal()
+        await seen(stage, diary, "returned NODE /talker")
+        stage.network.block("talker", BROKER)
+        await seen(stage, diary, "suspended NODE /talker")
+        await seen(stage, diary, "disappeared NODE /talker")
+        reader.cancel()
+        await asyncio.wait({reader})
+
+    play(scene)
+
+
+def test_a_restart_between_two_looks_is_seen() -> None:
+    """A node that dies and comes back before the watcher looks again is two changes, not none."""
+
+    async def scene(stage: Stage) -> None:
+        watcher = await stage.enter("watcher")
+
+        async def live(stop: asyncio.Event) -> None:
+            async with actors.Node("talker", use_global_arguments=False):
+                await stop.wait()
+
+        stops = [asyncio.Event(), asyncio.Event()]
+        with on_host("one"):
+            first = asyncio.create_task(live(stops[0]))
+        await asyncio.sleep(0.5)
+        watch = watcher.watch_graph()
+        changes = aiter(watch)
+        appeared = [await anext(changes), await anext(changes)]
+        assert {change.node for change in appeared} == {"/watcher", "/talker"}
+        stops[0].set()
+        await first
+        with on_host("two"):
+            second = asyncio.create_task(live(stops[1]))
+        await asyncio.sleep(0.5)
+        kinds = [(await anext(changes)).kind, (await anext(changes)).kind]
+        assert kinds == [actors.GraphChangeKind.DISAPPEARED, actors.GraphChangeKind.APPEARED]
+        stops[1].set()
+        await second
+        watch.destroy()
+        assert [change.kind async for change in changes] == []
+
+    play(scene)
+
+
+def test_a_new_broker_is_no_change() -> None:
+    """Over a restart of the broker what comes back is no news; what does not is."""
+
+    async def scene(stage: Stage) -> None:
+        watcher, talker = await stage.enter("watcher"), await stage.enter("talker")
+        talker.create_publisher(Note, "red")
+        talker.create_publisher(Note, "red")
+        stop = asyncio.Event()
+
+        async def live() -> None:
+            async with actors.Node("other", use_global_arguments=False):
+                await stop.wait()
+
+        with on_host("other"):
+            other = asyncio.create_task(live())
+        diary: list[str] = []
+        reader = follow(watcher, diary)
+        await stage.until(lambda: len(diary) == 4)
+        diary.clear()
+        await stage.crash_broker()
+        stop.set()
+        await other
+        assert not diary
+        await stage.start_broker()
+        await stage.until(lambda: watcher.connected and talker.connected)
+        await asyncio.sleep(5)
+        gone = [line for line in diary if line.startswith("disappeared")]
+        back = [line.replace("appeared", "disappeared") for line in diary if line.startswith("appeared")]
+        assert sorted(gone) == sorted([*back, "disappeared NODE /other"])
+        reader.cancel()
+        await asyncio.wait({reader})
+
+    play(scene)
+
+
+def test_a_watch_ends_with_its_node() -> None:
+    """Destroying the node ends the iteration; nobody waits for ever."""
+
+    async def scene(stage: Stage) -> None:
+        watcher = await stage.enter("watcher")
+        reader = follow(watcher, [])
+        await asyncio.sleep(0.5)
+        watcher.destroy_node()
+        await asyncio.wait_for(reader, 1)
+
+    play(scene)
