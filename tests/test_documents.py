@@ -146,3 +146,19 @@ def test_the_programs_in_the_supervision_guide_run(tmp_path: Path) -> None:
         command = [sys.executable, "-c", source]
         done = subprocess.run(command, cwd=tmp_path, env=environ, capture_output=True, text=True, check=False)
         assert (done.returncode, done.stdout) == (0, printed), done.stderr
+
+
+def test_the_programs_in_the_delivery_guide_print_what_it_says() -> None:
+    """Each program in docs/delivery.md runs by itself and prints the lines that follow it."""
+    text = (ROOT / "docs" / "delivery.md").read_text(encoding="utf-8")
+    programs = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", text, re.DOTALL)
+    assert len(programs) == 2
+    for program, output in programs:
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert (done.stdout, done.stderr, done.returncode) == (output, "", 0)
