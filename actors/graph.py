@@ -126,7 +126,7 @@ class GraphView:
 
     def sizes(self) -> Iterator[Size]:
         """Say how full its maps are."""
-        yield Size(name="graph questions", size=len(self._watches))
+        yield Size(name="graph questions", size=len(self.listeners))
         yield Size(name="definitions asked for", size=len(self._definitions))
 
     def _received(self, frame: frames.Graph) -> None:
