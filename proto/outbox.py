@@ -512,5 +512,8 @@ class Outbox:
     def trim(self) -> None:
         """Bring the lanes that got runs back to their depth: what is left in them cannot leave now."""
         for lane in self._touched:
+            dropped = lane.dropped
             lane.trim()
+            if lane.dropped != dropped:
+                self._schedule(lane)  # what stood behind messages without credit may go now
         self._touched.clear()

@@ -430,6 +430,20 @@ def test_a_keep_last_lane_out_of_credit_is_trimmed() -> None:
     assert (lane.pending, lane.dropped) == (2, 3)
 
 
+def test_what_stood_behind_dropped_messages_leaves() -> None:
+    """A control frame that comes to the front as messages without credit are dropped may go."""
+    outbox, lane = Outbox(), Lane(1, 1)
+    lane.sequence_limit = 0
+    detached = encode(Detached(1, (1,), 0))
+    outbox.put_lane(lane, make_run(0, [b"x"]))
+    outbox.put_lane(lane, detached)
+    outbox.put_lane(lane, make_run(1, [b"y"]))
+    assert take_one(outbox) is None
+    outbox.trim()
+    assert outbox.has_more
+    assert take_one(outbox) == detached
+
+
 def test_credit_beyond_a_gap_lets_one_message_through() -> None:
     """§6: messages dropped for want of credit cannot leave the next one out of every limit's reach."""
     outbox, lane = Outbox(), Lane(1, 1)
