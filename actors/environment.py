@@ -26,6 +26,8 @@ VARIABLES: Final = ("CALLBOARD_URL", "CALLBOARD_DOMAIN", "CALLBOARD_LOG_LEVEL")
 MAX_DOMAIN: Final = 232
 """Highest domain id, as in ROS 2."""
 
+LOG_LEVELS: Final = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
+
 _DOMAIN = re.compile(r"[0-9]{1,3}")
 
 
@@ -58,8 +60,15 @@ def domain_id(environ: Mapping[str, str] | None = None) -> int | None:
 
 
 def log_level(environ: Mapping[str, str] | None = None) -> str | None:
-    """Return CALLBOARD_LOG_LEVEL as it stands, None if unset. `actors.logger` knows the levels."""
-    return _get("CALLBOARD_LOG_LEVEL", environ)
+    """Return CALLBOARD_LOG_LEVEL as it stands, None if unset.
+
+    Raises:
+        InvalidEnvironmentError: It is no level, in whatever case.
+    """
+    value = _get("CALLBOARD_LOG_LEVEL", environ)
+    if value is not None and value.upper() not in LOG_LEVELS:
+        raise InvalidEnvironmentError("CALLBOARD_LOG_LEVEL", value, f"one of {', '.join(LOG_LEVELS)}")
+    return value
 
 
 def color_wish(environ: Mapping[str, str] | None = None) -> bool | None:

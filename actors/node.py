@@ -60,8 +60,9 @@ class Node(NodeGraph, NodeParameters):
     Args:
         node_name: The name, without a namespace. A remap (`-r __node:=…`) goes before it.
         namespace: "" or None is the root; "ns" means "/ns".
-        url: The broker, or several, separated by commas; the environment (CALLBOARD_URL) and then
-            callboard://127.0.0.1:7411 stand in.
+        url: The broker, or several, separated by commas: whenever there is no link they are tried in this
+            order, so that a node comes back to the first that answers, but leaves none that it is linked to.
+            The environment (CALLBOARD_URL) and then callboard://127.0.0.1:7411 stand in.
         domain: Which of a broker's disjoint graphs to join, 0 to 232; CALLBOARD_DOMAIN, then 0.
         cli_args: Arguments of this node alone: ["--ros-args", "-r", "a:=b"]. They win over the process's.
         use_global_arguments: Take what `actors.run` found on the command line.

@@ -256,7 +256,12 @@ class Router:
         if frame.name != full_node_name(namespace, name):
             raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
         holder = self._names.get(frame.name)
-        if holder is not None:
+        if holder is not None and holder.peer.suspended:
+            # Frozen or cut off: the living goes before it. Should it come back, it is told.
+            self._remove_peer(holder.peer)
+            text = f"another node '{frame.name}' has come while this link was silent"
+            self._out.append(Close(holder.peer.id, ErrorCode.TAKEN_OVER, text))
+        elif holder is not None:
             self.relied_on.add(holder.peer.id)
             text = f"A node named '{frame.name}' is there already; give this one another name"
             raise Refusal(ErrorCode.NAME_TAKEN, text)

@@ -170,7 +170,7 @@ def _set_up_logging() -> None:
     try:
         configure_logging(environment.log_level() or LoggingSeverity.WARN)
     except ValueError as error:
-        raise CommandError(f"CALLBOARD_LOG_LEVEL: {error}", errors.USAGE) from None
+        raise CommandError(str(error), errors.USAGE) from None
 
 
 def _let_go_of_pipes() -> None:

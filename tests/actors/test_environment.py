@@ -59,3 +59,10 @@ def test_bad_domain(text: str) -> None:
 def test_color_wish(environ: dict[str, str], wish: bool | None) -> None:
     """NO_COLOR goes before FORCE_COLOR; a dumb terminal has no colours; otherwise the terminal decides."""
     assert color_wish(environ) is wish
+
+
+def test_a_log_level_that_is_none_is_refused() -> None:
+    """The error names the variable, the value and the levels; case does not matter."""
+    assert log_level({"CALLBOARD_LOG_LEVEL": "Warn"}) == "Warn"
+    with pytest.raises(InvalidEnvironmentError, match=r"CALLBOARD_LOG_LEVEL must be one of DEBUG.*'loud'"):
+        log_level({"CALLBOARD_LOG_LEVEL": "loud"})

@@ -93,6 +93,21 @@ def test_bad_arguments_exit_2(capsys: pytest.CaptureFixture[str]) -> None:
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
 
+def test_a_log_level_that_is_none_exits_2(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A wrong CALLBOARD_LOG_LEVEL: one line on stderr that says what may stand there, exit code 2."""
+
+    async def main() -> None:
+        pytest.fail("it must not run")
+
+    monkeypatch.setenv("CALLBOARD_LOG_LEVEL", "loud")
+    with pytest.raises(SystemExit) as caught:
+        actors.run(main, args=[])
+    assert caught.value.code == 2
+    assert capsys.readouterr().err.startswith("CALLBOARD_LOG_LEVEL must be one of DEBUG")
+
+
 @pytest.mark.parametrize("several", [False, True])
 def test_our_errors_exit_1_with_one_line(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, *, several: bool

@@ -41,6 +41,7 @@ class SimulatedLoop(BaseEventLoop):
 
     Attributes:
         network: Serves create_connection, create_server and their unix twins.
+        turns: Times the loop has gone round.
         errors: What reached the exception handler: an exception nobody took.
         after_turn: Called after each turn of the loop.
         turns: Turns so far.

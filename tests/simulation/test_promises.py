@@ -287,6 +287,56 @@ def test_names_are_unique() -> None:
     play(scene)
 
 
+def test_a_frozen_nodes_name_can_be_taken(caplog: pytest.LogCaptureFixture) -> None:
+    """A suspended node gives way to a living one of its name at once, and hears of it when it is back."""
+
+    async def scene(stage: Stage) -> None:
+        other, ended = await stage.enter("other"), []
+
+        async def frozen() -> None:
+            try:
+                await actors.Node("same", use_global_arguments=False).run()
+            except actors.NodeNameTaken:
+                ended.append("name taken")
+
+        with on_host("first"):
+            task = asyncio.create_task(frozen())
+        assert await other.wait_for_node("same", 5)
+        stage.network.partition("first")
+        while "same" in await other.get_node_names():
+            await asyncio.sleep(0.5)
+        began = stage.loop.time()
+        await stage.enter("same", host="second")
+        assert stage.loop.time() - began < 0.1
+        stage.network.heal()
+        await task
+        assert ended == ["name taken"]
+        assert (await other.get_node_names()).count("same") == 1
+
+    play(scene)
+
+
+def test_nodes_come_back_one_after_another() -> None:
+    """After a loss a hundred nodes do not all call at the same moment, and are back within a second."""
+
+    async def scene(stage: Stage) -> None:
+        nodes = [await stage.enter(f"n{number}") for number in range(100)]
+        await stage.stop_broker()
+        back: list[float] = []
+
+        async def note(node: actors.Node) -> None:
+            await stage.until(lambda: node.connected, 5)
+            back.append(stage.loop.time())
+
+        began = stage.loop.time()
+        await stage.start_broker()
+        await asyncio.gather(*map(note, nodes))
+        assert max(back) - began < 1
+        assert max(back.count(moment) for moment in back) <= 20
+
+    play(scene)
+
+
 def test_a_node_takes_its_name_back_from_its_own_half_dead_link() -> None:
     """A link that broke on one side only does not keep its node out."""
 

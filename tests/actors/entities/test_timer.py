@@ -127,6 +127,49 @@ def test_a_zero_period_ticks_at_once_and_starves_nobody() -> None:
     play(scene)
 
 
+def test_a_very_late_tick_knows_when_it_was_due() -> None:
+    """After a stall of many periods, and behind a busy mailbox: its own time, not a later one."""
+
+    async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
+        late: list[int] = []
+
+        def note(info: actors.TimerInfo) -> None:
+            late.append(info.actual_call_time - info.expected_call_time)
+
+        async def block() -> None:
+            blocker.cancel()
+            await asyncio.sleep(4.5)
+
+        timer = node.create_timer(1, note)
+        await asyncio.sleep(0.5)
+        loop.stall(5.2)
+        await asyncio.sleep(0.1)
+        assert late == pytest.approx([4.7e9])
+        timer.reset()
+        blocker = node.create_timer(0.5, block)
+        await asyncio.sleep(5.2)
+        assert late[1:2] == pytest.approx([4.0e9])
+
+    play(scene)
+
+
+def test_a_zero_period_does_not_make_the_loop_spin_while_its_callback_runs() -> None:
+    """The next tick is armed when the callback has ended: a slow one costs no turns of the loop."""
+
+    async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
+        async def slow() -> None:
+            await asyncio.sleep(1)
+
+        before = loop.turns
+        timer = node.create_timer(0, slow)
+        await asyncio.sleep(9.5)
+        assert timer.ticks == 10
+        assert timer.skipped == 0
+        assert loop.turns - before < 500
+
+    play(scene)
+
+
 @pytest.mark.parametrize("period", [-1, float("inf"), float("nan")])
 def test_a_bad_period_is_refused(period: float) -> None:
     """A period is zero or more seconds."""
