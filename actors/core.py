@@ -115,6 +115,8 @@ class Core:
 
     def callback_failed(self, what: str, error: BaseException) -> None:
         """A callback raised: log it with its traceback, count it, and stop the node if it asked for that."""
+        if self.mailbox.cancelling and isinstance(error, asyncio.CancelledError):
+            return  # the node stops, and has done that itself
         self.callback_errors += 1
         self.log.error(f"{what} raised {type(error).__name__}: {error_text(error)}", exc_info=error)
         if self._stop_on_error and isinstance(error, Exception):

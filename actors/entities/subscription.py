@@ -373,8 +373,7 @@ class Subscription(Entity, Generic[M]):
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result
         self._running -= 1
-        stopped = self.core.mailbox.cancelling and isinstance(error, asyncio.CancelledError)
-        if error is not None and not stopped:
+        if error is not None:
             self.core.callback_failed(self.timing.what, error)
         if self.has_work():
             self.core.mailbox.post(self)

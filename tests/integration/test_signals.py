@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import signal
 import time
 from typing import TYPE_CHECKING
@@ -11,6 +12,8 @@ import pytest
 
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import Int64
+from tests.actors.meeting import KEEP_ALL, until
 from tests.integration.conftest import DEADLINE_SEC
 
 if TYPE_CHECKING:
@@ -215,7 +218,8 @@ async def test_a_handler_that_ignores_its_cancellation_does_not_hold_up_the_end(
 
 async def test_a_second_signal_hurries(system: System) -> None:
     """Whoever presses Ctrl-C again does not wait for callbacks."""
-    server, call = await calling(system, STOPPING.format(timeout=3600, body="await asyncio.sleep(3600)"))
+    program = STOPPING.format(timeout=3600, body="await asyncio.sleep(3600)")
+    server, call = await calling(system, program)
     server.send(signal.SIGINT)
     await server.says("Stopping: up to 3600 s")
     server.send(signal.SIGINT)
@@ -234,3 +238,39 @@ async def test_an_exit_in_a_busy_timer_ends_the_process(system: System, kind: st
     program = await system.python("-c", EXITING.format(kind=kind, timer=timer))
     assert await program.ends() == 7
     assert "Traceback" not in program.output
+
+
+@pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
+async def test_a_broker_that_stops_under_load_delivers_what_it_has_accepted(
+    system: System, number: signal.Signals
+) -> None:
+    """KEEP_ALL across a broker's end: what has left the publisher is heard, the rest is queued there."""
+    daemon = await system.broker()
+    heard: list[int] = []
+    async with actors.Node("source", url=system.url) as source, actors.Node("sink", url=system.url) as sink:
+
+        async def take(message: Int64) -> None:
+            heard.append(message.data)
+            if message.data % 1000 == 0:
+                await asyncio.sleep(0.001)
+
+        sink.create_subscription(Int64, "numbers", take, KEEP_ALL)
+        publisher = source.create_publisher(Int64, "numbers", KEEP_ALL)
+        await until(lambda: publisher.get_subscription_count() == 1)
+
+        async def publish() -> None:
+            while publisher.get_subscription_count():
+                with contextlib.suppress(actors.WaitTimeout):
+                    await publisher.ready(1)
+                    for _ in range(100):
+                        publisher.publish(Int64(data=publisher.published))
+                await asyncio.sleep(0)
+
+        publishing = asyncio.create_task(publish())
+        await until(lambda: len(heard) > 5000)
+        daemon.send(number)
+        assert await daemon.ends() == 0
+        await publishing
+        sent = publisher.published - publisher.queued
+        await until(lambda: len(heard) >= sent)
+        assert heard == list(range(sent))
