@@ -250,6 +250,8 @@ class ServiceRecord(Endpoint):
     pending: dict[int, PendingCall] = field(default_factory=dict["int", "PendingCall"])
     pool: Pool | None = None
     """Who it shares the requests with, while it takes part."""
+    retired: bool = False
+    """It only answers what it has."""
 
 
 @dataclass(slots=True, eq=False, kw_only=True)

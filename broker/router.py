@@ -95,6 +95,7 @@ class Router:
             frames.Service: self._declare,
             frames.Client: self._declare,
             frames.Undeclare: self._undeclare,
+            frames.Retire: self._retire,
             frames.Watch: self._watch,
             frames.Unwatch: lambda peer, frame: self.graph.unwatch(peer, frame.id),
             frames.Describe: self._describe,
@@ -300,6 +301,8 @@ class Router:
         )
 
     def _join(self, endpoint: Endpoint) -> None:
+        if isinstance(endpoint, ServiceRecord) and endpoint.retired:
+            return
         self.graph.add(endpoint)
         if isinstance(endpoint, PublisherRecord):
             self.topics.join_publisher(endpoint)
@@ -323,6 +326,12 @@ class Router:
         endpoint = peer.endpoints.get(frame.id)
         if endpoint is not None:
             self._remove(endpoint)
+
+    def _retire(self, peer: Peer, frame: frames.Retire) -> None:
+        server = peer.endpoints.get(frame.id)
+        if isinstance(server, ServiceRecord) and not server.retired:
+            self.graph.remove(server)
+            self.services.retire(server)
 
     def _remove(self, endpoint: Endpoint) -> None:
         if endpoint.peer.endpoints.pop(endpoint.id, None) is None:

@@ -85,6 +85,18 @@ class Services:
 
     def leave(self, endpoint: ClientRecord | ServiceRecord) -> None:
         """Take a client or server out: its calls end."""
+        if isinstance(endpoint, ClientRecord):
+            self._abandon(endpoint)
+        else:
+            self._fail_pending(endpoint)
+        self._unmatch(endpoint)
+
+    def retire(self, server: ServiceRecord) -> None:
+        """Give a server no more requests; it may answer those it has."""
+        self._unmatch(server)
+        server.retired = True
+
+    def _unmatch(self, endpoint: ClientRecord | ServiceRecord) -> None:
         group = self._groups.get(endpoint.name)
         if group is None or (endpoint.key not in group.clients and endpoint.key not in group.servers):
             return
@@ -92,12 +104,10 @@ class Services:
         if isinstance(endpoint, ClientRecord):
             del group.clients[endpoint.key]
             counterparts = group.servers.values()
-            self._abandon(endpoint)
         else:
             del group.servers[endpoint.key]
             self._leave_pool(group, endpoint)
             counterparts = group.clients.values()
-            self._fail_pending(endpoint)
         for other in counterparts:
             if _same_type(endpoint, other):
                 self._count(other, -1)

@@ -32,6 +32,7 @@ class Op(IntEnum):
     SERVICE = 13
     CLIENT = 14
     UNDECLARE = 15
+    RETIRE = 16
 
     ACCEPTED = 20
     REFUSED = 21
@@ -262,6 +263,12 @@ class Undeclare(NamedTuple):
     id: int
 
 
+class Retire(NamedTuple):
+    """A server takes no more requests; those it has it may still answer. Its UNDECLARE follows."""
+
+    id: int
+
+
 class Accepted(NamedTuple):
     """The declaration stands. `number` is a publisher's broker-wide id, 0 for the rest."""
 
@@ -471,6 +478,7 @@ Frame: TypeAlias = (
     | Service
     | Client
     | Undeclare
+    | Retire
     | Accepted
     | Refused
     | Matched
@@ -516,6 +524,7 @@ SPECS: Mapping[int, Spec] = {
     Op.SERVICE: Spec(Service, ("u32", "u32", "str", "str", "str", "definition?")),
     Op.CLIENT: Spec(Client, ("u32", "u32", "str", "str", "str")),
     Op.UNDECLARE: Spec(Undeclare, ("u32",)),
+    Op.RETIRE: Spec(Retire, ("u32",)),
     Op.ACCEPTED: Spec(Accepted, ("u32", "u64")),
     Op.REFUSED: Spec(Refused, ("u32", "u32", "str")),
     Op.MATCHED: Spec(Matched, ("u32", "u32", "u64")),

@@ -46,6 +46,7 @@ FROM_CLIENT: frozenset[FrameType] = _EITHER | {
     frames.Service,
     frames.Client,
     frames.Undeclare,
+    frames.Retire,
     frames.Grant,
     frames.Watch,
     frames.Unwatch,

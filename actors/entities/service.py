@@ -217,7 +217,13 @@ class Service(Introspectable, Server, Generic[Q, A]):
             turn.cancel()
 
     def retire(self) -> None:
-        """The node stops: refuse what waits and what comes; leave with the last handler that runs."""
+        """The node stops: refuse what waits and what comes; leave with the last handler that runs.
+
+        The broker is told, so that it gives new requests to other servers.
+        """
+        channel = self.core.link.channel
+        if channel is not None and self._running:
+            channel.send(frames.Retire(self.id))
         while self._waiting:
             call = self._waiting.take().call
             self._reply_text(call, Status.UNAVAILABLE, STOPPING)

@@ -331,3 +331,28 @@ def test_a_frozen_broker_does_not_hold_up_a_stop() -> None:
         assert await actor.ended() <= 2.0 + 2 * GRACE_SEC
 
     play(scene)
+
+
+def test_new_calls_go_elsewhere_while_a_server_stops() -> None:
+    """With another server there, a stop in the middle of the work costs no call that comes after it."""
+
+    async def scene(stage: Stage) -> None:
+        actor = Actor(stage)
+        caller, other = await stage.enter("caller"), await stage.enter("other")
+
+        async def slow(request: AddTwoInts.Request) -> AddTwoInts.Response:
+            await asyncio.sleep(2)
+            return AddTwoInts.Response(sum=1)
+
+        actor.node.create_service(AddTwoInts, "/add", slow)
+        (first,) = await sums(stage, caller, 1)
+        other.create_service(AddTwoInts, "/add", lambda _: AddTwoInts.Response(sum=2))
+        client = caller.create_client(AddTwoInts, "/add")
+        await stage.until(lambda: client.peers == 2)
+        actor.stop()
+        await stage.until(lambda: client.peers == 1)
+        assert [(await client.call(AddTwoInts.Request())).sum for _ in range(20)] == [2] * 20
+        assert (await first).sum == 1
+        await actor.ended()
+
+    play(scene)

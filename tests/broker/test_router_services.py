@@ -260,3 +260,45 @@ def test_a_hundred_thousand_unanswered_calls_vanish_with_their_asker() -> None:
     switch.leave(asker)
     assert switch.router.services.pending == 0
     assert len({call for frame in switch.read(server, frames.Cancel) for call in frame.calls}) == 100_000
+
+
+def test_a_retired_server_answers_what_it_has_and_gets_nothing_new() -> None:
+    """RETIRE sends new requests elsewhere, or nowhere; replies to old ones are still taken."""
+    switch = Switch()
+    asker, old, new = switch.join("/asker"), switch.join("/old"), switch.join("/new")
+    switch.send(asker, make.client(1))
+    switch.send(old, make.service(1))
+    switch.send(asker, make.request(1, 5))
+    [request] = switch.read(old, frames.Request)
+    switch.send(old, frames.Retire(1))
+    assert switch.read(asker, frames.Matched)[-1].peers == 0
+    switch.send(asker, make.request(1, 6))
+    assert [entry.status for reply in switch.read(asker, frames.Reply) for entry in reply.entries] == [2]
+    switch.send(new, make.service(1))
+    switch.send(asker, make.request(1, 7))
+    assert switch.read(old, frames.Request) == []
+    assert len(switch.read(new, frames.Request)) == 1
+    switch.send(old, make.reply(1, request.entries[0].call), frames.Retire(1), frames.Undeclare(1))
+    answers = [entry for reply in switch.read(asker, frames.Reply) for entry in reply.entries]
+    assert [(answer.call, answer.status) for answer in answers] == [(5, 0)]
+
+
+@pytest.mark.parametrize("silent", [True, False])
+def test_a_retired_server_that_goes_ends_its_calls(*, silent: bool) -> None:
+    """Suspended or gone, what it has not answered is answered for it, and nothing of it is left."""
+    switch = Switch()
+    asker, old = switch.join("/asker"), switch.join("/old")
+    switch.send(asker, make.client(1))
+    switch.send(old, make.service(1))
+    switch.send(asker, make.request(1, 5))
+    switch.send(old, frames.Retire(1))
+    switch.read_all(asker)
+    if silent:
+        switch.suspend(old)
+        switch.restore(old)
+    else:
+        switch.leave(old)
+    assert [entry.status for reply in switch.read(asker, frames.Reply) for entry in reply.entries] == [2]
+    assert switch.router.services.pending == 0
+    switch.send(asker, make.request(1, 6))
+    assert [entry.status for reply in switch.read(asker, frames.Reply) for entry in reply.entries] == [2]
