@@ -82,7 +82,7 @@ class Lane:
         """The item whose fragments are on their way; it is not in the queue any more."""
         self._transfer: Transfer | None = None
         self._next_sequence: int | None = None
-        """The number after the last message that has left on this link."""
+        """The number after the last message that has left on this link; before that, the one declared."""
 
     def put(self, item: Run | bytes) -> None:
         """Queue a run, or an encoded control frame that must stay behind the runs before it."""
@@ -104,7 +104,8 @@ class Lane:
             self._cut_skipped()
             self.pending += item.length
             self.pending_bytes += message_bytes(item)
-            self._next_sequence = item.first_sequence
+            if self._next_sequence is None or item.first_sequence < self._next_sequence:
+                self._next_sequence = item.first_sequence
         else:
             self.control_bytes += len(item)
         self._queue.appendleft(item)
@@ -251,10 +252,11 @@ class Lane:
         parts += (head, payload)
         return len(head) + len(payload)
 
-    def restart(self, publisher: int) -> None:
+    def restart(self, publisher: int, next_sequence: int | None = None) -> None:
         """Prepare for a new link: another publisher id, no credit yet, half-sent messages whole again.
 
-        Control frames go: the ids in them are the old link's.
+        Control frames go: the ids in them are the old link's. `next_sequence` is the number that the new link
+        has been told of; what has been dropped since then uses no credit up.
         """
         self._cut_skipped()
         if isinstance(self._leaving, Run):
@@ -263,7 +265,7 @@ class Lane:
             self._queue.appendleft(self._leaving)
         self._queue = deque(item for item in self._queue if isinstance(item, Run))
         self._leaving = self._transfer = None
-        self._next_sequence = self.first_sequence
+        self._next_sequence = self.first_sequence if next_sequence is None else next_sequence
         self.publisher = publisher
         self.sent_bytes = 0
         self.control_bytes = 0

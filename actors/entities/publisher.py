@@ -73,6 +73,8 @@ class Publisher(Entity, Generic[T]):
         self._live = False
         self._unlimited = True
         self._retained = Retained(LATCHED_MESSAGES if self._keep_all else depth)
+        self._declared = 0
+        """The number of the next message, as the last declaration had it."""
         self._promises = Promises(core, resolved, events)
         core.link.add(self)
 
@@ -303,6 +305,7 @@ class Publisher(Entity, Generic[T]):
         first = self._lane.first_sequence
         if first is None:
             first = self._run.next_sequence
+        self._declared = first if oldest is None else min(first, oldest)
         return frames.Publisher(
             self.id,
             self.core.id,
@@ -311,7 +314,7 @@ class Publisher(Entity, Generic[T]):
             type_hash(self.msg_type),
             self.qos_profile.to_wire(),
             self.gid,
-            first if oldest is None else min(first, oldest),
+            self._declared,
             definition(self.msg_type),
         )
 
@@ -321,7 +324,7 @@ class Publisher(Entity, Generic[T]):
         channel = link.channel
         if channel is None:
             return
-        self._lane.restart(number)
+        self._lane.restart(number, self._declared)
         self._drop_too_large()
         self._resend_retained()
         self._live = True

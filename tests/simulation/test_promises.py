@@ -471,3 +471,23 @@ class _Mute(asyncio.BufferedProtocol):
 
     def get_buffer(self, sizehint: int) -> bytearray:
         return self._buffer
+
+
+def test_what_was_dropped_before_the_first_message_uses_no_credit() -> None:
+    """A publisher whose broker answers late has dropped more than a window: what is left goes all the same."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        heard: list[int] = []
+        listener.create_subscription(Note, "red", lambda message: heard.append(message.number), KEEP_ALL)
+        stage.network.block(BROKER, "talker")
+        publisher = talker.create_publisher(Note, "red", 10)
+        await asyncio.sleep(0.1)  # it has been declared, to go on with number 0
+        for number in range(40_000):
+            publisher.publish(Note(number=number))
+        await asyncio.sleep(0.1)
+        stage.network.heal()
+        await stage.until(lambda: bool(heard) and heard[-1] == 39_999)
+        assert heard == list(range(39_990, 40_000))
+
+    play(scene)
