@@ -474,7 +474,7 @@ class _Mute(asyncio.BufferedProtocol):
 
 
 def test_what_was_dropped_before_the_first_message_uses_no_credit() -> None:
-    """A publisher whose broker answers late has dropped more than a window: what is left goes all the same."""
+    """A publisher whose broker answers late has dropped more than a window; what is left goes."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
