@@ -13,6 +13,7 @@ import actors
 import broker
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64, String
+from tests.integration.counter import COUNTER, Counted
 
 if TYPE_CHECKING:
     from tests.integration.conftest import System
@@ -23,37 +24,6 @@ SOON_SEC = 30.0
 KEEPALIVE = ("--keepalive-sec", "0.6")
 BLOCKED_SEC = 2.5
 """How long a loop stands still: well above that."""
-
-COUNTER = """
-import sys, time
-import actors
-from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.interfaces.std_msgs.msg import Int64
-
-class Counter(actors.Node):
-    def __init__(self):
-        super().__init__("counter")
-        self.last = -1
-        qos = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
-        self.subscription = self.create_subscription(Int64, "numbers", self.on_number, qos)
-        self.create_service(AddTwoInts, "block", self.block)
-        print("up", flush=True)
-
-    def on_number(self, msg):
-        assert abs(msg.data) > self.last, (msg.data, self.last)
-        self.last = abs(msg.data)
-        if msg.data < 0:
-            sub = self.subscription
-            print("counted", sub.received, sub.dropped + sub.lost, sub.lost_on_break, flush=True)
-
-    def block(self, request, response):
-        print("blocking", flush=True)
-        time.sleep(request.a / 1000)
-        response.sum = request.a
-        return response
-
-actors.run(Counter)
-"""
 
 EMBEDDER = """
 import asyncio, sys, time
@@ -109,10 +79,9 @@ async def test_a_frozen_reader_frees_the_publisher_that_waited_for_it(system: Sy
         counter.send(signal.SIGCONT)
         await matched(node, publisher)
         publisher.publish(Int64(data=-published))
-        received, dropped, broken = map(int, (await counter.says("counted")).split()[1:])
-        assert received + broken == publisher.published
-        assert dropped == 0
-        assert broken > 0
+        counted = Counted.read(await counter.says("counted"))
+        assert counted.received + counted.lost_on_break == publisher.published
+        assert counted.lost_on_break > 0
 
 
 async def test_a_blocked_loop_is_suspended_and_comes_back(system: System) -> None:
@@ -136,8 +105,8 @@ async def test_a_blocked_loop_is_suspended_and_comes_back(system: System) -> Non
         await matched(node, publisher)
         assert "/counter" in await node.get_fully_qualified_node_names()
         publisher.publish(Int64(data=-2))
-        received, dropped, broken = map(int, (await counter.says("counted")).split()[1:])
-        assert (received + broken, dropped) == (3, 0)
+        counted = Counted.read(await counter.says("counted"))
+        assert counted.received + counted.lost_on_break == 3
         assert (await client.call(AddTwoInts.Request(a=1))).sum == 1
 
 
@@ -165,9 +134,9 @@ async def test_a_frozen_broker_loses_only_what_is_counted(system: System) -> Non
         assert await client.wait_for_service(SOON_SEC)
         await matched(node, publisher)
         publisher.publish(Int64(data=-1000))
-        received, dropped, broken = map(int, (await counter.says("counted")).split()[1:])
-        assert received + dropped + broken == publisher.published == 1001
-        assert received >= 100
+        counted = Counted.read(await counter.says("counted"))
+        assert sum(counted) == publisher.published == 1001
+        assert counted.received >= 100
         assert (await client.call(AddTwoInts.Request(a=1))).sum == 1
 
 
@@ -189,7 +158,7 @@ async def test_a_broker_frozen_for_a_moment_loses_nothing(system: System) -> Non
             daemon.send(signal.SIGCONT)
             assert (await call).sum == 1
         publisher.publish(Int64(data=-5000))
-        assert await counter.says("counted") == "counted 5001 0 0"
+        assert Counted.read(await counter.says("counted")) == (5001, 0, 0)
 
 
 async def test_a_broker_whose_process_blocks_is_left_and_found_again(system: System) -> None:

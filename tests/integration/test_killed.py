@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64, String
+from tests.integration.conftest import free_port
+from tests.integration.counter import COUNTER, Counted
 
 if TYPE_CHECKING:
     from tests.integration.conftest import System
@@ -211,3 +213,33 @@ async def main():
 
 actors.run(main)
 """
+
+
+async def test_everybody_moves_on_to_the_second_broker(system: System) -> None:
+    """With two URLs: the first broker is killed, publisher, reader and calls meet again at the second."""
+    first = await system.broker()
+    place = system.url
+    system.port = free_port()
+    system.url = f"callboard://127.0.0.1:{system.port}"
+    await system.broker()
+    system.url = f"{place},{system.url}"
+    counter = await system.python("-c", COUNTER)
+    async with actors.Node("talker", url=system.url) as node:
+        publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
+        client = node.create_client(AddTwoInts, "block")
+        async with asyncio.timeout(2 * SOON_SEC):
+            for number in range(3):
+                assert await client.wait_for_service()
+                while not publisher.get_subscription_count():
+                    await node.get_graph()
+                publisher.publish(Int64(data=number))
+                assert (await client.call(AddTwoInts.Request(a=1))).sum == 1
+                if number == 0:
+                    await first.kill()
+                    while client.service_is_ready():
+                        await asyncio.sleep(0)
+        publisher.publish(Int64(data=-3))
+        counted = Counted.read(await counter.says("counted"))
+        assert sum(counted) == publisher.published == 4
+        assert counted.received >= 3
+    assert "No broker at" not in counter.output

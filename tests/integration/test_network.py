@@ -1,0 +1,133 @@
+"""Processes whose network fails them: cables cut in one direction, slow lines, resets in mid-stream."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import pytest
+
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import Int64
+from actors.testing import Direction, FaultProxy
+from tests.integration.counter import COUNTER, Counted
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from tests.integration.conftest import Program, System
+
+KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
+SOON_SEC = 30.0
+"""Long for any of these, on a machine that is busy with other tests, and far below a call's deadline."""
+
+
+class Far:
+    """A counter behind a proxy, and a node that publishes to it and calls it."""
+
+    def __init__(self, proxy: FaultProxy, counter: Program, node: actors.Node) -> None:
+        self.proxy = proxy
+        self.counter = counter
+        self.node = node
+        self.publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
+        self.client = node.create_client(AddTwoInts, "block")
+
+    async def matched(self) -> None:
+        """Wait until the counter hears and serves."""
+        assert await self.client.wait_for_service(SOON_SEC)
+        async with asyncio.timeout(SOON_SEC):
+            while not self.publisher.get_subscription_count():
+                await self.node.get_graph()
+
+    async def gone(self) -> None:
+        """Wait until the counter is out of the graph."""
+        async with asyncio.timeout(SOON_SEC):
+            while self.client.service_is_ready() or self.publisher.get_subscription_count():
+                await self.node.get_graph()
+
+    def publish(self, count: int) -> None:
+        """Publish the next numbers."""
+        for number in range(self.publisher.published, self.publisher.published + count):
+            self.publisher.publish(Int64(data=number))
+
+    async def counted(self) -> Counted:
+        """Publish the last number; return what the counter has counted."""
+        await self.matched()
+        self.publisher.publish(Int64(data=-self.publisher.published))
+        return Counted.read(await self.counter.says("counted"))
+
+
+@pytest.fixture
+async def far(system: System) -> AsyncIterator[Far]:
+    """The counter is a process; so is the broker, which waits 0.6 s for who is silent."""
+    await system.broker("--keepalive-sec", "0.6")
+    near = system.url
+    async with FaultProxy(near) as proxy, actors.Node("talker", url=near) as node:
+        system.url = proxy.url
+        counter = await system.python("-c", COUNTER)
+        place = Far(proxy, counter, node)
+        await place.matched()
+        yield place
+
+
+@pytest.mark.parametrize("direction", list(Direction), ids=lambda each: each.name)
+async def test_a_cut_cable_is_noticed_and_the_counts_add_up(far: Far, direction: Direction) -> None:
+    """Whichever way is cut: the call fails, the publisher is freed, and after the repair all is counted."""
+    far.publish(100)
+    assert (await far.client.call(AddTwoInts.Request(a=0))).sum == 0
+    far.proxy.black_hole(direction=direction)
+    far.publish(100)
+    with pytest.raises(actors.ServiceUnavailable):
+        await far.client.call(AddTwoInts.Request(a=1), timeout_sec=1000)
+    await far.gone()
+    far.publish(100)
+    await far.publisher.flush(timeout_sec=SOON_SEC)
+    far.proxy.heal()
+    counted = await far.counted()
+    assert sum(counted) == far.publisher.published == 301
+    assert counted.received >= 100
+    assert (await far.client.call(AddTwoInts.Request(a=2))).sum == 2
+
+
+async def test_a_reply_that_comes_too_late_is_no_other_calls_reply(far: Far) -> None:
+    """What a server that was cut off had answered is dropped; the next call gets its own answer."""
+    call = far.client.call_async(AddTwoInts.Request(a=7), timeout_sec=1000)
+    await far.counter.says("blocking")
+    far.proxy.black_hole(direction=Direction.TO_BROKER)
+    with pytest.raises(actors.ServiceUnavailable):
+        await call
+    far.proxy.heal()
+    await far.matched()
+    for number in range(1, 20):
+        assert (await far.client.call(AddTwoInts.Request(a=number % 3))).sum == number % 3
+
+
+async def test_resets_in_mid_stream_repeat_nothing_and_hide_nothing(far: Far) -> None:
+    """Five resets while messages and calls are under way: order holds, calls end, the counts add up."""
+    for _ in range(5):
+        await far.matched()
+        assert (await far.client.call(AddTwoInts.Request(a=0))).sum == 0
+        calls = [far.client.call_async(AddTwoInts.Request(a=1), timeout_sec=1000) for _ in range(200)]
+        far.publish(2000)
+        await far.counter.says("blocking")
+        far.proxy.reset()
+        ends = await asyncio.gather(*calls, return_exceptions=True)
+        assert {type(end) for end in ends} <= {AddTwoInts.Response, actors.ServiceUnavailable}
+        assert isinstance(ends[-1], actors.ServiceUnavailable)
+        await far.gone()
+    counted = await far.counted()
+    assert sum(counted) == far.publisher.published == 10_001
+    assert counted.lost == 0
+    assert far.proxy.resets == 5
+    assert far.client.pending == 0
+
+
+async def test_a_line_that_drips_delays_and_loses_nothing(far: Far) -> None:
+    """Frames in pieces of 100 bytes, both ways: all messages and replies arrive, and no link is given up."""
+    far.proxy.drip(100, every_sec=0.001)
+    far.publish(1000)
+    calls = [far.client.call_async(AddTwoInts.Request(a=0)) for _ in range(50)]
+    assert [response.sum for response in await asyncio.gather(*calls)] == [0] * 50
+    assert await far.counted() == (1001, 0, 0)
+    assert far.proxy.accepted == 1
