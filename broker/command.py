@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import os
 import signal
 import sys
 import tempfile
@@ -70,7 +71,7 @@ async def _serve(options: BrokerOptions, url_file: Path | None) -> None:
         _on_signal(loop, number, task.cancel)
     async with Broker(options) as broker:
         process.settle()
-        print(f"callboard broker listening on {broker.url}", flush=True)  # noqa: T201 - scripts read it
+        _announce(broker.url)
         if url_file is not None:
             _write_atomically(url_file, broker.url + "\n")
         try:
@@ -78,6 +79,17 @@ async def _serve(options: BrokerOptions, url_file: Path | None) -> None:
         finally:
             if url_file is not None:
                 _remove(url_file)
+
+
+def _announce(url: str) -> None:
+    """Say where the broker listens: scripts wait for this line."""
+    try:
+        print(f"callboard broker listening on {url}", flush=True)  # noqa: T201
+    except OSError as error:
+        # What could not be written is not to be tried again at the interpreter's exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        reason = error.strerror or str(error)
+        raise CallboardError(f"Cannot write to stdout: {reason}") from error
 
 
 def _remove(path: Path) -> None:
@@ -92,12 +104,16 @@ def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], 
 
 
 def _write_atomically(path: Path, text: str) -> None:
-    """Write a file that nobody ever sees half."""
+    """Write a file that nobody ever sees half, or nothing."""
+    written: Path | None = None
     try:
         with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=path.name, delete=False) as file:
+            written = Path(file.name)
             file.write(text)
-        Path(file.name).replace(path)
+        written.replace(path)
     except OSError as error:
+        if written is not None:
+            written.unlink(missing_ok=True)
         reason = error.strerror or str(error)
         raise CallboardError(f"Cannot write the URL to {path}: {reason}") from error
 

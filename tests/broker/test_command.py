@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import json
 import os
 import signal
+import subprocess
 import sys
+import tempfile
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
+from broker import command
 from proto import frames
+from proto.errors import CallboardError
 from proto.url import parse_url
 from tests.broker.rawclient import GREETING_BYTES, read_frame, until
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
     from collections.abc import AsyncIterator
-    from pathlib import Path
 
 PREFIX = "callboard broker listening on "
 
@@ -99,6 +104,31 @@ async def test_a_port_in_use_is_one_plain_line() -> None:
     assert len(err.splitlines()) == 1
     assert f"callboard://127.0.0.1:{port}" in err
     assert "--port" in err
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_behind_stdout_is_one_plain_line() -> None:
+    """Nobody could be told where it listens: it says so and ends with 1."""
+    command_line = [sys.executable, "-m", "broker", "--port", "0"]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(command_line, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "Cannot write to stdout: No space left on device\n"
+
+
+def test_a_url_file_that_cannot_be_written_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file cut short by a full disk is no file, and the directory is as it was."""
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    def refuse(*_: object) -> None:
+        raise full
+
+    monkeypatch.setattr(tempfile._TemporaryFileWrapper, "write", refuse, raising=False)
+    with pytest.raises(CallboardError, match="No space left"):
+        command._write_atomically(tmp_path / "url", "callboard://x")
+    assert list(tmp_path.iterdir()) == []
 
 
 async def test_the_url_file_lives_as_long_as_the_broker(tmp_path: Path) -> None:
