@@ -33,6 +33,8 @@ from actors.bench import machine
 from benchmarks.faults import churn, page, presence, restart
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from benchmarks.faults.figures import Section
 
 MEASUREMENTS = ("presence", "wait", "restart", "churn")
@@ -43,7 +45,7 @@ INTERRUPTED = 130
 
 def main() -> int:
     """Measure and print; write if asked; return the exit code."""
-    options = _options()
+    options = parse(sys.argv[1:])
     if options.report_only:
         _write_page(_load())
         return 0
@@ -78,7 +80,8 @@ def _write_page(report: page.Report) -> None:
     print(f"written: {PAGE.relative_to(ROOT)}")
 
 
-def _options() -> argparse.Namespace:
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("what", nargs="?", default="all", choices=[*MEASUREMENTS, "all"], help="default: all")
     parser.add_argument("--rounds", type=int, default=50, help="of presence and wait; default: 50")
@@ -87,7 +90,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write what was found to this file")
     parser.add_argument("--write", action="store_true", help="into docs/")
     parser.add_argument("--report-only", action="store_true", help="measure nothing")
-    return parser.parse_args()
+    return parser.parse_args(arguments)
 
 
 async def measure(options: argparse.Namespace) -> list[Section]:

@@ -39,6 +39,7 @@ def body(report: Report) -> str:
     machine = ", ".join(f"{name} {value}" for name, value in report.machine.items())
     parts = [f"Measured on {report.date[:10]}: {machine}."]
     for section in report.sections.values():
-        parts += [f"### {section.title.capitalize()}", section.text, table(section.heading, section.rows)]
+        title = section.title[0].upper() + section.title[1:]
+        parts += [f"### {title}", section.text, table(section.heading, section.rows)]
         parts += [f"**Not kept:** {failure}." for failure in section.failures]
     return "\n\n".join(parts)

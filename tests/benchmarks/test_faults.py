@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections import Counter
 from typing import Any
 
+import msgspec
 import pytest
 
 from benchmarks import resilience
@@ -107,6 +109,24 @@ def test_the_page_keeps_what_is_around_the_markers() -> None:
     assert "**Not kept:** it leaks." in text
     with pytest.raises(ValueError, match="markers"):
         page.updated("nothing", report)
+
+
+def test_every_command_in_the_documents_is_understood() -> None:
+    """What the page and the script's help show can be typed."""
+    assert resilience.__doc__
+    text = resilience.PAGE.read_text("utf-8") + resilience.__doc__
+    shown = re.findall(r"^    python benchmarks/resilience.py(.*?)(?:   .*)?$", text, re.MULTILINE)
+    assert len(shown) >= 6
+    for arguments in shown:
+        assert resilience.parse(arguments.split()).what in {*resilience.MEASUREMENTS, "all"}
+
+
+def test_the_page_is_made_from_the_results_beside_it() -> None:
+    """Nobody has edited a figure by hand, and all that is measured stands there."""
+    report = msgspec.json.decode(resilience.JSON.read_bytes(), type=page.Report)
+    text = resilience.PAGE.read_text("utf-8")
+    assert page.updated(text, report) == text
+    assert list(report.sections) == list(resilience.MEASUREMENTS)
 
 
 async def test_a_round_measures_a_death_and_a_birth() -> None:
