@@ -1,4 +1,4 @@
-"""What callboard does when things break, measured with real processes: presence, waiting, restarts, churn.
+"""What callboard does when things break, measured with real processes.
 
     python benchmarks/resilience.py                    everything, about three minutes
     python benchmarks/resilience.py presence --rounds 20
@@ -30,14 +30,14 @@ import msgspec
 
 import actors
 from actors.bench import machine
-from benchmarks.faults import churn, page, presence, restart
+from benchmarks.faults import churn, freeze, page, presence, restart
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from benchmarks.faults.figures import Section
 
-MEASUREMENTS = ("presence", "wait", "restart", "churn")
+MEASUREMENTS = ("presence", "wait", "freeze", "restart", "churn")
 JSON = ROOT / "docs" / "resilience.json"
 PAGE = ROOT / "docs" / "resilience.md"
 INTERRUPTED = 130
@@ -84,7 +84,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("what", nargs="?", default="all", choices=[*MEASUREMENTS, "all"], help="default: all")
-    parser.add_argument("--rounds", type=int, default=50, help="of presence and wait; default: 50")
+    parser.add_argument(
+        "--rounds", type=int, default=50, help="of presence and wait, a tenth of them of freeze; default: 50"
+    )
     parser.add_argument("--nodes", type=int, default=200, help="of restart; default: 200")
     parser.add_argument("--lives", type=int, default=3 * churn.HOUR, help="of churn; default: three hours'")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write what was found to this file")
@@ -110,6 +112,8 @@ async def measure(options: argparse.Namespace) -> list[Section]:
         }
         add(presence.presence_section(by_load))
         add(presence.wait_section(by_load))
+    if "freeze" in wanted:
+        add(freeze.section(await freeze.measure(max(1, options.rounds // 10))))
     if "restart" in wanted:
         add(restart.section(await restart.measure(restart.Plan(nodes=options.nodes))))
     if "churn" in wanted:

@@ -11,7 +11,7 @@ import msgspec
 import pytest
 
 from benchmarks import resilience
-from benchmarks.faults import churn, page, presence, restart
+from benchmarks.faults import churn, freeze, page, presence, restart
 from benchmarks.faults.figures import Section, milliseconds, peak, slope
 
 
@@ -126,7 +126,7 @@ def test_the_page_is_made_from_the_results_beside_it() -> None:
     report = msgspec.json.decode(resilience.JSON.read_bytes(), type=page.Report)
     text = resilience.PAGE.read_text("utf-8")
     assert page.updated(text, report) == text
-    assert list(report.sections) == list(resilience.MEASUREMENTS)
+    assert {*report.sections} == {*resilience.MEASUREMENTS}
 
 
 async def test_a_round_measures_a_death_and_a_birth() -> None:
@@ -136,6 +136,15 @@ async def test_a_round_measures_a_death_and_a_birth() -> None:
     assert 0 < found.waits[0] < found.starts[0]
     assert presence.presence_section({"idle": found}).rows[0][:2] == ["idle", "1"]
     assert len(presence.wait_section({"idle": found}).rows) == 2
+
+
+async def test_a_frozen_server_is_measured_both_ways() -> None:
+    """Out after the keepalive limit, and back; being late is a failure."""
+    (found,) = await freeze.measure(1, [0.3])
+    assert len(found.errors) == len(found.returns) == 1
+    assert found.errors[0] > 0.1
+    late = freeze.Rounds(keepalive_s=0.3, errors=[0.7], returns=[0.001])
+    assert len(freeze.section([late]).failures) == 1
 
 
 async def test_a_small_ring_survives_its_broker(capsys: pytest.CaptureFixture[str]) -> None:
