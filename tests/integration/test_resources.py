@@ -108,7 +108,7 @@ async def test_a_broker_out_of_descriptors_serves_those_it_has(system: System, l
 def come_and_go(port: int, count: int) -> None:
     """Connect so often; leave without a word, with a greeting, or with half of one, cleanly or by a reset."""
     for number in range(count):
-        with socket.create_connection(("127.0.0.1", port)) as caller:
+        with socket.create_connection(("127.0.0.1", port), SOON_SEC) as caller:
             # A reset leaves no port in TIME_WAIT behind: there are not enough of them for all.
             caller.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             if number % 4:
