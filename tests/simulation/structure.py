@@ -42,7 +42,7 @@ def of_router(router: Router) -> Wrongs:
     """Look at a graph."""
     peers = list(router._peers.values())
     endpoints = [endpoint for peer in peers for endpoint in peer.endpoints.values()]
-    there = [endpoint for endpoint in endpoints if not endpoint.peer.suspended]
+    there = [each for each in endpoints if not each.peer.suspended and not getattr(each, "retired", False)]
     if {endpoint.key for endpoint in there} != set(router.graph._entries):
         yield f"{len(there)} endpoints are there, and the graph has {len(router.graph)}"
     for endpoint in endpoints:
