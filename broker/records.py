@@ -181,6 +181,7 @@ class Route:
 
     peer: Peer
     lane: Lane
+    topic: TopicRecord
     subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
     depths: Counter[int | None] = field(default_factory=Counter["int | None"])
     """How many of the subscriptions have which depth: the lane has the greatest."""
@@ -239,6 +240,8 @@ class TopicRecord:
     """A topic: everybody who has declared something on it and is not suspended."""
 
     name: str
+    settled: Tally = field(default_factory=Tally)
+    """What became of the messages of lanes that are forgotten."""
     publishers: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
     subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
 

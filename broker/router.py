@@ -10,6 +10,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from broker.graph import Definitions, Graph, is_type_text
+from broker.latched import latched_depth
 from broker.qos import Refusal, read
 from broker.records import (
     ClientRecord,
@@ -23,7 +24,7 @@ from broker.records import (
     SubscriptionRecord,
 )
 from broker.services import NONE, Services
-from broker.topics import Topics, latched_depth, subscription_depth
+from broker.topics import Topics, subscription_depth
 from proto import frames, limits
 from proto.errors import ErrorCode, InvalidNameError, ProtocolError
 from proto.frames import EntryKind, Frame, NoticeKind, ReplyEntry, Status

@@ -59,7 +59,7 @@ def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
     graphs = list(routers)
     topics = [router.topics for router in graphs]
     services = [router.services for router in graphs]
-    tallies = [topic.tally() for topic in topics]
+    tallies = [topic.tallies()[0] for topic in topics]
     return BrokerStats(
         connections=connections,
         endpoints=sum(len(router.graph) for router in graphs),

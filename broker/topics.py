@@ -5,10 +5,11 @@ A publisher has one *route* to each link that has matched subscriptions: a run g
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from broker import credit
+from broker.lanes import DepartedLanes
+from broker.latched import latch, replays, unlatch
 from broker.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
 from broker.records import (
     Close,
@@ -29,18 +30,9 @@ from proto.outbox import Lane
 from proto.runs import cut, message_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from broker.records import Delivery, Peer
-
-LATCHED_MESSAGES: Final = 1000
-"""What is kept for late joiners of a KEEP_ALL + TRANSIENT_LOCAL publisher."""
-
-LATCHED_BYTES: Final = 64 * 1024 * 1024
-"""What is kept for late joiners of one publisher, whatever its depth: beyond it the oldest go."""
-
-LATCHED_BYTES_PER_LINK: Final = 256 * 1024 * 1024
-"""The same for all publishers of one link."""
 
 READERS_PER_FRAME: Final = 4000
 """Subscriptions named in one DETACHED frame."""
@@ -48,10 +40,6 @@ READERS_PER_FRAME: Final = 4000
 MAX_NOTICES: Final = 16
 """Incompatible counterparts that one declaration is told of one by one; one NOTICE more sums up the others.
 Each of them is told of it in any case."""
-
-
-SETTLE_LANES: Final = 1000
-"""Lanes without a publisher or a reader, before those that are empty are forgotten."""
 
 
 class Topics:
@@ -63,7 +51,7 @@ class Topics:
 
     Attributes:
         routed: Messages that reached at least one link.
-        copies: Messages times links they were routed to: `tally` says what has become of them.
+        copies: Messages times links they were routed to: `tallies` says what has become of them.
         unmatched: Messages that nobody was there to hear.
         stale: Messages discarded because their numbers had been seen.
     """
@@ -74,26 +62,20 @@ class Topics:
         self._topics: dict[str, TopicRecord] = {}
         self._publishers: dict[int, PublisherRecord] = {}
         self._peers_changed: dict[PublisherRecord | SubscriptionRecord, None] = {}
-        self._leaving: dict[tuple[int, bytes], Lane] = {}
-        """By peer and publisher gid, what publishers that have gone have left to be sent."""
         self._held = False
         """Whether the broker stops: every publisher is held."""
+        self._departed = DepartedLanes()
         self._notices = 0
         self._newcomer: PublisherRecord | SubscriptionRecord | None = None
         self._untold: dict[NoticeKind, frames.Notice] = {}
         """What sums up the notices that are too many for the newcomer."""
-        self._retired: list[Lane] = []
-        """Lanes that nothing is put in any more, until they are empty and counted."""
-        self._settle_at = SETTLE_LANES
-        self._settled = Tally()
-        """What became of the messages of lanes that are forgotten."""
         self.routed = self.copies = self.unmatched = self.stale = 0
 
     # Declarations
 
     def join_publisher(self, publisher: PublisherRecord) -> None:
         """Match a publisher that is new or back."""
-        self._settle_some()
+        self._departed.settle_some()
         self._publishers[publisher.key] = publisher
         topic = self._topic(publisher.name)
         topic.publishers[publisher.key] = publisher
@@ -106,7 +88,7 @@ class Topics:
 
     def join_subscription(self, subscription: SubscriptionRecord) -> None:
         """Match a subscription that is new or back."""
-        self._settle_some()
+        self._departed.settle_some()
         topic = self._topic(subscription.name)
         topic.subscriptions[subscription.key] = subscription
         self._notices, self._newcomer = 0, subscription
@@ -117,7 +99,7 @@ class Topics:
     def forget_publisher(self, publisher: PublisherRecord) -> None:
         """Take no more runs of a publisher that has left for good."""
         self._publishers.pop(publisher.key, None)
-        self._count_latched(publisher, -publisher.latched_bytes)
+        unlatch(publisher)
         if publisher.peer.suspended:
             self._tell_gone(publisher)
 
@@ -128,10 +110,9 @@ class Topics:
             if _same_type(publisher, subscription):
                 peer = subscription.peer.id
                 frame = frames.Detached(publisher.key, (subscription.id,), DetachReason.GONE)
-                lane = self._leaving.get((peer, publisher.gid))
                 # Not before what it has said, and before its suspension is told of.
-                waits = lane is not None and not lane.empty
-                self._emit(Queue(peer, lane, encode(frame)) if lane and waits else Send(peer, frame))
+                lane = self._departed.waiting(peer, publisher.gid)
+                self._emit(Send(peer, frame) if lane is None else Queue(peer, lane, encode(frame)))
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:
         """Take a publisher out; its readers get what is queued, and then DETACHED."""
@@ -141,7 +122,7 @@ class Topics:
             for readers in _slices(tuple(route.subscriptions), READERS_PER_FRAME):
                 detached = encode(frames.Detached(publisher.key, readers, reason))
                 self._emit(Queue(route.peer.id, route.lane, detached))
-            self._leave_lane(route.peer.id, publisher.gid, route.lane)
+            self._departed.leave(route.peer.id, publisher.gid, route.lane, route.topic)
         publisher.routes.clear()
         for subscription in publisher.matched.values():
             subscription.matched.pop(publisher.key, None)
@@ -175,7 +156,8 @@ class Topics:
         if route.subscriptions:
             return
         del publisher.routes[peer.id]
-        self._retire(peer.id, route.lane)
+        self._departed.retire(route.lane, route.topic)
+        self._emit(Discard(peer.id, route.lane))
 
     def _topic(self, name: str) -> TopicRecord:
         topic = self._topics.get(name)
@@ -214,7 +196,7 @@ class Topics:
         route = publisher.routes.get(peer.id)
         if route is None:
             lane = self._lane(peer.id, publisher, subscription.depth)
-            route = publisher.routes[peer.id] = Route(peer, lane)
+            route = publisher.routes[peer.id] = Route(peer, lane, self._topic(publisher.name))
         route.add(subscription)
         attached = frames.Attached(
             publisher.key,
@@ -226,7 +208,8 @@ class Topics:
         )
         self._emit(Queue(peer.id, route.lane, encode(attached)))
         if subscription.wants.latched:
-            self._replay(publisher, subscription, route)
+            for replay in replays(publisher, subscription):
+                self._emit(Queue(peer.id, route.lane, encode(replay)))
         if subscription.depth is None:
             credit.allow(publisher, subscription)
             self._credit(publisher)
@@ -237,42 +220,16 @@ class Topics:
         A publisher that is back goes on in the lane of its earlier life if that has not been emptied yet:
         its messages must not overtake those it sent before.
         """
-        lane = self._leaving.get((peer, publisher.gid))
-        if lane is None or lane.empty:
+        lane = self._departed.take_back(peer, publisher.gid)
+        if lane is None:
             return Lane(publisher.key, depth)
-        del self._leaving[peer, publisher.gid]
         lane.publisher = 0
         return lane
 
-    def _leave_lane(self, peer: int, gid: bytes, lane: Lane) -> None:
-        before = self._leaving.get((peer, gid))
-        if before is not None:
-            self._retired.append(before)
-        self._leaving[peer, gid] = lane
-
-    def _retire(self, peer: int, lane: Lane) -> None:
-        """Nobody wants what waits in a lane any more."""
-        self._retired.append(lane)
-        self._emit(Discard(peer, lane))
-
     def forget_peer(self, peer: int) -> None:
         """Nothing can be sent to a peer any more."""
-        for key in [key for key in self._leaving if key[0] == peer]:
-            self._retire(peer, self._leaving.pop(key))
-
-    def _replay(self, publisher: PublisherRecord, subscription: SubscriptionRecord, route: Route) -> None:
-        """Give a late joiner what it would have if it had been there, to its depth."""
-        skip = 0
-        if subscription.depth is not None:
-            skip = max(0, publisher.latched_messages - subscription.depth)
-        for run in publisher.latched:
-            if skip >= run.length:
-                skip -= run.length
-                continue
-            kept = cut(run, skip, run.length)
-            skip = 0
-            replay = frames.Replay(subscription.id, *kept[:-1])
-            self._emit(Queue(route.peer.id, route.lane, encode(replay)))
+        for lane in self._departed.forget(peer):
+            self._emit(Discard(peer, lane))
 
     def _incompatible_type(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
         same_name = publisher.type_name == subscription.type_name
@@ -352,7 +309,7 @@ class Topics:
             run = cut(run, seen, run.length)
         publisher.next_sequence = run.first_sequence + run.length
         if publisher.keep:
-            self._latch(publisher, run)
+            latch(publisher, run)
         routes = publisher.routes
         if not routes:
             self.unmatched += run.length
@@ -379,30 +336,6 @@ class Topics:
             text = f"this link has no publisher with the id {number}"
             raise ProtocolError(ErrorCode.UNKNOWN_ID, text)
         return publisher
-
-    def _latch(self, publisher: PublisherRecord, run: Run) -> None:
-        keep = publisher.keep
-        publisher.latched.append(run)
-        publisher.latched_messages += run.length
-        self._count_latched(publisher, message_bytes(run))
-        while publisher.latched and (
-            publisher.latched_messages > keep
-            or publisher.latched_bytes > LATCHED_BYTES
-            or publisher.peer.latched_bytes > LATCHED_BYTES_PER_LINK
-        ):
-            oldest = publisher.latched.popleft()
-            over = publisher.latched_messages - keep
-            publisher.latched_messages -= oldest.length
-            self._count_latched(publisher, -message_bytes(oldest))
-            if 0 < over < oldest.length:
-                rest = cut(oldest, over, oldest.length)
-                publisher.latched.appendleft(rest)
-                publisher.latched_messages += rest.length
-                self._count_latched(publisher, message_bytes(rest))
-
-    def _count_latched(self, publisher: PublisherRecord, size: int) -> None:
-        publisher.latched_bytes += size
-        publisher.peer.latched_bytes += size
 
     def asserted(self, peer: Peer, frame: frames.Assert) -> None:
         """A publisher says that it is alive: its readers hear it.
@@ -439,42 +372,10 @@ class Topics:
         for delivery in credit.update(publisher):
             self._emit(delivery)
 
-    def tally(self) -> Tally:
-        """Return what has become of all copies: it adds up to `copies`, always."""
-        self._settle()
-        tally = replace(self._settled)
-        for lane in self._lanes():
-            tally.add(lane)
-        return tally
-
-    def _lanes(self) -> Iterator[Lane]:
-        for publisher in self._publishers.values():
-            for route in publisher.routes.values():
-                yield route.lane
-        yield from self._leaving.values()
-        yield from self._retired
-
-    def _settle_some(self) -> None:
-        if len(self._leaving) + len(self._retired) > self._settle_at:
-            self._settle()
-
-    def _settle(self) -> None:
-        """Forget the lanes without a publisher or a reader that are empty; their numbers stay.
-
-        Not while something for such a lane is still to be delivered.
-        """
-        for key, lane in tuple(self._leaving.items()):
-            if lane.empty:
-                del self._leaving[key]
-                self._settled.add(lane)
-        retired, self._retired = self._retired, []
-        for lane in retired:
-            if lane.empty:
-                self._settled.add(lane)
-            else:
-                self._retired.append(lane)
-        # Twice what has stayed: asking too often would cost the square of it.
-        self._settle_at = max(SETTLE_LANES, 2 * (len(self._leaving) + len(self._retired)))
+    def tallies(self) -> tuple[Tally, dict[TopicRecord, Tally]]:
+        """Return what has become of all copies, always `copies` together; and the same by topic."""
+        routes = [route for publisher in self._publishers.values() for route in publisher.routes.values()]
+        return self._departed.tallies((route.lane, route.topic) for route in routes)
 
 
 def subscription_depth(qos: Qos) -> int | None:
@@ -482,13 +383,6 @@ def subscription_depth(qos: Qos) -> int | None:
     if qos.needs_credit:
         return None
     return BEST_EFFORT_DEPTH if qos.history == KEEP_ALL else qos.depth
-
-
-def latched_depth(qos: Qos) -> int:
-    """Return how many messages of a publisher are kept for late joiners."""
-    if not qos.latched:
-        return 0
-    return LATCHED_MESSAGES if qos.history == KEEP_ALL else qos.depth
 
 
 def _same_type(publisher: PublisherRecord, subscription: SubscriptionRecord) -> bool:

@@ -71,7 +71,7 @@ def test_a_busy_link_keeps_the_greatest_depth_of_its_subscriptions() -> None:
     heard = switch.read(listener, frames.Run)
     assert sum(run.length for run in heard) == 5
     assert heard[-1].first_sequence + heard[-1].length == 20
-    assert switch.router.topics.tally().dropped == 15
+    assert switch.router.topics.tallies()[0].dropped == 15
 
 
 def test_the_depth_shrinks_when_the_deeper_subscription_leaves() -> None:
@@ -352,7 +352,7 @@ def test_a_link_that_leaves_leaves_nothing() -> None:
     switch.leave(listener)
     switch.leave(talker)
     assert len(switch.router.graph) == 0
-    tally = switch.router.topics.tally()
+    tally = switch.router.topics.tallies()[0]
     assert (tally.queued, tally.leaving) == (0, 0)
     assert switch.router.services.pending == 0
 

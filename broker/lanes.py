@@ -1,0 +1,111 @@
+"""Lanes that have lost their publisher or their reader, and what has become of everything put into lanes.
+
+What a publisher has sent before it went still goes out; so its lanes live on until they are empty. Then they
+are forgotten, and their numbers stay.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import chain
+from typing import TYPE_CHECKING, Final
+
+from broker.records import Tally
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from broker.records import TopicRecord
+    from proto.outbox import Lane
+
+SETTLE_LANES: Final = 1000
+"""Lanes without a publisher or a reader, before those that are empty are forgotten."""
+
+
+class DepartedLanes:
+    """The lanes of one graph that no run is put into any more."""
+
+    def __init__(self) -> None:
+        self._left: dict[int, dict[bytes, tuple[Lane, TopicRecord]]] = {}
+        """By peer and publisher gid, what publishers that have gone have left to be sent."""
+        self._retired: list[tuple[Lane, TopicRecord]] = []
+        """Lanes that nobody will go on with."""
+        self._count = 0
+        self._settle_at = SETTLE_LANES
+        self._settled = Tally()
+
+    def leave(self, peer: int, gid: bytes, lane: Lane, topic: TopicRecord) -> None:
+        """A publisher has gone; what is in its lane is still wanted."""
+        lanes = self._left.setdefault(peer, {})
+        if gid in lanes:
+            self._retired.append(lanes[gid])
+        lanes[gid] = lane, topic
+        self._count += 1
+
+    def retire(self, lane: Lane, topic: TopicRecord) -> None:
+        """Nobody wants what is in a lane any more; the caller has it discarded."""
+        self._retired.append((lane, topic))
+        self._count += 1
+
+    def waiting(self, peer: int, gid: bytes) -> Lane | None:
+        """Return the lane in which an earlier life of a publisher has left something to be sent."""
+        lane, _ = self._left.get(peer, {}).get(gid, (None, None))
+        return None if lane is None or lane.empty else lane
+
+    def take_back(self, peer: int, gid: bytes) -> Lane | None:
+        """Return that lane for its publisher to go on with: it is not among those departed any more."""
+        lane = self.waiting(peer, gid)
+        if lane is not None:
+            del self._left[peer][gid]
+            self._count -= 1
+        return lane
+
+    def forget(self, peer: int) -> list[Lane]:
+        """Nothing can be sent to a peer any more; return its lanes, for the caller to have them discarded."""
+        lanes = list(self._left.pop(peer, {}).values())
+        self._retired += lanes
+        return [lane for lane, _ in lanes]
+
+    def settle_some(self) -> None:
+        """Forget what is empty, now and then. Not while something for such a lane is being delivered."""
+        if self._count > self._settle_at:
+            self._settle()
+
+    def _settle(self) -> None:
+        for peer, lanes in tuple(self._left.items()):
+            kept = {gid: entry for gid, entry in lanes.items() if not self._is_over(*entry)}
+            if kept:
+                self._left[peer] = kept
+            else:
+                del self._left[peer]
+        self._retired = [entry for entry in self._retired if not self._is_over(*entry)]
+        self._count = len(self._retired) + sum(map(len, self._left.values()))
+        # Twice what has stayed: asking too often would cost the square of it.
+        self._settle_at = max(SETTLE_LANES, 2 * self._count)
+
+    def _is_over(self, lane: Lane, topic: TopicRecord) -> bool:
+        if not lane.empty:
+            return False
+        self._settled.add(lane)
+        topic.settled.add(lane)
+        return True
+
+    def _all(self) -> Iterator[tuple[Lane, TopicRecord]]:
+        return chain(*(lanes.values() for lanes in self._left.values()), self._retired)
+
+    def tallies(self, in_use: Iterable[tuple[Lane, TopicRecord]]) -> tuple[Tally, dict[TopicRecord, Tally]]:
+        """Return what has become of all copies, and the same by topic, for topics that have lanes.
+
+        Args:
+            in_use: All lanes that are not here.
+        """
+        self._settle()
+        total = replace(self._settled)
+        topics: dict[TopicRecord, Tally] = {}
+        for lane, topic in chain(in_use, self._all()):
+            tally = topics.get(topic)
+            if tally is None:
+                tally = topics[topic] = replace(topic.settled)
+            tally.add(lane)
+            total.add(lane)
+        return total, topics

@@ -1,0 +1,79 @@
+"""Latched messages: what a TRANSIENT_LOCAL publisher's late joiners get (docs/protocol.md §6.6)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from broker.qos import KEEP_ALL, Qos
+from proto import frames
+from proto.runs import cut, message_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from broker.records import PublisherRecord, SubscriptionRecord
+    from proto.frames import Run
+
+LATCHED_MESSAGES: Final = 1000
+"""What is kept for late joiners of a KEEP_ALL + TRANSIENT_LOCAL publisher."""
+
+LATCHED_BYTES: Final = 64 * 1024 * 1024
+"""What is kept for late joiners of one publisher, whatever its depth: beyond it the oldest go."""
+
+LATCHED_BYTES_PER_LINK: Final = 256 * 1024 * 1024
+"""The same for all publishers of one link."""
+
+
+def latched_depth(qos: Qos) -> int:
+    """Return how many messages of a publisher are kept for late joiners."""
+    if not qos.latched:
+        return 0
+    return LATCHED_MESSAGES if qos.history == KEEP_ALL else qos.depth
+
+
+def latch(publisher: PublisherRecord, run: Run) -> None:
+    """Keep a run; the oldest messages go beyond the limits."""
+    keep = publisher.keep
+    publisher.latched.append(run)
+    publisher.latched_messages += run.length
+    _count(publisher, message_bytes(run))
+    while publisher.latched and (
+        publisher.latched_messages > keep
+        or publisher.latched_bytes > LATCHED_BYTES
+        or publisher.peer.latched_bytes > LATCHED_BYTES_PER_LINK
+    ):
+        oldest = publisher.latched.popleft()
+        over = publisher.latched_messages - keep
+        publisher.latched_messages -= oldest.length
+        _count(publisher, -message_bytes(oldest))
+        if 0 < over < oldest.length:
+            rest = cut(oldest, over, oldest.length)
+            publisher.latched.appendleft(rest)
+            publisher.latched_messages += rest.length
+            _count(publisher, message_bytes(rest))
+
+
+def unlatch(publisher: PublisherRecord) -> None:
+    """Forget everything: the publisher has gone for good."""
+    _count(publisher, -publisher.latched_bytes)
+    publisher.latched_messages = 0
+    publisher.latched.clear()
+
+
+def _count(publisher: PublisherRecord, size: int) -> None:
+    publisher.latched_bytes += size
+    publisher.peer.latched_bytes += size
+
+
+def replays(publisher: PublisherRecord, subscription: SubscriptionRecord) -> Iterator[frames.Replay]:
+    """Return what a late joiner would have if it had been there, to its depth."""
+    skip = 0
+    if subscription.depth is not None:
+        skip = max(0, publisher.latched_messages - subscription.depth)
+    for run in publisher.latched:
+        if skip >= run.length:
+            skip -= run.length
+            continue
+        kept = cut(run, skip, run.length)
+        skip = 0
+        yield frames.Replay(subscription.id, *kept[:-1])
