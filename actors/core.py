@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from actors.events import EntityEvents
     from actors.link import Link
     from actors.logger import Logger
-    from proto.outbox import Lane
+    from proto.lane import Lane
 
 DEFAULT_CALL_TIMEOUT_SEC: Final = 60.0
 

@@ -45,6 +45,7 @@ class Connection:
         self.channel = Channel(
             Role.BROKER, self, loop=broker.loop, max_message_bytes=broker.options.max_message_bytes
         )
+        self.channel.outbox.max_held_bytes = broker.options.max_link_bytes
         self.opened_at = broker.loop.time()
         self.look_at = 0.0
         self.suspended_at: float | None = None
@@ -155,8 +156,7 @@ class Connection:
     @property
     def has_unsent(self) -> bool:
         """Whether control frames or calls wait for a peer that may still take them."""
-        outbox = self.channel.outbox
-        waits = outbox.urgent_bytes or outbox.ordered_bytes
+        waits = self.channel.outbox.firm_bytes
         return bool(waits and self.channel.connected and self.suspended_at is None)
 
     def say_goodbye(self) -> None:
@@ -167,10 +167,16 @@ class Connection:
         else:
             self.channel.close()
 
-    def overdue(self) -> bool:
-        """Tell whether more waits for this peer than may."""
-        outbox = self.channel.outbox
-        return outbox.urgent_bytes + outbox.ordered_bytes > self._broker.options.max_queue_bytes
+    def overdue(self) -> str | None:
+        """Say why this peer must go, if more waits for it than may, and cannot be dropped."""
+        outbox, options = self.channel.outbox, self._broker.options
+        if outbox.firm_bytes > options.max_queue_bytes:
+            what, limit = "calls and control frames", options.max_queue_bytes
+        elif outbox.held_bytes > options.max_link_bytes:
+            what, limit = "messages that must not be dropped", options.max_link_bytes
+        else:
+            return None
+        return f"more than {limit} bytes of {what} wait for this link: it reads too slowly"
 
     def judge(self, now: float, *, relied_on: bool) -> None:
         """Look at the clock: handshake, keepalive, suspension. Called by the broker's ticker."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from broker.records import Allowance, Send
+from broker.records import Send
 from proto.codec import ends_from_bytes
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import Credit, Run
@@ -22,35 +22,22 @@ HELD: Final = 0
 
 def allow(publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
     """A KEEP_ALL subscription has been attached: it starts with its windows."""
-    publisher.credits[subscription.key] = Allowance(
+    publisher.credits.add(
+        subscription.key,
         publisher.next_sequence + subscription.window_messages,
-        publisher.bytes + subscription.window_bytes,
+        subscription.window_bytes,
         publisher.bytes,
     )
 
 
 def hold(publisher: PublisherRecord) -> None:
     """Nothing more may be sent than has been: an allowance beside those of its subscriptions."""
-    publisher.credits[HELD] = Allowance(publisher.next_sequence, publisher.bytes, publisher.bytes)
-
-
-def grant(publisher: PublisherRecord, subscription: SubscriptionRecord, sequence: int, size: int) -> None:
-    """A subscription has room up to a sequence number, and `size` bytes since its attachment."""
-    allowance = publisher.credits.get(subscription.key)
-    if allowance is not None:
-        allowance.sequence_limit = max(allowance.sequence_limit, sequence)
-        allowance.byte_limit = max(allowance.byte_limit, allowance.byte_base + size)
+    publisher.credits.add(HELD, publisher.next_sequence, 0, publisher.bytes)
 
 
 def update(publisher: PublisherRecord) -> Iterator[Delivery]:
     """Tell the publisher when the least of its subscriptions' credit has changed."""
-    allowances = publisher.credits.values()
-    limit = None
-    if allowances:
-        limit = (
-            min(allowance.sequence_limit for allowance in allowances),
-            min(allowance.byte_limit for allowance in allowances),
-        )
+    limit = publisher.credits.least()
     if limit == publisher.limit:
         return
     publisher.limit = limit

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from broker.records import TopicRecord
-    from proto.outbox import Lane
+    from proto.lane import Lane
 
 SETTLE_LANES: Final = 1000
 """Lanes without a publisher or a reader, before those that are empty are forgotten."""

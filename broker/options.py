@@ -95,6 +95,15 @@ class BrokerOptions:
             "most": 2**40,
         },
     )
+    max_link_bytes: int = field(
+        default=256 * 1024 * 1024,
+        metadata={
+            "help": "bytes of messages that may wait for one connection; beyond it the oldest of the"
+            " fullest KEEP_LAST queues go, and if that is not enough, the connection",
+            "least": 65_536,
+            "most": 2**40,
+        },
+    )
     max_message_bytes: int = field(
         default=limits.MAX_MESSAGE_BYTES,
         metadata={"help": "size of one message", "least": 1024, "most": limits.MAX_U32},

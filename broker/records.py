@@ -6,12 +6,13 @@ from collections import Counter, deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from broker.allowances import Allowances
 from proto.frames import EntryKind, Frame, GraphEntry, Matched, Options, Run, Scalar
 
 if TYPE_CHECKING:
     from broker.pool import Pool
     from broker.qos import Qos
-    from proto.outbox import Lane
+    from proto.lane import Lane
 
 
 class Send(NamedTuple):
@@ -154,7 +155,7 @@ class PublisherRecord(Endpoint):
     latched: deque[Run] = field(default_factory=deque["Run"])
     latched_messages: int = 0
     latched_bytes: int = 0
-    credits: dict[int, Allowance] = field(default_factory=dict["int", "Allowance"])
+    credits: Allowances = field(default_factory=Allowances)
     limit: tuple[int, int] | None = None
     """The credit that has been sent: (sequence limit, byte limit)."""
     promised: tuple[int, int] | None = None
@@ -203,15 +204,6 @@ class Route:
     def _deepen(self) -> None:
         keep_all = None in self.depths
         self.lane.depth = None if keep_all else max((d for d in self.depths if d is not None), default=1)
-
-
-@dataclass(slots=True, eq=False)
-class Allowance:
-    """One KEEP_ALL subscription's credit for one publisher, in the publisher's numbers."""
-
-    sequence_limit: int
-    byte_limit: int
-    byte_base: int
 
 
 @dataclass(slots=True, eq=False)

@@ -268,8 +268,9 @@ class Broker:
             dirty[connection] = None
             outbox = connection.channel.outbox
             _put(connection, outbox, delivery)
-            if outbox.urgent_bytes + outbox.ordered_bytes > most:
-                self._cut_off(connection)
+            if outbox.firm_bytes > most:
+                connection.channel.flush()
+                _cut_off(connection)
 
     def flush(self) -> None:
         """Write to every link that was delivered to; end those that are too slow for their queues."""
@@ -277,17 +278,11 @@ class Broker:
             dirty, self._dirty = self._dirty, {}
             for connection in dirty:
                 connection.channel.flush()
+                outbox = connection.channel.outbox
+                if outbox.held_bytes > outbox.max_held_bytes:
+                    _cut_off(connection)
         if self._drain is not None:
             self._drain.changed()
-
-    def _cut_off(self, connection: Connection) -> None:
-        """More waits for a link than may: what cannot leave now will not."""
-        connection.channel.flush()
-        if connection.overdue():
-            limit = self.options.max_queue_bytes
-            text = f"more than {limit} bytes wait for this link: it reads too slowly"
-            connection.end(ErrorCode.LIMIT, text)
-            connection.channel.abort()
 
 
 def _put(connection: Connection, outbox: Outbox, delivery: Delivery) -> None:
@@ -306,6 +301,14 @@ def _put(connection: Connection, outbox: Outbox, delivery: Delivery) -> None:
         connection.end(ErrorCode(delivery.code), delivery.text)
         if delivery.code == ErrorCode.LIMIT:  # what waits is the trouble: do not wait for it to leave
             connection.channel.abort()
+
+
+def _cut_off(connection: Connection) -> None:
+    """End a link for which more waits than may: what has not left with the last flush will not."""
+    why = connection.overdue()
+    if why is not None:
+        connection.end(ErrorCode.LIMIT, why)
+        connection.channel.abort()
 
 
 def lose(delivery: Delivery) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from broker import credit
+from broker.allowances import Allowances
 from broker.lanes import DepartedLanes
 from broker.latched import latch, replays, unlatch
 from broker.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
@@ -26,7 +27,7 @@ from proto import frames
 from proto.codec import encode
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import DetachReason, NoticeKind, PolicyKind, Run
-from proto.outbox import Lane
+from proto.lane import Lane
 from proto.runs import cut, message_bytes
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ class Topics:
             subscription.matched.pop(publisher.key, None)
             self._count(subscription, subscription.peers - 1)
         publisher.matched.clear()
-        publisher.credits.clear()
+        publisher.credits = Allowances()
         if publisher.peer.suspended:
             self._credit(publisher)  # it may come back to readers that set no limit
         publisher.limit = publisher.promised = None
@@ -141,7 +142,7 @@ class Topics:
             publisher.matched.pop(subscription.key, None)
             self._count(publisher, publisher.peers - 1)
             self._unroute(publisher, subscription)
-            if publisher.credits.pop(subscription.key, None) is not None:
+            if publisher.credits.remove(subscription.key):
                 self._credit(publisher)
         subscription.matched.clear()
         self._count(subscription, 0)
@@ -351,7 +352,7 @@ class Topics:
         """GRANT came. One for a publisher that has gone has crossed its DETACHED."""
         publisher = subscription.matched.get(frame.publisher)
         if publisher is not None:
-            credit.grant(publisher, subscription, frame.sequence_limit, frame.byte_limit)
+            publisher.credits.grant(subscription.key, frame.sequence_limit, frame.byte_limit)
             self._credit(publisher)
 
     def credit_confirmed(self, peer: Peer, frame: frames.Credit) -> None:

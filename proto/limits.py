@@ -38,6 +38,9 @@ RUN_FLUSH_COUNT: Final = 4096
 LANE_BYTES: Final = 64 * 1024 * 1024
 """Messages waiting in one KEEP_LAST lane, whatever its depth: beyond it the oldest are dropped, too."""
 
+RUN_HELD_BYTES: Final = 512
+"""What a waiting run takes of memory beside its messages, about; only a link's ceiling counts it."""
+
 MAX_RUN_COUNT: Final = 8192
 """Messages in one run."""
 

@@ -3,316 +3,26 @@
 Control frames go first, then requests and replies, then the *lanes* in turn. A lane is one publisher's queue:
 its depth bounds the messages in it, exactly, by dropping the oldest when they cannot leave; its credit, where
 it has one, holds them back. Large frames leave in fragments, one at each turn of their lane, so they hold up
-nobody.
+nobody. All lanes together have a ceiling in bytes.
 """
 
 from __future__ import annotations
 
 import sys
 from collections import deque
-from typing import TYPE_CHECKING, cast
+from heapq import heapify, heappop, heapreplace
+from typing import TYPE_CHECKING
 
 from proto import limits
 from proto.codec import encode
-from proto.fragments import Transfer, is_large
-from proto.frames import Abort, Buffer, Cancel, Run
-from proto.runs import cut, fitting, message_bytes, readdress
+from proto.fragments import is_large
+from proto.frames import Cancel, Run
+from proto.lane import Lane, Transfers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-
-class Lane:
-    """The unsent messages of one publisher on one link.
-
-    Attributes:
-        publisher: The id its runs carry on this link; runs queued under an earlier id are rewritten. With 0
-            each run keeps its own.
-        depth: Messages kept while they cannot leave; None keeps all.
-        pending: Messages that wait; one that has begun to leave does not count.
-        pending_bytes: What holding them takes: dropped messages count until their whole run is gone.
-        control_bytes: Bytes of other frames that wait in order with the runs; they are never dropped.
-        sent: Messages that have left whole: handed to the transport.
-        dropped: Messages dropped so far, because the link was slower than the publisher.
-        abandoned: Messages that waited when they were discarded: nobody wanted them any more.
-        lost_on_break: Messages that could not leave because the link had ended.
-        sent_bytes: Bytes of messages that have left on this link; what `byte_limit` is compared with.
-        sequence_limit, byte_limit: Credit; None is unlimited.
-    """
-
-    __slots__ = (
-        "_leaving",
-        "_next_sequence",
-        "_queue",
-        "_skip",
-        "_transfer",
-        "abandoned",
-        "byte_limit",
-        "control_bytes",
-        "depth",
-        "dropped",
-        "lost_on_break",
-        "pending",
-        "pending_bytes",
-        "publisher",
-        "scheduled",
-        "sent",
-        "sent_bytes",
-        "sequence_limit",
-    )
-
-    def __init__(self, publisher: int, depth: int | None) -> None:
-        self.publisher = publisher
-        self.depth = depth
-        self.pending: int = 0
-        self.pending_bytes: int = 0
-        self.control_bytes = 0
-        self.sent: int = 0
-        self.dropped: int = 0
-        self.abandoned: int = 0
-        self.lost_on_break: int = 0
-        self.sent_bytes = 0
-        self.sequence_limit: int | None = None
-        self.byte_limit: int | None = None
-        self.scheduled = False
-        self._queue: deque[Run | bytes] = deque()
-        self._skip = 0
-        """Messages of the first run in the queue that are dropped."""
-        self._leaving: Run | bytes | None = None
-        """The item whose fragments are on their way; it is not in the queue any more."""
-        self._transfer: Transfer | None = None
-        self._next_sequence: int | None = None
-        """The number after the last message that has left on this link; before that, the one declared."""
-
-    def put(self, item: Run | bytes) -> None:
-        """Queue a run, or an encoded control frame that must stay behind the runs before it."""
-        self._queue.append(item)
-        if isinstance(item, Run):
-            self.pending += item.length
-            self.pending_bytes += message_bytes(item)
-            if self._next_sequence is None:
-                self._next_sequence = item.first_sequence
-        else:
-            self.control_bytes += len(item)
-
-    def put_front(self, item: Run | bytes) -> None:
-        """Queue something before everything that has not begun to leave.
-
-        A run only before anything has left on this link; a control frame at any time.
-        """
-        if isinstance(item, Run):
-            self._cut_skipped()
-            self.pending += item.length
-            self.pending_bytes += message_bytes(item)
-            if self._next_sequence is None or item.first_sequence < self._next_sequence:
-                self._next_sequence = item.first_sequence
-        else:
-            self.control_bytes += len(item)
-        self._queue.appendleft(item)
-
-    @property
-    def first_sequence(self) -> int | None:
-        """The number of the oldest message that has not left whole, or None."""
-        if isinstance(self._leaving, Run):
-            return self._leaving.first_sequence
-        for item in self._queue:
-            if isinstance(item, Run):
-                return item.first_sequence + self._skip
-        return None
-
-    def trim(self) -> None:
-        """Drop the oldest messages beyond the depth (and the byte ceiling, but never the last message).
-
-        Control frames keep their place between the runs that stay.
-        """
-        if self.depth is None or (self.pending <= self.depth and self.pending_bytes <= limits.LANE_BYTES):
-            return
-        kept: list[bytes] = []
-        while self.pending > self.depth or (self.pending_bytes > limits.LANE_BYTES and self.pending > 1):
-            head = self._queue.popleft()
-            if not isinstance(head, Run):
-                kept.append(head)
-                continue
-            left = head.length - self._skip
-            gone = min(left, self.pending - (self.depth if self.pending > self.depth else 1))
-            self.pending -= gone
-            self.dropped += gone
-            if gone == left:
-                self.pending_bytes -= message_bytes(head)
-                self._skip = 0
-            else:
-                self._skip += gone
-                self._queue.appendleft(head)
-        self._queue.extendleft(reversed(kept))
-
-    def _cut_skipped(self) -> None:
-        """Take the dropped messages out of the first run, so that its place does not matter."""
-        if not self._skip:
-            return
-        where = next(index for index, item in enumerate(self._queue) if isinstance(item, Run))
-        whole = cast("Run", self._queue[where])
-        rest = cut(whole, self._skip, whole.length)
-        self.pending_bytes -= message_bytes(whole) - message_bytes(rest)
-        self._queue[where] = rest
-        self._skip = 0
-
-    @property
-    def sendable(self) -> bool:
-        """Whether the next item may go now: there is one, and credit allows it."""
-        if self._leaving is not None:
-            return True
-        if not self._queue:
-            return False
-        if not isinstance(self._queue[0], Run):
-            return True
-        # Not the waiting message's own number: behind a gap of dropped ones it may be beyond every limit
-        # that a reader who has not seen the gap will ever grant.
-        if self.sequence_limit is not None and cast("int", self._next_sequence) >= self.sequence_limit:
-            return False
-        return self.byte_limit is None or self.sent_bytes < self.byte_limit
-
-    @property
-    def is_large(self) -> bool:
-        """Whether what is next is a large message, or a piece of one."""
-        if self._transfer is not None:
-            return True
-        head = self._queue[0] if self._queue else b""
-        return is_large(head.raw if isinstance(head, Run) else head)
-
-    @property
-    def leaving(self) -> int:
-        """Messages that have begun to leave and are not gone whole: some of their fragments are."""
-        return self._leaving.length if isinstance(self._leaving, Run) else 0
-
-    @property
-    def empty(self) -> bool:
-        """Whether everything put in has left."""
-        return not self._queue and self._leaving is None
-
-    def _prepare(self) -> Buffer:
-        """Make the head of the queue exactly what may leave now and return its encoded frame."""
-        head = self._queue[0]
-        if not isinstance(head, Run):
-            return head
-        start, stop = self._skip, head.length
-        if self.sequence_limit is not None:
-            stop = min(stop, max(self.sequence_limit - head.first_sequence, start + 1))
-        if self.byte_limit is not None:
-            stop = min(stop, fitting(head, start, self.byte_limit - self.sent_bytes))
-        run = cut(head, start, stop)
-        if self.publisher:
-            run = readdress(run, self.publisher)
-        if run is not head:
-            self._queue.popleft()
-            self.pending_bytes -= message_bytes(head) - message_bytes(run)
-            if stop < head.length:
-                rest = cut(head, stop, head.length)
-                self.pending_bytes += message_bytes(rest)
-                self._queue.appendleft(rest)
-            self._queue.appendleft(run)
-            self._skip = 0
-        return run.raw
-
-    def _start_leaving(self) -> None:
-        item = self._leaving = self._queue.popleft()
-        if isinstance(item, Run):
-            self.pending -= item.length
-            self.pending_bytes -= message_bytes(item)
-
-    def _has_left(self) -> None:
-        item = self._leaving
-        self._leaving = self._transfer = None
-        if isinstance(item, Run):
-            self.sent += item.length
-            self.sent_bytes += message_bytes(item)
-            self._next_sequence = item.first_sequence + item.length
-        elif item is not None:
-            self.control_bytes -= len(item)
-
-    def next_piece(self, transfers: Transfers, parts: list[Buffer]) -> int:
-        """Append the next frame to send to `parts`; return its size, or 0 when no transfer may start now.
-
-        Needs `sendable`.
-        """
-        if self._transfer is None:
-            raw = self._prepare()
-            if is_large(raw):
-                self._transfer = transfers.start(raw)
-                if self._transfer is None:
-                    return 0
-            self._start_leaving()
-            if self._transfer is None:
-                self._has_left()
-                parts.append(raw)
-                return len(raw)
-        head, payload, last = self._transfer.next()
-        if last:
-            transfers.end(self._transfer)
-            self._has_left()
-        parts += (head, payload)
-        return len(head) + len(payload)
-
-    def restart(self, publisher: int, next_sequence: int | None = None) -> None:
-        """Prepare for a new link: another publisher id, no credit yet, half-sent messages whole again.
-
-        Control frames go: the ids in them are the old link's. `next_sequence` is the number that the new link
-        has been told of; what has been dropped since then uses no credit up.
-        """
-        self._cut_skipped()
-        if isinstance(self._leaving, Run):
-            self.pending += self._leaving.length
-            self.pending_bytes += message_bytes(self._leaving)
-            self._queue.appendleft(self._leaving)
-        self._queue = deque(item for item in self._queue if isinstance(item, Run))
-        self._leaving = self._transfer = None
-        self._next_sequence = self.first_sequence if next_sequence is None else next_sequence
-        self.publisher = publisher
-        self.sent_bytes = 0
-        self.control_bytes = 0
-        self.sequence_limit = None
-        self.byte_limit = None
-        self.scheduled = False
-
-    def drop_larger(self, most: int) -> int:
-        """Drop the runs with more than `most` bytes of messages; return how many messages that were.
-
-        Only before anything has left.
-        """
-        self._cut_skipped()
-        before = self.dropped
-        kept: deque[Run | bytes] = deque()
-        for item in self._queue:
-            if isinstance(item, Run) and message_bytes(item) > most:
-                self.pending -= item.length
-                self.pending_bytes -= message_bytes(item)
-                self.dropped += item.length
-            else:
-                kept.append(item)
-        self._queue = kept
-        return self.dropped - before
-
-    def discard(self, transfers: Transfers) -> bytes | None:
-        """Drop everything, as nobody wants it; return the ABORT for a transfer that had begun."""
-        self.abandoned += self.pending + self.leaving
-        transfer = self._transfer
-        self._clear()
-        if transfer is None:
-            return None
-        transfers.end(transfer)
-        return encode(Abort(transfer.id))
-
-    def lose(self, run: Run | None = None) -> None:
-        """Count what cannot leave, as the link has ended: this run, or without one everything that waits."""
-        if run is not None:
-            self.lost_on_break += run.length
-            return
-        self.lost_on_break += self.pending + self.leaving
-        self._clear()
-
-    def _clear(self) -> None:
-        self._queue.clear()
-        self._leaving = self._transfer = None
-        self.pending = self.pending_bytes = self.control_bytes = self._skip = 0
+    from proto.frames import Buffer
 
 
 class _LargeCall(Lane):
@@ -326,30 +36,6 @@ class _LargeCall(Lane):
         self.put(raw)
 
 
-class Transfers:
-    """The fragmented frames under way on one link: how many, and their ids."""
-
-    __slots__ = ("_next_id", "_open")
-
-    def __init__(self) -> None:
-        self._next_id = 0
-        self._open: set[int] = set()
-
-    def start(self, raw: Buffer) -> Transfer | None:
-        """Begin a transfer, unless as many as allowed are under way."""
-        if len(self._open) >= limits.MAX_TRANSFERS:
-            return None
-        self._next_id = (self._next_id + 1) & limits.MAX_U32
-        while self._next_id in self._open:
-            self._next_id = (self._next_id + 1) & limits.MAX_U32
-        self._open.add(self._next_id)
-        return Transfer(self._next_id, raw)
-
-    def end(self, transfer: Transfer) -> None:
-        """A transfer is over."""
-        self._open.discard(transfer.id)
-
-
 class Outbox:
     """Everything that waits on one link.
 
@@ -360,8 +46,8 @@ class Outbox:
         large_room: Bytes of large messages that may still leave before others get a turn; the owner sets it.
         urgent_bytes: Bytes of control frames and calls that wait.
         ordered_bytes: Bytes of control frames (REPLAY among them) that wait in lanes, in order with runs.
-
-    Neither kind is ever dropped, so the owner caps both.
+        held_bytes: What the messages that wait in all lanes take, as of the last `trim`.
+        max_held_bytes: What they may take, or the fullest lanes are cut; the owner sets it.
     """
 
     __slots__ = (
@@ -371,7 +57,9 @@ class Outbox:
         "_ready",
         "_touched",
         "_transfers",
+        "held_bytes",
         "large_room",
+        "max_held_bytes",
         "ordered_bytes",
         "urgent_bytes",
     )
@@ -386,6 +74,13 @@ class Outbox:
         self.large_room = sys.maxsize
         self.urgent_bytes = 0
         self.ordered_bytes = 0
+        self.held_bytes = 0
+        self.max_held_bytes = sys.maxsize
+
+    @property
+    def firm_bytes(self) -> int:
+        """Bytes of what is never dropped, control frames and calls: the owner must cap them."""
+        return self.urgent_bytes + self.ordered_bytes
 
     def put_control(self, raw: bytes) -> None:
         """Queue a frame that goes before everything else. Never a large one."""
@@ -444,6 +139,7 @@ class Outbox:
         pending = lane.pending
         self.ordered_bytes -= lane.control_bytes
         abort = lane.discard(self._transfers)
+        self._recount(lane)
         if abort is not None:
             self.put_control(abort)
         return pending
@@ -496,6 +192,8 @@ class Outbox:
             size = lane.next_piece(self._transfers, parts)
             if len(parts) - count > 1:  # the head and the payload of a fragment
                 self.large_room -= size
+            if lane.counted_bytes:
+                self._recount(lane)
             if lane.control_bytes != before:
                 self._control_has_left(lane, before - lane.control_bytes)
             self._schedule(lane)
@@ -512,10 +210,43 @@ class Outbox:
             del self._large_calls[lane.key]
 
     def trim(self) -> None:
-        """Bring the lanes that got runs back to their depth: what is left in them cannot leave now."""
+        """Bring the lanes that got runs back to their depth: what is left in them cannot leave now.
+
+        If all lanes together hold too much, the oldest runs of the fullest ones go. If `held_bytes` is above
+        `max_held_bytes` even then, nothing is left that may be dropped: the owner must end the link.
+        """
         for lane in self._touched:
             dropped = lane.dropped
             lane.trim()
             if lane.dropped != dropped:
                 self._schedule(lane)  # what stood behind messages without credit may go now
+            self._recount(lane)
         self._touched.clear()
+        if self.held_bytes > self.max_held_bytes:
+            self._make_room()
+
+    def _recount(self, lane: Lane) -> None:
+        held = lane.held_bytes
+        self.held_bytes += held - lane.counted_bytes
+        lane.counted_bytes = held
+
+    def _make_room(self) -> None:
+        """Drop the oldest runs of the fullest KEEP_LAST lanes, to below the ceiling.
+
+        So far below that the next look at all lanes is a good part of the ceiling away.
+        """
+        enough = self.max_held_bytes - self.max_held_bytes // 8
+        fullest = [
+            (-lane.held_bytes, number, lane)
+            for number, lane in enumerate(self._ready)
+            if lane.depth is not None and lane.pending > 1
+        ]
+        heapify(fullest)
+        while fullest and self.held_bytes > enough:
+            _, number, lane = fullest[0]
+            lane.drop_oldest_run()
+            self._recount(lane)
+            if lane.pending > 1:
+                heapreplace(fullest, (-lane.held_bytes, number, lane))
+            else:
+                heappop(fullest)

@@ -19,7 +19,7 @@ from actors.interfaces.message import Message, definition, type_hash, type_name
 from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from proto import frames, limits
 from proto.codec import encode
-from proto.outbox import Lane
+from proto.lane import Lane
 from proto.runs import HEAD_ROOM, RunBuilder, cut
 
 T = TypeVar("T", bound=Message)

@@ -18,7 +18,7 @@ from proto.codec import array_head, decode, encode
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import Transfer
 from proto.frames import Frame, Ping, ReplyEntry, RequestEntry, Run
-from proto.outbox import Lane
+from proto.lane import Lane
 from proto.runs import RunBuilder
 from proto.session import Role, State
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import msgpack
 import pytest
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
     RuleBasedStateMachine,
@@ -20,7 +20,8 @@ from proto import limits
 from proto.codec import decode, encode
 from proto.fragments import Reassembler, is_large
 from proto.frames import Abort, Cancel, Detached, Fragment, Op, Ping, Replay, Request, RequestEntry, Run
-from proto.outbox import Lane, Outbox, Transfers
+from proto.lane import Lane, Transfers
+from proto.outbox import Outbox
 from proto.runs import RunBuilder, messages
 
 
@@ -330,6 +331,7 @@ class OutboxMachine(RuleBasedStateMachine):
             assert model.lane.pending == len(model.messages)
             assert model.lane.dropped == model.dropped
             assert model.lane.sent_bytes == model.sent_bytes
+            assert model.lane.leaving == sum(isinstance(item, Message) for item in model.leaving)
             assert model.lane.empty == (not model.waiting and not model.leaving)
             assert model.lane.pending_bytes >= sum(len(message.body) for message in model.messages)
         urgent = [*self.control, *self.calls, *self.large.values()]
@@ -392,31 +394,6 @@ def test_a_long_run_is_trimmed_to_its_last_messages() -> None:
     frame = decode(drain(outbox)[0])
     assert isinstance(frame, Run)
     assert (frame.first_sequence, frame.length, lane.dropped) == (1, 2, 1)
-
-
-def test_the_byte_ceiling_keeps_the_last_message(monkeypatch: pytest.MonkeyPatch) -> None:
-    """§11: beyond LANE_BYTES the oldest runs go, whatever the depth, but never the last message."""
-    monkeypatch.setattr(limits, "LANE_BYTES", 100)
-    lane = Lane(1, 1000)
-    for sequence in range(5):
-        lane.put(make_run(sequence, [bytes(40)]))
-    lane.trim()
-    assert (lane.pending, lane.pending_bytes, lane.dropped) == (2, 80, 3)
-    lane.put(make_run(5, [bytes(500)]))
-    lane.trim()
-    assert (lane.pending, lane.pending_bytes, lane.first_sequence) == (1, 500, 5)
-    lane.put(make_run(6, [bytes(60)] * 3))
-    lane.trim()
-    assert (lane.pending, lane.first_sequence) == (1, 8)
-
-
-def test_keep_all_is_never_trimmed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """§6: a lane without depth drops nothing."""
-    monkeypatch.setattr(limits, "LANE_BYTES", 100)
-    lane = Lane(1, None)
-    lane.put(make_run(0, [bytes(60)] * 3))
-    lane.trim()
-    assert (lane.pending, lane.dropped) == (3, 0)
 
 
 def test_a_keep_last_lane_out_of_credit_is_trimmed() -> None:
@@ -572,3 +549,75 @@ def test_frames_between_dropped_runs_stay_in_order() -> None:
         outbox.put_lane(lane, make_run(index, [b"x"]))
     outbox.trim()
     assert drain(outbox) == [*raws, make_run(2, [b"x"]).raw]
+
+
+def test_the_fullest_lanes_give_way() -> None:
+    """§6.4.3: above the ceiling the fullest KEEP_LAST lanes lose their oldest runs, the others nothing."""
+    outbox, lanes = Outbox(), [Lane(number, 1000) for number in range(3)]
+    keep_all = Lane(9, None)
+    outbox.max_held_bytes = 100_000
+    for count, lane in zip((10, 40, 60), lanes, strict=True):
+        for sequence in range(count):
+            outbox.put_lane(lane, make_run(sequence, [bytes(500)] * 2, lane.publisher))
+    outbox.put_lane(keep_all, make_run(0, [bytes(20_000)], 9))
+    outbox.trim()
+    few, many, most = lanes
+    assert outbox.held_bytes <= outbox.max_held_bytes
+    assert (few.dropped, keep_all.dropped) == (0, 0)
+    assert 0 < many.dropped < most.dropped
+    assert abs(many.pending - most.pending) <= 2
+    assert most.dropped_for_bytes == most.dropped
+    assert most.first_sequence == most.dropped // 2
+    drain(outbox)
+    assert outbox.held_bytes == 0
+
+
+@given(
+    lanes=st.lists(
+        st.tuples(st.sampled_from([1, 5, 1000, None]), st.lists(st.integers(1, 20), max_size=20)), max_size=8
+    ),
+    ceiling=st.integers(0, 60_000),
+    size=st.sampled_from([1, 100, 1000]),
+)
+def test_no_ceiling_takes_a_last_message(
+    lanes: list[tuple[int | None, list[int]]], ceiling: int, size: int
+) -> None:
+    """§6.4.3: what is left is below the ceiling, or is KEEP_ALL's and the last message of each other lane."""
+    outbox = Outbox()
+    outbox.max_held_bytes = ceiling
+    made = []
+    for number, (depth, lengths) in enumerate(lanes, 1):
+        lane, first = Lane(number, depth), 0
+        for length in lengths:
+            outbox.put_lane(lane, make_run(first, [bytes(size)] * length, number))
+            first += length
+        made.append((lane, first))
+    outbox.trim()
+    assert outbox.held_bytes == sum(lane.held_bytes for lane, _ in made)
+    droppable = [lane for lane, _ in made if lane.depth is not None and lane.pending > 1]
+    assert outbox.held_bytes <= ceiling or not droppable
+    for lane, total in made:
+        assert lane.pending + lane.dropped == total
+        assert lane.pending >= min(total, 1)
+        assert lane.depth is not None or not lane.dropped
+    left = dict.fromkeys(range(len(lanes) + 1), 0)
+    for raw in drain(outbox):
+        run = decode(raw)
+        assert isinstance(run, Run)
+        left[run.publisher] = run.first_sequence + run.length
+    assert all(left[lane.publisher] == total for lane, total in made)
+    assert outbox.held_bytes == 0
+
+
+def test_a_restarted_lane_counts_on_its_new_link_only() -> None:
+    """What waits on a link counts there, also if it had waited on another before."""
+    lane = Lane(1, 100)
+    for link in (1, 2):
+        outbox = Outbox()
+        lane.restart(link)
+        outbox.wake(lane)
+        outbox.put_lane(lane, make_run(link * 10, [b"x"] * 3))
+        outbox.trim()
+        assert outbox.held_bytes == lane.held_bytes > 0
+    drain(outbox)
+    assert outbox.held_bytes == 0

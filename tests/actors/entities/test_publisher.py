@@ -14,13 +14,14 @@ from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
 from proto.errors import InvalidTopicNameError
-from proto.outbox import Lane, Outbox
+from proto.outbox import Outbox
 from tests.actors.meeting import KEEP_ALL, latched, matched, turns, until
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from proto.frames import Run
+    from proto.lane import Lane
     from tests.actors.meeting import Meeting
 
 MIB = 1024 * 1024
