@@ -11,8 +11,8 @@ class Least:
     def __init__(self) -> None:
         self._numbers: dict[int, int] = {}
         self._heap: list[tuple[int, int]] = []
-        """Numbers and their keys. An entry may be out of date, lower than its number or of a key that has gone:
-        it is put right when it has come to the top."""
+        """Numbers and their keys. One may be out of date, too low or of a key that has gone: it is put right
+        when it has come to the top."""
 
     def add(self, key: int, number: int) -> None:
         """Take another number in."""

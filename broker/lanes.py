@@ -90,7 +90,8 @@ class DepartedLanes:
         topic.settled.add(lane)
         return True
 
-    def _all(self) -> Iterator[tuple[Lane, TopicRecord]]:
+    def all(self) -> Iterator[tuple[Lane, TopicRecord]]:
+        """Return every lane, and the topic it counts for."""
         return chain(*(lanes.values() for lanes in self._left.values()), self._retired)
 
     def tallies(self, in_use: Iterable[tuple[Lane, TopicRecord]]) -> tuple[Tally, dict[TopicRecord, Tally]]:
@@ -99,10 +100,9 @@ class DepartedLanes:
         Args:
             in_use: All lanes that are not here.
         """
-        self._settle()
         total = replace(self._settled)
         topics: dict[TopicRecord, Tally] = {}
-        for lane, topic in chain(in_use, self._all()):
+        for lane, topic in chain(in_use, self.all()):
             tally = topics.get(topic)
             if tally is None:
                 tally = topics[topic] = replace(topic.settled)

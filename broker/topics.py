@@ -31,7 +31,7 @@ from proto.lane import Lane
 from proto.runs import cut, message_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from broker.records import Delivery, Peer
 
@@ -375,8 +375,16 @@ class Topics:
 
     def tallies(self) -> tuple[Tally, dict[TopicRecord, Tally]]:
         """Return what has become of all copies, always `copies` together; and the same by topic."""
-        routes = [route for publisher in self._publishers.values() for route in publisher.routes.values()]
-        return self._departed.tallies((route.lane, route.topic) for route in routes)
+        return self._departed.tallies(self._lanes_in_use())
+
+    def lanes(self) -> list[Lane]:
+        """Return all lanes, those of publishers and readers that have gone included."""
+        return [lane for lane, _ in (*self._lanes_in_use(), *self._departed.all())]
+
+    def _lanes_in_use(self) -> Iterator[tuple[Lane, TopicRecord]]:
+        for publisher in self._publishers.values():
+            for route in publisher.routes.values():
+                yield route.lane, route.topic
 
 
 def subscription_depth(qos: Qos) -> int | None:

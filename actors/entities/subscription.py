@@ -18,6 +18,7 @@ from actors.core import Core, Entity
 from actors.diagnostics import SubscriptionDiagnostics
 from actors.entities.backlog import Backlog, Batch
 from actors.entities.liveliness import Liveliness
+from actors.entities.window import Windows
 from actors.events import SubscriptionEventCallbacks, SubscriptionEvents
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
@@ -35,10 +36,6 @@ if TYPE_CHECKING:
     from actors.feeds import Inflow
 
 M = TypeVar("M")
-
-WINDOW_MESSAGES: Final = 32_768
-WINDOW_BYTES: Final = 8 * 1024 * 1024
-"""A KEEP_ALL subscription's credit for each publisher: what may wait here."""
 
 BEST_EFFORT_KEEP_ALL_DEPTH: Final = 1000
 """KEEP_ALL without RELIABLE pushes nobody back, so it needs a depth after all."""
@@ -90,6 +87,7 @@ class Subscription(Entity, Generic[M]):
         resolved = qos.resolved()
         keep_all = resolved.history == HistoryPolicy.KEEP_ALL
         self._credit = keep_all and resolved.reliability == ReliabilityPolicy.RELIABLE
+        self._windows = Windows() if self._credit else None
         self._depth = BEST_EFFORT_KEEP_ALL_DEPTH if keep_all else max(1, resolved.depth)
         self._callback = callback
         self.timing = core.watch.of(callback, f"the subscription to '{topic}'")
@@ -141,9 +139,10 @@ class Subscription(Entity, Generic[M]):
             inflow.expected = max(seen, inflow.first_sequence)
         leased = self._liveliness.attached(inflow)
         inflow.watched = leased or self._deadline_s > 0
-        if self._credit:
-            inflow.granted_sequence = inflow.first_sequence + WINDOW_MESSAGES
-            inflow.granted_bytes = WINDOW_BYTES
+        if self._windows is not None:
+            self._windows.divide(len(self._inflows))
+            if self._windows.open(inflow):
+                self._grant(inflow)
 
     def asserted(self, inflow: Inflow) -> None:
         """Reader: a publisher is alive."""
@@ -161,6 +160,8 @@ class Subscription(Entity, Generic[M]):
         if self._inflows.get(inflow.gid) is inflow:
             del self._inflows[inflow.gid]
             self._remember(inflow)
+            if self._windows is not None:
+                self._windows.divide(len(self._inflows))
 
     def matched(self, peers: int, total: int) -> None:
         """Endpoint: the number of publishers; the deadline holds while there is one."""
@@ -309,20 +310,17 @@ class Subscription(Entity, Generic[M]):
 
     def _taken(self, inflow: Inflow, end: int, size: int) -> None:
         """A whole run is off our hands: give its publisher new credit when half of the old is used up."""
-        if not self._credit or self._inflows.get(inflow.gid) is not inflow:
+        if self._windows is None or self._inflows.get(inflow.gid) is not inflow:
             return  # to grant after the session's end would be to grant to another publisher
-        inflow.taken_bytes += size
-        if (
-            inflow.granted_sequence - end < WINDOW_MESSAGES // 2
-            or inflow.granted_bytes - inflow.taken_bytes < WINDOW_BYTES // 2
-        ):
-            inflow.granted_sequence = max(inflow.granted_sequence, end + WINDOW_MESSAGES)
-            inflow.granted_bytes = inflow.taken_bytes + WINDOW_BYTES
-            channel = self.core.link.channel
-            if channel is not None and not self.destroyed:
-                channel.send(
-                    frames.Grant(self.id, inflow.publisher, inflow.granted_sequence, inflow.granted_bytes)
-                )
+        if self._windows.taken(inflow, end, size):
+            self._grant(inflow)
+
+    def _grant(self, inflow: Inflow) -> None:
+        channel = self.core.link.channel
+        if channel is not None and not self.destroyed:
+            channel.send(
+                frames.Grant(self.id, inflow.publisher, inflow.granted_sequence, inflow.granted_bytes)
+            )
 
     def has_work(self) -> bool:
         """Source: whether a callback could run now."""
@@ -428,7 +426,9 @@ class Subscription(Entity, Generic[M]):
 
     def diagnostics(self) -> SubscriptionDiagnostics:
         """Say how it is doing."""
-        limit = WINDOW_MESSAGES * max(1, len(self._inflows)) if self._credit else self._depth
+        limit = self._depth
+        if self._windows is not None:
+            limit = self._windows.messages * max(1, len(self._inflows))
         return SubscriptionDiagnostics(
             id=self.id,
             topic=self.topic_name,
@@ -455,8 +455,7 @@ class Subscription(Entity, Generic[M]):
             type_name(self.msg_type) if typed and self.msg_type else None,
             type_hash(self.msg_type) if typed and self.msg_type else None,
             self.qos_profile.to_wire(),
-            WINDOW_MESSAGES if self._credit else 0,
-            WINDOW_BYTES if self._credit else 0,
+            *((0, 0) if self._windows is None else self._windows.first),
         )
 
 

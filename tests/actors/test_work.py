@@ -65,6 +65,7 @@ async def test_messages_of_a_turn_travel_in_few_frames(
     listener.create_subscription(String, "t", lambda msg: heard.append(msg.data), KEEP_ALL)
     publisher = talker.create_publisher(String, "t", KEEP_ALL)
     await until(lambda: publisher.get_subscription_count() == 1)
+    await meeting.settled(listener, talker)  # the whole window has been granted
     work = Work(monkeypatch)
     message = String(data="x" * 256)
     for _ in range(1000):

@@ -211,7 +211,7 @@ async def test_a_full_keep_all_publisher_refuses(meeting: Meeting, monkeypatch: 
     """At the limit `publish` raises PublisherFull; `ready` waits for room; nothing that was taken is lost."""
     monkeypatch.setattr(publisher_module, "KEEP_ALL_MESSAGES", 300)
     monkeypatch.setattr(publisher_module, "READY_MESSAGES", 100)
-    monkeypatch.setattr("actors.entities.subscription.WINDOW_MESSAGES", 50)
+    monkeypatch.setattr("actors.entities.window.WINDOW_MESSAGES", 50)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     other = talker.create_publisher(Int64, "others", 10)
     subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)

@@ -281,7 +281,7 @@ async def test_keep_all_loses_nothing_with_a_slow_reader(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """KEEP_ALL pushes its publisher back by credit; everything comes, in order; others are not held up."""
-    monkeypatch.setattr("actors.entities.subscription.WINDOW_MESSAGES", 20)
+    monkeypatch.setattr("actors.entities.window.WINDOW_MESSAGES", 20)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     heard: list[int] = []
     swift: list[int] = []
@@ -317,7 +317,7 @@ async def test_credit_goes_to_the_publisher_it_is_meant_for(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Messages of an earlier session give no credit when taken: their publisher's number may be another's."""
-    monkeypatch.setattr("actors.entities.subscription.WINDOW_MESSAGES", 4)
+    monkeypatch.setattr("actors.entities.window.WINDOW_MESSAGES", 4)
     listener = await meeting.node("listener")
     subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
     link = listener._core.link
@@ -328,6 +328,7 @@ async def test_credit_goes_to_the_publisher_it_is_meant_for(
     link.feeds.run_received(run_of(1, range(4)))
     link.feeds.clear()
     link.feeds.attached(Attached(1, (subscription.id,), bytes(15) + b"2", 0, "/somebody", {}))
+    granted.clear()  # at the attachments
     assert await heard_of(subscription, range(4)) == [0, 1, 2, 3]
     assert granted == []
 

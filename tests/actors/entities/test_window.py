@@ -1,0 +1,71 @@
+"""Windows: little to begin with, more for those whose messages are taken, less for each of many."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors.entities.window import (
+    FIRST_BYTES,
+    FIRST_MESSAGES,
+    SHARED_BYTES,
+    WINDOW_BYTES,
+    WINDOW_MESSAGES,
+    Windows,
+)
+from actors.feeds import Inflow
+from proto.frames import Attached
+
+
+class Nobody:
+    """A reader that is not looked at."""
+
+
+def inflow(first: int = 10) -> Inflow:
+    """Return a publisher's runs from a number on."""
+    return Inflow(Nobody(), Attached(1, (1,), b"g" * 16, first, "/talker", {}))  # type: ignore[arg-type]
+
+
+def test_one_publisher_is_granted_a_whole_window_at_once() -> None:
+    """The declaration grants the first window; the attachment brings the rest."""
+    windows, flow = Windows(), inflow()
+    assert windows.first == (FIRST_MESSAGES, FIRST_BYTES)
+    windows.divide(1)
+    assert windows.open(flow)
+    assert (flow.granted_sequence, flow.granted_bytes) == (10 + WINDOW_MESSAGES, WINDOW_BYTES)
+
+
+def test_one_of_very_many_is_granted_no_more_than_was_declared() -> None:
+    """Then there is nothing to send."""
+    windows, flow = Windows(), inflow()
+    windows.divide(10_000)
+    assert not windows.open(flow)
+    assert (flow.granted_sequence, flow.granted_bytes) == (10 + FIRST_MESSAGES, FIRST_BYTES)
+
+
+def test_a_grant_waits_until_half_is_used() -> None:
+    """Credit costs a frame for each half of a window, not for each run."""
+    windows, flow = Windows(), inflow(0)
+    windows.divide(1)
+    windows.open(flow)
+    grants = [windows.taken(flow, end, 1) for end in range(1, 2 * WINDOW_MESSAGES)]
+    assert sum(grants) == pytest.approx(4, abs=1)
+
+
+@pytest.mark.parametrize("publishers", [1, 4, 5, 100, 10_000])
+def test_many_publishers_share(publishers: int) -> None:
+    """Together they have the shared bytes, or the least that each has."""
+    windows = Windows()
+    windows.divide(publishers)
+    assert windows.bytes * publishers <= max(SHARED_BYTES, publishers * FIRST_BYTES)
+    assert FIRST_BYTES <= windows.bytes <= WINDOW_BYTES
+    assert FIRST_MESSAGES <= windows.messages <= WINDOW_MESSAGES
+
+
+def test_a_grant_is_never_taken_back() -> None:
+    """When publishers come, those that have large windows keep them until they are used up."""
+    windows, flow = Windows(), inflow(0)
+    windows.open(flow)
+    granted = flow.granted_sequence, flow.granted_bytes
+    windows.divide(1000)
+    assert not windows.taken(flow, 2, 1)
+    assert (flow.granted_sequence, flow.granted_bytes) == granted
