@@ -9,7 +9,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
+import broker.latched
 import broker.server
+import broker.topics
 from actors.core import Core
 from actors.deadlines import Deadlines
 from actors.entities.client import Client
@@ -22,8 +24,8 @@ from broker.server import Broker
 from broker.services import Services
 from broker.topics import Topics
 from proto.frames import Replay, ReplyEntry
+from proto.lane import Lane
 from proto.liveness import Finding, Liveness
-from proto.outbox import Lane
 from tests.simulation.histories import History, live
 
 if TYPE_CHECKING:
@@ -113,14 +115,11 @@ def answers_twice() -> Iterator[None]:
 @contextmanager
 def latches_backwards() -> Iterator[None]:
     """Late joiners get the latched runs in the wrong order."""
-    replay = Topics._replay
 
-    def backwards(topics: Topics, publisher: Any, subscription: Any, route: Any) -> None:
-        publisher.latched.reverse()
-        replay(topics, publisher, subscription, route)
-        publisher.latched.reverse()
+    def backwards(publisher: Any, subscription: Any) -> list[Replay]:
+        return list(broker.latched.replays(publisher, subscription))[::-1]
 
-    with mock.patch.object(Topics, "_replay", backwards):
+    with mock.patch.object(broker.topics, "replays", backwards):
         yield
 
 
@@ -222,7 +221,7 @@ def leaves_its_ticker() -> Iterator[None]:
 BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], bool]]] = {
     "order of latched messages": (latches_backwards, True),
     "latched messages come": (latches_too_little, True),
-    "latched messages are kept": (does_nothing(Topics, "_latch"), True),
+    "latched messages are kept": (does_nothing(broker.topics, "latch"), True),
     "latched messages outlive a broker": (does_nothing(Publisher, "_resend_retained"), False),
     "at most once": (forwards_twice, True),
     "at most once across a reconnect": (takes_what_it_has_seen, False),

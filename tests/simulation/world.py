@@ -14,7 +14,7 @@ from random import Random
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
-from actors.entities import publisher, subscription
+from actors.entities import publisher, window
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
 from tests.simulation.member import Member
@@ -61,8 +61,8 @@ def determined(loop: SimulatedLoop, seed: int) -> Iterator[None]:
 def tight(random: Random) -> Iterator[None]:
     """Limits that a history reaches: credit runs out, and publishers get full."""
     with (
-        mock.patch.object(subscription, "WINDOW_MESSAGES", random.choice([4, 30, 1000])),
-        mock.patch.object(subscription, "WINDOW_BYTES", random.choice([500, 20_000, 8 * 1024 * 1024])),
+        mock.patch.object(window, "WINDOW_MESSAGES", random.choice([4, 30, 1000])),
+        mock.patch.object(window, "WINDOW_BYTES", random.choice([500, 20_000, 8 * 1024 * 1024])),
         mock.patch.object(publisher, "KEEP_ALL_MESSAGES", random.choice([40, 400])),
         mock.patch.object(publisher, "READY_MESSAGES", random.choice([1, 20])),
     ):
