@@ -10,7 +10,7 @@ import pytest
 
 import actors
 from actors.core import DEPARTING_SLACK
-from actors.entities.subscription import WINDOW_MESSAGES
+from actors.entities.window import WINDOW_MESSAGES
 from actors.interfaces.std_msgs.msg import Int64
 from proto.frames import Notice
 from tests.actors.meeting import KEEP_ALL, matched, turns, until
