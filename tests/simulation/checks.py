@@ -243,6 +243,9 @@ def _broker_forgets(world: World) -> None:
         }
         if left:
             world.complain(f"without nodes the router holds {left}")
+        waiting = sum(not lane.empty for lane in router.topics.lanes())
+        if waiting:
+            world.complain(f"without nodes something waits in {waiting} lanes")
 
 
 async def _ends(world: World) -> None:
