@@ -118,12 +118,13 @@ async def test_a_killed_reader_frees_the_publisher_that_waited_for_it(system: Sy
                 await node.get_graph()
         message = String(data=100_000 * "x")
         full = False
-        while not full:
-            try:
-                publisher.publish(message)
-                await node.get_graph()
-            except actors.PublisherFull:
-                full = True
+        async with asyncio.timeout(SOON_SEC):
+            while not full:
+                try:
+                    publisher.publish(message)
+                    await node.get_graph()
+                except actors.PublisherFull:
+                    full = True
         await stuck.says("stuck")
         await stuck.kill()
         await publisher.ready(timeout_sec=SOON_SEC)
