@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from actors.entities.service import Service
+    from actors.entities.subscription import Subscription
     from tests.simulation.member import Member
-    from tests.simulation.records import Heard, Told
+    from tests.simulation.records import Heard, Note, Told
     from tests.simulation.world import World
 
 SETTLE_SEC: Final = 200.0
@@ -198,10 +199,21 @@ def _adds_up(world: World, heard: Heard) -> None:
         right = list(range(first, subscription._seen.get(gid, first) if told.gone else told.published))
         if world.calm and lossless and [n for n in numbers if n >= first] != right:
             world.complain(f"{heard.name} has lost something of {told.name}, though both keep all")
+    _events_add_up(world, heard.name, subscription)
     if subscription.received != sum(map(len, heard.numbers.values())):
         world.complain(f"{heard.name} counts {subscription.received} messages, and has heard others")
     if subscription.undecodable or (world.calm and subscription.lost_on_break):
         world.complain(f"{heard.name}: {subscription.undecodable=} {subscription.lost_on_break=}")
+
+
+def _events_add_up(world: World, name: str, subscription: Subscription[Note]) -> None:
+    """What the events say is how it is: who is matched, and that each of them is alive or not."""
+    matched = subscription._events.matched.counts
+    if matched[1] != subscription.peers or matched[0] < matched[1]:
+        world.complain(f"{name} was told of {matched} matches, and has {subscription.peers}")
+    alive, silent = subscription._events.liveliness.counts
+    if alive + silent != subscription.peers or min(alive, silent) < 0:
+        world.complain(f"{name}: {alive} publishers alive, {silent} not, of {subscription.peers}")
 
 
 def _errors_are_counted(world: World) -> None:

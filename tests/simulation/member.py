@@ -179,11 +179,18 @@ class Member:
     def _qos(self) -> actors.QoSProfile:
         choice = self.random.choice
         reliable = actors.ReliabilityPolicy.RELIABLE
+        durability = choice([actors.DurabilityPolicy.VOLATILE, actors.DurabilityPolicy.TRANSIENT_LOCAL])
+        liveliness = choice([actors.LivelinessPolicy.AUTOMATIC, actors.LivelinessPolicy.MANUAL_BY_TOPIC])
         return actors.QoSProfile(
             history=choice([actors.HistoryPolicy.KEEP_LAST, actors.HistoryPolicy.KEEP_ALL]),
             depth=choice([1, 3, 10, 100]),
             reliability=choice([reliable, reliable, actors.ReliabilityPolicy.BEST_EFFORT]),
-            durability=choice([actors.DurabilityPolicy.VOLATILE, actors.DurabilityPolicy.TRANSIENT_LOCAL]),
+            durability=durability,
+            deadline=choice([0, 0, 0, 0.5]),
+            # What late joiners must get in the end is known only of what does not expire.
+            lifespan=choice([0, 0, 5.0]) if durability is actors.DurabilityPolicy.VOLATILE else 0,
+            liveliness=liveliness,
+            liveliness_lease_duration=choice([0, 1.0]),
         )
 
     def subscribe_to(self, topic: str, *, qos: actors.QoSProfile | None = None, kind: str = "") -> Heard:

@@ -42,10 +42,9 @@ class Ask(actors.Service, type_name="simulation/srv/Ask"):
 
 
 def keep_all(qos: actors.QoSProfile) -> bool:
-    """Whether a profile promises to drop nothing."""
-    return (
-        qos.history is actors.HistoryPolicy.KEEP_ALL and qos.reliability is actors.ReliabilityPolicy.RELIABLE
-    )
+    """Whether a profile promises to drop nothing, however long it takes."""
+    kept = qos.history is actors.HistoryPolicy.KEEP_ALL and qos.lifespan.nanoseconds == 0
+    return kept and qos.reliability is actors.ReliabilityPolicy.RELIABLE
 
 
 @dataclass(eq=False)

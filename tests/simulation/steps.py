@@ -30,7 +30,15 @@ if TYPE_CHECKING:
 DEEP: Final = 100
 """So many turns in which something has moved to one look at the structure."""
 
-SUBSCRIPTION_COUNTS: Final = ("received", "dropped", "lost", "lost_on_break", "undecodable", "queued")
+SUBSCRIPTION_COUNTS: Final = (
+    "received",
+    "dropped",
+    "lost",
+    "lost_on_break",
+    "expired",
+    "undecodable",
+    "queued",
+)
 
 
 class Steps:
@@ -177,6 +185,12 @@ class Steps:
         if due != known:
             counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
             self._world.complain(f"{heard.name}: {due} messages were due, and there are {counts}")
+        # What latched messages may still make good is not told yet.
+        told = subscription._events.message_lost.counts[0]
+        open_ = sum(inflow.missed for inflow in subscription._inflows.values())
+        if told + open_ != subscription.dropped + subscription.lost + subscription.lost_on_break:
+            counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
+            self._world.complain(f"{heard.name}: {told} lost messages were told, {open_} are open: {counts}")
         if subscription.queued > subscription._depth and not subscription._credit and not heard.about_to_take:
             self._world.complain(
                 f"{heard.name}: {subscription.queued} messages wait where {subscription._depth} may"
