@@ -9,6 +9,7 @@ from proto import frames, limits
 from proto.aio import Channel
 from proto.errors import ErrorCode, ProtocolError, shown
 from proto.liveness import Finding, Liveness
+from proto.outbox import Outbox
 from proto.session import Role, State
 
 if TYPE_CHECKING:
@@ -135,6 +136,16 @@ class Connection:
     def end(self, code: ErrorCode, text: str) -> None:
         """Tell the peer why, and close."""
         self.channel.fail(ProtocolError(code, text))
+
+    def cut_off(self, text: str) -> None:
+        """Too much waits for the peer: tell it why, and forget what waits before it has read that."""
+        if self.channel.connected:
+            self.end(ErrorCode.LIMIT, text)
+            self._broker.loop.call_soon(self._forget)  # not now: the broker may be in the midst of deliveries
+
+    def _forget(self) -> None:
+        self._leave()
+        self.channel.outbox = Outbox()
 
     def turn_away(self, code: ErrorCode, text: str) -> None:
         """Tell a peer why there is no room for it, and close, without a line in the log for each."""

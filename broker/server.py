@@ -297,18 +297,17 @@ def _put(connection: Connection, outbox: Outbox, delivery: Delivery) -> None:
         outbox.cancel_calls(delivery.endpoint, delivery.calls)
     elif isinstance(delivery, Discard):
         outbox.drop_lane(delivery.lane)
+    elif delivery.code == ErrorCode.LIMIT:
+        connection.cut_off(delivery.text)
     else:
         connection.end(ErrorCode(delivery.code), delivery.text)
-        if delivery.code == ErrorCode.LIMIT:  # what waits is the trouble: do not wait for it to leave
-            connection.channel.abort()
 
 
 def _cut_off(connection: Connection) -> None:
     """End a link for which more waits than may: what has not left with the last flush will not."""
     why = connection.overdue()
     if why is not None:
-        connection.end(ErrorCode.LIMIT, why)
-        connection.channel.abort()
+        connection.cut_off(why)
 
 
 def lose(delivery: Delivery) -> None:

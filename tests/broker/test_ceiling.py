@@ -1,0 +1,97 @@
+"""The ceiling of a link (docs/protocol.md §6.4.3): who is above it with what must not be dropped, must go."""
+
+from __future__ import annotations
+
+import logging
+from contextlib import AsyncExitStack
+from typing import TYPE_CHECKING, Final
+
+import pytest
+
+from broker import Broker, BrokerOptions
+from proto import frames
+from proto.errors import ErrorCode
+from tests.broker import frame_makers as make
+from tests.broker.rawclient import RawClient, link, until
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+CEILING: Final = 2**20
+TOPICS: Final = 4
+SIZE: Final = 20_000
+TEXT: Final = (
+    f"more than {CEILING} bytes of messages that must not be dropped wait for this link: it reads too slowly"
+)
+
+
+@pytest.fixture
+async def broker() -> AsyncIterator[Broker]:
+    """A broker of which little may wait for one link."""
+    async with Broker(BrokerOptions(port=0, max_link_bytes=CEILING, drain_timeout_sec=0.2)) as running:
+        yield running
+
+
+async def writers(stack: AsyncExitStack, broker: Broker, count: int) -> list[tuple[RawClient, int]]:
+    """Bring up so many links with a publisher each, on topics /t0 and so on; return them and its number."""
+    found = []
+    for index in range(count):
+        writer = await stack.enter_async_context(link(broker, f"/writer{index}"))
+        writer.send(make.publisher(1, f"/t{index}"))
+        found.append((writer, (await writer.next(frames.Accepted)).number))
+    return found
+
+
+def held(broker: Broker) -> int:
+    """Return the most that waits for one link."""
+    return max(connection.channel.outbox.held_bytes for connection in broker._connections)
+
+
+@pytest.mark.parametrize("late", [False, True])
+async def test_keep_all_beyond_the_ceiling_ends_the_link_and_no_other(
+    broker: Broker, caplog: pytest.LogCaptureFixture, *, late: bool
+) -> None:
+    """It is told why, if it reads within the time that closing takes; the others have missed nothing."""
+    caplog.set_level(logging.WARNING, "callboard.broker")
+    async with AsyncExitStack() as stack:
+        sources = await writers(stack, broker, TOPICS)
+        greedy = await stack.enter_async_context(link(broker, "/greedy"))
+        bystander = await stack.enter_async_context(link(broker, "/bystander"))
+        for index in range(TOPICS):
+            greedy.send(
+                make.subscription(
+                    index + 1, f"/t{index}", qos=make.KEEP_ALL, window=2**40, window_bytes=2**40
+                )
+            )
+            bystander.send(make.subscription(index + 1, f"/t{index}", qos={"depth": 1000}))
+        await greedy.synchronise()
+        await bystander.synchronise()
+        for writer, _ in sources:
+            writer.send(await writer.next(frames.Credit))
+        greedy.stop_reading()
+        most = sent = 0
+        while broker.stats().connections == TOPICS + 2 and not caplog.records:
+            for writer, number in sources:
+                writer.send(make.run(number, sent, 1, size=SIZE))
+                await writer.synchronise()
+                most = max(most, held(broker))
+            sent += 1
+        # The last run may have been put on top of what was allowed before the link ended.
+        assert most <= CEILING + SIZE + 1000
+        assert [TEXT in record.getMessage() for record in caplog.records] == [True]
+        if not late:
+            greedy.go_on_reading()
+            error = await greedy.next(frames.Error)
+            assert (error.code, error.text) == (ErrorCode.LIMIT, TEXT)
+            await greedy.gone()
+        await until(lambda: broker.stats().connections == TOPICS + 1)
+        stats = broker.stats()
+        assert stats.lost_on_break
+        assert (stats.accounted, stats.queued, stats.dropped) == (stats.copies, 0, 0)
+        heard: dict[int, list[int]] = {number: [] for _, number in sources}
+        for _ in range(sent * TOPICS):
+            run = await bystander.next(frames.Run)
+            heard[run.publisher].append(run.first_sequence)
+        assert all(numbers == list(range(sent)) for numbers in heard.values())
+        for writer, _ in sources:
+            await writer.synchronise()
