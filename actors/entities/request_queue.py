@@ -19,38 +19,36 @@ class RequestQueue:
     """The requests of one service that nobody has begun to handle.
 
     Attributes:
+        entries: By call, oldest first. To be looked at only: `put`, `take` and `remove` keep `size` right.
         size: Their bytes.
     """
 
-    __slots__ = ("_entries", "size")
+    __slots__ = ("entries", "size")
 
     def __init__(self) -> None:
         self.size = 0
-        self._entries: OrderedDict[int, RequestEntry] = OrderedDict()
-
-    def __len__(self) -> int:
-        """Return how many requests wait."""
-        return len(self._entries)
+        self.entries: OrderedDict[int, RequestEntry] = OrderedDict()
 
     def put(self, entry: RequestEntry) -> str | None:
         """Queue a request; return why not, if there is no room."""
-        if len(self._entries) >= MAX_QUEUED:
+        entries, size = self.entries, self.size + len(entry.body)
+        if len(entries) >= MAX_QUEUED:
             return f"{MAX_QUEUED} requests wait already"
-        if self._entries and self.size + len(entry.body) > MAX_QUEUED_BYTES:
+        if size > MAX_QUEUED_BYTES and entries:
             return f"requests of {self.size} bytes wait already"
-        self._entries[entry.call] = entry
-        self.size += len(entry.body)
+        entries[entry.call] = entry
+        self.size = size
         return None
 
     def take(self) -> RequestEntry:
         """Take the oldest. Needs one."""
-        _, entry = self._entries.popitem(last=False)
+        _, entry = self.entries.popitem(last=False)
         self.size -= len(entry.body)
         return entry
 
     def remove(self, call: int) -> bool:
         """Take one back; False if it does not wait here."""
-        entry = self._entries.pop(call, None)
+        entry = self.entries.pop(call, None)
         if entry is None:
             return False
         self.size -= len(entry.body)
@@ -58,5 +56,5 @@ class RequestQueue:
 
     def clear(self) -> None:
         """Forget them all."""
-        self._entries.clear()
+        self.entries.clear()
         self.size = 0

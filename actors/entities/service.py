@@ -83,15 +83,17 @@ class Service(Introspectable, Server, Generic[Q, A]):
     @property
     def pending(self) -> int:
         """Requests that wait or are being handled."""
-        return len(self._waiting) + len(self._running)
+        return len(self._waiting.entries) + len(self._running)
 
     def requested(self, entries: tuple[RequestEntry, ...]) -> None:
         """Requests came."""
-        for entry in entries:
-            if self.core.stopping:
+        if self.core.stopping:
+            for entry in entries:
                 self._reply_text(entry.call, Status.UNAVAILABLE, STOPPING)
-                continue
-            refusal = self._waiting.put(entry)
+            return
+        put = self._waiting.put
+        for entry in entries:
+            refusal = put(entry)
             if refusal is not None:
                 self._reply_text(entry.call, Status.OVERLOADED, refusal)
         self.core.mailbox.post(self)
@@ -106,7 +108,7 @@ class Service(Introspectable, Server, Generic[Q, A]):
 
     def has_work(self) -> bool:
         """Source: whether a handler could run now."""
-        return bool(self._waiting) and len(self._running) < MAX_RUNNING and not self.destroyed
+        return bool(self._waiting.entries) and len(self._running) < MAX_RUNNING and not self.destroyed
 
     def dispatch(self) -> Turn | None:
         """Source: run the handler for what waits, until it returns something to await."""
@@ -224,7 +226,7 @@ class Service(Introspectable, Server, Generic[Q, A]):
         channel = self.core.link.channel
         if channel is not None and self._running:
             channel.send(frames.Retire(self.id))
-        while self._waiting:
+        while self._waiting.entries:
             call = self._waiting.take().call
             self._reply_text(call, Status.UNAVAILABLE, STOPPING)
         self._leave_if_done()
@@ -256,7 +258,7 @@ class Service(Introspectable, Server, Generic[Q, A]):
         return ServiceDiagnostics(
             id=self.id,
             service=self.srv_name,
-            waiting=len(self._waiting),
+            waiting=len(self._waiting.entries),
             waiting_bytes=self._waiting.size,
             queue_limit=MAX_QUEUED,
             running=len(self._running),

@@ -10,13 +10,13 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections import OrderedDict
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 from actors.callbacks import ENDS_PROGRAM, as_coroutine, takes
 from actors.core import Core, Entity
 from actors.diagnostics import SubscriptionDiagnostics
 from actors.entities.backlog import Backlog, Batch
+from actors.entities.ledger import Ledger
 from actors.entities.liveliness import Liveliness
 from actors.entities.window import Windows
 from actors.events import SubscriptionEventCallbacks, SubscriptionEvents
@@ -43,9 +43,6 @@ BEST_EFFORT_KEEP_ALL_DEPTH: Final = 1000
 MAX_CONCURRENT: Final = 1000
 """Callbacks of one `concurrent=True` subscription that run at the same time; more messages wait."""
 
-REMEMBERED_PUBLISHERS: Final = 1024
-"""Publishers whose last sequence number is remembered after they have gone, against duplicates."""
-
 
 class Subscription(Entity, Generic[M]):
     """Hears messages on one topic. Made by `Node.create_subscription`.
@@ -57,8 +54,6 @@ class Subscription(Entity, Generic[M]):
         qos_profile: Its QoS.
         received: Messages handed to the callback or the iterator.
         dropped: Messages dropped here because the reader was slower than the depth allows.
-        lost: Messages that never came over an unbroken link: dropped by the broker or the publisher.
-        lost_on_break: Messages that never came because a link broke.
         expired: Messages not handed over because they were older than their publisher's lifespan.
         undecodable: Messages dropped because they were not valid.
     """
@@ -83,7 +78,7 @@ class Subscription(Entity, Generic[M]):
         self.topic_name = topic
         self.qos_profile = qos
         self.posted = False
-        self.received = self.dropped = self.lost = self.lost_on_break = self.expired = self.undecodable = 0
+        self.received = self.dropped = self.expired = self.undecodable = 0
         resolved = qos.resolved()
         keep_all = resolved.history == HistoryPolicy.KEEP_ALL
         self._credit = keep_all and resolved.reliability == ReliabilityPolicy.RELIABLE
@@ -99,9 +94,7 @@ class Subscription(Entity, Generic[M]):
         self._deadline_s = resolved.deadline.nanoseconds / 1e9
         self._deadline: Watchdog | None = None
         self._waiter: asyncio.Future[None] | None = None
-        self._seen: OrderedDict[bytes, int] = OrderedDict()
-        self._inflows: dict[bytes, Inflow] = {}
-        """By publisher, the inflow that counts: a publisher that has come back may overlap with itself."""
+        self._ledger = Ledger(events.message_lost)
         core.link.add(self)
         core.link.feeds.add_reader(self.id, self)
 
@@ -109,6 +102,16 @@ class Subscription(Entity, Generic[M]):
     def topic(self) -> str:
         """The full name of the topic."""
         return self.topic_name
+
+    @property
+    def lost(self) -> int:
+        """Messages that never came over an unbroken link: dropped by the broker or the publisher."""
+        return self._ledger.lost
+
+    @property
+    def lost_on_break(self) -> int:
+        """Messages that never came because a link broke."""
+        return self._ledger.lost_on_break
 
     @property
     def calls(self) -> int:
@@ -128,19 +131,11 @@ class Subscription(Entity, Generic[M]):
 
     def attached(self, inflow: Inflow) -> None:
         """Reader: a publisher's runs will come. Known publishers go on where they stopped."""
-        before = self._inflows.get(inflow.gid)
-        if before is not None:
-            self._remember(before)
-        self._inflows[inflow.gid] = inflow
-        seen = self._seen.get(inflow.gid)
-        if seen is not None:
-            inflow.missed = max(0, inflow.first_sequence - seen)
-            self.lost_on_break += inflow.missed
-            inflow.expected = max(seen, inflow.first_sequence)
+        self._ledger.attached(inflow)
         leased = self._liveliness.attached(inflow)
         inflow.watched = leased or self._deadline_s > 0
         if self._windows is not None:
-            self._windows.divide(len(self._inflows))
+            self._windows.divide(len(self._ledger.inflows))
             if self._windows.open(inflow):
                 self._grant(inflow)
 
@@ -156,12 +151,8 @@ class Subscription(Entity, Generic[M]):
     def detached(self, inflow: Inflow, *, silent: bool = False) -> None:
         """Reader: no more runs of this publisher; what is queued stays."""
         self._liveliness.detached(inflow, silent=silent)
-        self._give_up_missed(inflow)
-        if self._inflows.get(inflow.gid) is inflow:
-            del self._inflows[inflow.gid]
-            self._remember(inflow)
-            if self._windows is not None:
-                self._windows.divide(len(self._inflows))
+        if self._ledger.detached(inflow) and self._windows is not None:
+            self._windows.divide(len(self._ledger.inflows))
 
     def matched(self, peers: int, total: int) -> None:
         """Endpoint: the number of publishers; the deadline holds while there is one."""
@@ -178,20 +169,16 @@ class Subscription(Entity, Generic[M]):
             self._deadline.stop()
             self._deadline = None
 
-    def _remember(self, inflow: Inflow) -> None:
-        self._seen[inflow.gid] = inflow.expected
-        self._seen.move_to_end(inflow.gid)
-        while len(self._seen) > max(REMEMBERED_PUBLISHERS, len(self._inflows)):
-            self._seen.popitem(last=False)
-
     def receive(self, inflow: Inflow, run: Run | Replay) -> None:
         """Reader: a run, or latched messages. What has been seen is discarded, gaps are counted."""
-        if self._inflows.get(inflow.gid) is not inflow:
-            return  # a leftover, counted as lost when the publisher came back
+        if not self._ledger.counts(inflow):
+            return
         if isinstance(run, Run):
-            start, size = self._next_of(inflow, run), message_bytes(run)
+            if inflow.watched:
+                self._shown(inflow)
+            start, size = self._ledger.live(inflow, run), message_bytes(run)
         else:
-            start, size = self._late(inflow, run), 0
+            start, size = self._ledger.latched(inflow, run), 0
         stop = run.length
         end = run.first_sequence + stop
         if start >= stop:
@@ -214,35 +201,11 @@ class Subscription(Entity, Generic[M]):
         self._backlog.put(batch)
         self._wake()
 
-    def _next_of(self, inflow: Inflow, run: Run) -> int:
-        """Note that a live run has come; return how many of its messages have been seen."""
-        if inflow.watched:
-            self._liveliness.heard(inflow)
-            if self._deadline is not None:
-                self._deadline.feed()
-        if inflow.missed:
-            self._give_up_missed(inflow)
-        gap = run.first_sequence - inflow.expected
-        if gap > 0:
-            self.lost += gap
-            self._events.message_lost.add(gap)
-        inflow.expected = max(inflow.expected, run.first_sequence + run.length)
-        return max(0, -gap)
-
-    def _late(self, inflow: Inflow, replay: Replay) -> int:
-        """Note that latched messages have come; return how many of them have been seen."""
-        seen = self._seen.get(inflow.gid, 0)
-        start = max(0, seen - replay.first_sequence)
-        found = min(inflow.missed, max(0, replay.length - start))
-        inflow.missed -= found
-        self.lost_on_break -= found
-        self._seen[inflow.gid] = max(seen, replay.first_sequence + replay.length)
-        return start
-
-    def _give_up_missed(self, inflow: Inflow) -> None:
-        """What latched messages could still have made good is lost for good: live ones follow, or nothing."""
-        self._events.message_lost.add(inflow.missed)
-        inflow.missed = 0
+    def _shown(self, inflow: Inflow) -> None:
+        """A publisher has published."""
+        self._liveliness.heard(inflow)
+        if self._deadline is not None:
+            self._deadline.feed()
 
     def _drop(self, count: int) -> None:
         self.dropped += count
@@ -310,7 +273,7 @@ class Subscription(Entity, Generic[M]):
 
     def _taken(self, inflow: Inflow, end: int, size: int) -> None:
         """A whole run is off our hands: give its publisher new credit when half of the old is used up."""
-        if self._windows is None or self._inflows.get(inflow.gid) is not inflow:
+        if self._windows is None or not self._ledger.counts(inflow):
             return  # to grant after the session's end would be to grant to another publisher
         if self._windows.taken(inflow, end, size):
             self._grant(inflow)
@@ -428,7 +391,7 @@ class Subscription(Entity, Generic[M]):
         """Say how it is doing."""
         limit = self._depth
         if self._windows is not None:
-            limit = self._windows.messages * max(1, len(self._inflows))
+            limit = self._windows.messages * max(1, len(self._ledger.inflows))
         return SubscriptionDiagnostics(
             id=self.id,
             topic=self.topic_name,

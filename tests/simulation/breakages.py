@@ -76,8 +76,8 @@ def takes_what_it_has_seen() -> Iterator[None]:
     attached = Subscription.attached
 
     def forgetful(subscription: Subscription[Any], inflow: Inflow) -> None:
-        subscription._seen.pop(inflow.gid, None)
-        subscription._inflows.pop(inflow.gid, None)
+        subscription._ledger.seen.pop(inflow.gid, None)
+        subscription._ledger.inflows.pop(inflow.gid, None)
         attached(subscription, inflow)
 
     with mock.patch.object(Subscription, "attached", forgetful):
@@ -187,7 +187,7 @@ def miscounts_a_break() -> Iterator[None]:
     def silent(subscription: Subscription[Any], inflow: Inflow) -> None:
         before = subscription.lost_on_break
         attached(subscription, inflow)
-        subscription.lost_on_break = before
+        subscription._ledger.lost_on_break = before
 
     with mock.patch.object(Subscription, "attached", silent):
         yield
@@ -201,7 +201,7 @@ def overlooks_a_gap() -> Iterator[None]:
     def silent(subscription: Subscription[Any], inflow: Inflow, run: Run | Replay) -> None:
         before = subscription.lost
         receive(subscription, inflow, run)
-        subscription.lost = before
+        subscription._ledger.lost = before
 
     with mock.patch.object(Subscription, "receive", silent):
         yield

@@ -190,13 +190,13 @@ def _adds_up(world: World, heard: Heard) -> None:
     subscription = heard.subscription
     by_gid = {told.publisher.gid: told for told in world.journal.told}
     for gid, first in heard.first.items():
-        told, inflow = by_gid[gid], subscription._inflows.get(gid)
+        told, inflow = by_gid[gid], subscription._ledger.inflows.get(gid)
         if not told.gone and (inflow is None or inflow.expected != told.published):
             covered = None if inflow is None else inflow.expected
             world.complain(f"{heard.name} covers {told.name} up to {covered}, not {told.published}")
         numbers = heard.numbers.get(told.name, [])
         lossless = keep_all(subscription.qos_profile) and keep_all(told.publisher.qos_profile)
-        right = list(range(first, subscription._seen.get(gid, first) if told.gone else told.published))
+        right = list(range(first, subscription._ledger.seen.get(gid, first) if told.gone else told.published))
         if world.calm and lossless and [n for n in numbers if n >= first] != right:
             world.complain(f"{heard.name} has lost something of {told.name}, though both keep all")
     _events_add_up(world, heard.name, subscription)

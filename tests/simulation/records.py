@@ -115,7 +115,7 @@ class Heard:
         def noting_receive(inflow: Inflow, run: Run | Replay) -> None:
             self.moved = True
             if isinstance(run, Replay):
-                start = max(run.first_sequence, self.subscription._seen.get(inflow.gid, 0))
+                start = max(run.first_sequence, self.subscription._ledger.seen.get(inflow.gid, 0))
                 end = min(run.first_sequence + run.length, self.first[inflow.gid])
                 self.early.setdefault(inflow.gid, set()).update(range(start, end))
             receive(inflow, run)
@@ -139,8 +139,8 @@ class Heard:
         """Messages that its inflows have covered so far: each has come, or is counted where it was lost."""
         subscription, due = self.subscription, 0
         for gid, first in self.first.items():
-            inflow = subscription._inflows.get(gid)
-            end = subscription._seen[gid] if inflow is None else inflow.expected
+            inflow = subscription._ledger.inflows.get(gid)
+            end = subscription._ledger.seen[gid] if inflow is None else inflow.expected
             due += end - first + len(self.early.get(gid, ()))
         return due
 

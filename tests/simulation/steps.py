@@ -187,7 +187,7 @@ class Steps:
             self._world.complain(f"{heard.name}: {due} messages were due, and there are {counts}")
         # What latched messages may still make good is not told yet.
         told = subscription._events.message_lost.counts[0]
-        open_ = sum(inflow.missed for inflow in subscription._inflows.values())
+        open_ = sum(inflow.missed for inflow in subscription._ledger.inflows.values())
         if told + open_ != subscription.dropped + subscription.lost + subscription.lost_on_break:
             counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
             self._world.complain(f"{heard.name}: {told} lost messages were told, {open_} are open: {counts}")

@@ -21,11 +21,11 @@ def test_the_oldest_comes_first() -> None:
     queue = RequestQueue()
     for call in (5, 3, 4):
         assert queue.put(entry(call, call)) is None
-    assert (len(queue), queue.size) == (3, 12)
+    assert (len(queue.entries), queue.size) == (3, 12)
     assert queue.remove(3)
     assert not queue.remove(3)
     assert [queue.take().call, queue.take().call] == [5, 4]
-    assert (len(queue), queue.size) == (0, 0)
+    assert (len(queue.entries), queue.size) == (0, 0)
 
 
 def test_one_too_many_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -46,7 +46,7 @@ def test_one_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     assert queue.put(entry(1, 500)) is None
     assert queue.put(entry(2, 1)) == "requests of 500 bytes wait already"
     queue.clear()
-    assert (len(queue), queue.size) == (0, 0)
+    assert (len(queue.entries), queue.size) == (0, 0)
     assert queue.put(entry(2, 60)) is None
     assert queue.put(entry(3, 40)) is None
     assert queue.put(entry(4, 1)) is not None
