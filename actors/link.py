@@ -13,8 +13,8 @@ from actors.diagnostics import Size
 from actors.errors import BrokerUnreachable
 from actors.feeds import Feeds
 from actors.interfaces.errors import InvalidMessageError
-from actors.lag import LoopLag
 from proto import frames, limits
+from proto.lag import LoopLag
 
 if TYPE_CHECKING:
     import asyncio

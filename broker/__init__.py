@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from broker.errors import ListenError as ListenError
     from broker.options import BrokerOptions as BrokerOptions
     from broker.server import Broker as Broker
-    from broker.stats import BrokerStats as BrokerStats
+    from proto.stats import BrokerRates as BrokerRates
+    from proto.stats import BrokerStats as BrokerStats
+    from proto.stats import LinkStats as LinkStats
+    from proto.stats import TopicStats as TopicStats
 
 _HOME_OF = {
     "AddressInUseError": "broker.errors",
@@ -22,7 +25,10 @@ _HOME_OF = {
     "ListenError": "broker.errors",
     "BrokerOptions": "broker.options",
     "Broker": "broker.server",
-    "BrokerStats": "broker.stats",
+    "BrokerRates": "proto.stats",
+    "BrokerStats": "proto.stats",
+    "LinkStats": "proto.stats",
+    "TopicStats": "proto.stats",
 }
 
 

@@ -34,6 +34,8 @@ class Connection:
         channel: The connection's bytes.
         router: The graph it has joined; None before the handshake.
         peer: Its number in that graph.
+        session: Its number in the broker; 0 before the handshake.
+        agent: What the client calls itself, fit to be shown.
         opened_at: Loop time of the first moment.
         look_at: Loop time at which to look at it even if nobody relies on it.
         suspended_at: Loop time since which it has been silent too long, or None.
@@ -43,6 +45,8 @@ class Connection:
         self._broker = broker
         self.router: Router | None = None
         self.peer = 0
+        self.session = 0
+        self.agent = "?"
         self.channel = Channel(
             Role.BROKER, self, loop=broker.loop, max_message_bytes=broker.options.max_message_bytes
         )
@@ -52,7 +56,6 @@ class Connection:
         self.suspended_at: float | None = None
         self._liveness = Liveness(self.opened_at)
         self._watched_closely = False
-        self._agent = "?"
 
     def opened(self) -> None:
         """ChannelHandler: somebody has connected."""
@@ -88,11 +91,12 @@ class Connection:
         if type(domain) is not int or not 0 <= domain <= limits.MAX_DOMAIN:
             text = f"HELLO: domain must be from 0 to {limits.MAX_DOMAIN}"
             raise ProtocolError(ErrorCode.MALFORMED, text)
-        self._agent = shown(str(options.get("agent", "?")))[:80]
+        self.session = self._broker.next_session()
+        self.agent = shown(str(options.get("agent", "?")))[:80]
         welcome: dict[str, frames.Scalar] = {
             "agent": AGENT,
             "broker": self._broker.instance,
-            "session": self._broker.next_session(),
+            "session": self.session,
             "keepalive_ms": round(self._broker.options.keepalive_sec * 1000),
             "max_message_bytes": self._broker.options.max_message_bytes,
         }
@@ -222,6 +226,10 @@ class Connection:
             return
         self.look_at = now
 
+    def silent_s(self, now: float) -> float:
+        """Return for how long nothing has come, as far as the looks at it know."""
+        return self._liveness.silent_s(now, self.channel.bytes_received)
+
     def restore(self) -> None:
         """The peer has been heard of again."""
         self.suspended_at = None
@@ -230,7 +238,7 @@ class Connection:
             self._broker.deliver(self.router, self.router.restore(self.peer))
 
     def __str__(self) -> str:
-        return f"link {self.peer or '(no handshake)'} [{self._agent}]"
+        return f"link {self.peer or '(no handshake)'} [{self.agent}]"
 
 
 def _identity(options: frames.Options, key: str) -> bytes:

@@ -60,7 +60,7 @@ class Drain:
         for router in self._broker.routers():
             router.refuse_calls()
         if not await self._until(self._answered, deadline):
-            logger.warning("%d calls were not answered in time", self._broker.stats().pending_calls)
+            logger.warning("%d calls were not answered in time", self._pending())
         self._hold()
         deadline = max(deadline, loop.time() + least)
         await self._until(self._heard, min(deadline, loop.time() + self._broker.options.keepalive_sec))
@@ -73,7 +73,10 @@ class Drain:
             logger.warning("%d links did not close in time", len(tuple(self._connections)))
 
     def _answered(self) -> bool:
-        return not any(router.services.pending for router in self._broker.routers())
+        return not self._pending()
+
+    def _pending(self) -> int:
+        return sum(router.services.pending for router in self._broker.routers())
 
     def _hold(self) -> None:
         for router in self._broker.routers():
@@ -90,8 +93,8 @@ class Drain:
         return not any(each.has_unsent for each in self._connections) and not self._waiting()
 
     def _waiting(self) -> int:
-        stats = self._broker.stats()
-        return stats.queued + stats.leaving
+        tallies = [router.topics.tallies()[0] for router in self._broker.routers()]
+        return sum(tally.queued + tally.leaving for tally in tallies)
 
     async def _until(self, condition: Callable[[], bool], deadline: float) -> bool:
         try:

@@ -123,21 +123,24 @@ class Graph:
 
 
 class Definitions:
-    """Definitions of types, by hash, as they came with declarations."""
+    """Definitions of types, by hash, as they came with declarations: `size_bytes` in all."""
 
     def __init__(self) -> None:
         self._known: OrderedDict[str, bytes] = OrderedDict()
-        self._bytes = 0
+        self.size_bytes = 0
+
+    def __len__(self) -> int:
+        return len(self._known)
 
     def learn(self, type_hash: str, definition: bytes | None) -> None:
         """Keep the first definition seen for a hash."""
         if definition is None or not type_hash or type_hash in self._known:
             return
         self._known[type_hash] = definition
-        self._bytes += len(definition)
-        while len(self._known) > MAX_DEFINITIONS or self._bytes > MAX_DEFINITION_BYTES:
+        self.size_bytes += len(definition)
+        while len(self._known) > MAX_DEFINITIONS or self.size_bytes > MAX_DEFINITION_BYTES:
             _, oldest = self._known.popitem(last=False)
-            self._bytes -= len(oldest)
+            self.size_bytes -= len(oldest)
 
     def get(self, type_hash: str) -> bytes | None:
         """Return the definition, if it is known."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import chain
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from broker.records import Tally
 
@@ -22,13 +22,21 @@ SETTLE_LANES: Final = 1000
 """Lanes without a publisher or a reader, before those that are empty are forgotten."""
 
 
+class Way(NamedTuple):
+    """A lane, the topic that it counts for, and the peer that it leads to."""
+
+    lane: Lane
+    topic: TopicRecord
+    peer: int
+
+
 class DepartedLanes:
     """The lanes of one graph that no run is put into any more."""
 
     def __init__(self) -> None:
-        self._left: dict[int, dict[bytes, tuple[Lane, TopicRecord]]] = {}
+        self._left: dict[int, dict[bytes, Way]] = {}
         """By peer and publisher gid, what publishers that have gone have left to be sent."""
-        self._retired: list[tuple[Lane, TopicRecord]] = []
+        self._retired: list[Way] = []
         """Lanes that nobody will go on with."""
         self._count = 0
         self._settle_at = SETTLE_LANES
@@ -39,18 +47,18 @@ class DepartedLanes:
         lanes = self._left.setdefault(peer, {})
         if gid in lanes:
             self._retired.append(lanes[gid])
-        lanes[gid] = lane, topic
+        lanes[gid] = Way(lane, topic, peer)
         self._count += 1
 
-    def retire(self, lane: Lane, topic: TopicRecord) -> None:
+    def retire(self, peer: int, lane: Lane, topic: TopicRecord) -> None:
         """Nobody wants what is in a lane any more; the caller has it discarded."""
-        self._retired.append((lane, topic))
+        self._retired.append(Way(lane, topic, peer))
         self._count += 1
 
     def waiting(self, peer: int, gid: bytes) -> Lane | None:
         """Return the lane in which an earlier life of a publisher has left something to be sent."""
-        lane, _ = self._left.get(peer, {}).get(gid, (None, None))
-        return None if lane is None or lane.empty else lane
+        way = self._left.get(peer, {}).get(gid)
+        return None if way is None or way.lane.empty else way.lane
 
     def take_back(self, peer: int, gid: bytes) -> Lane | None:
         """Return that lane for its publisher to go on with: it is not among those departed any more."""
@@ -64,7 +72,7 @@ class DepartedLanes:
         """Nothing can be sent to a peer any more; return its lanes, for the caller to have them discarded."""
         lanes = list(self._left.pop(peer, {}).values())
         self._retired += lanes
-        return [lane for lane, _ in lanes]
+        return [way.lane for way in lanes]
 
     def settle_some(self) -> None:
         """Forget what is empty, now and then. Not while something for such a lane is being delivered."""
@@ -73,28 +81,28 @@ class DepartedLanes:
 
     def _settle(self) -> None:
         for peer, lanes in tuple(self._left.items()):
-            kept = {gid: entry for gid, entry in lanes.items() if not self._is_over(*entry)}
+            kept = {gid: way for gid, way in lanes.items() if not self._is_over(way)}
             if kept:
                 self._left[peer] = kept
             else:
                 del self._left[peer]
-        self._retired = [entry for entry in self._retired if not self._is_over(*entry)]
+        self._retired = [way for way in self._retired if not self._is_over(way)]
         self._count = len(self._retired) + sum(map(len, self._left.values()))
         # Twice what has stayed: asking too often would cost the square of it.
         self._settle_at = max(SETTLE_LANES, 2 * self._count)
 
-    def _is_over(self, lane: Lane, topic: TopicRecord) -> bool:
-        if not lane.empty:
+    def _is_over(self, way: Way) -> bool:
+        if not way.lane.empty:
             return False
-        self._settled.add(lane)
-        topic.settled.add(lane)
+        self._settled.add(way.lane)
+        way.topic.settled.add(way.lane)
         return True
 
-    def all(self) -> Iterator[tuple[Lane, TopicRecord]]:
-        """Return every lane, and the topic it counts for."""
+    def all(self) -> Iterator[Way]:
+        """Return every lane, and what it belongs to."""
         return chain(*(lanes.values() for lanes in self._left.values()), self._retired)
 
-    def tallies(self, in_use: Iterable[tuple[Lane, TopicRecord]]) -> tuple[Tally, dict[TopicRecord, Tally]]:
+    def tallies(self, in_use: Iterable[Way]) -> tuple[Tally, dict[TopicRecord, Tally]]:
         """Return what has become of all copies, and the same by topic, for topics that have lanes.
 
         Args:
@@ -102,7 +110,7 @@ class DepartedLanes:
         """
         total = replace(self._settled)
         topics: dict[TopicRecord, Tally] = {}
-        for lane, topic in chain(in_use, self.all()):
+        for lane, topic, _ in chain(in_use, self.all()):
             tally = topics.get(topic)
             if tally is None:
                 tally = topics[topic] = replace(topic.settled)

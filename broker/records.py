@@ -148,6 +148,8 @@ class PublisherRecord(Endpoint):
     next_sequence: int
     bytes: int = 0
     """Bytes of messages since the declaration: what credit counts."""
+    topic: TopicRecord = field(init=False, repr=False)
+    """What it publishes on, from its first matching on."""
     routes: dict[int, Route] = field(default_factory=dict["int", "Route"])
     matched: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
     keep: int = 0
@@ -212,6 +214,8 @@ class Tally:
 
     delivered: int = 0
     dropped: int = 0
+    dropped_for_bytes: int = 0
+    """Part of `dropped`."""
     abandoned: int = 0
     lost_on_break: int = 0
     queued: int = 0
@@ -221,6 +225,7 @@ class Tally:
         """Count what has become of a lane's messages so far."""
         self.delivered += lane.sent
         self.dropped += lane.dropped
+        self.dropped_for_bytes += lane.dropped_for_bytes
         self.abandoned += lane.abandoned
         self.lost_on_break += lane.lost_on_break
         self.queued += lane.pending
@@ -232,6 +237,10 @@ class TopicRecord:
     """A topic: everybody who has declared something on it and is not suspended."""
 
     name: str
+    messages: int = 0
+    """Messages that its publishers have sent, but for those that had been seen."""
+    bytes: int = 0
+    """Their size."""
     settled: Tally = field(default_factory=Tally)
     """What became of the messages of lanes that are forgotten."""
     publishers: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])

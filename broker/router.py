@@ -151,6 +151,10 @@ class Router:
         self.topics.forget_peer(peer.id)
         self.relied_on.discard(peer.id)
 
+    def peer(self, peer_id: int) -> Peer | None:
+        """Return what is known of a peer; None if it has been taken over."""
+        return self._peers.get(peer_id)
+
     def refuse_calls(self) -> None:
         """The broker stops: take no new calls; those that are pending may end."""
         self.services.closed = True

@@ -14,6 +14,7 @@ import os
 import secrets
 import socket
 import stat
+from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING, Self
 
@@ -24,7 +25,7 @@ from broker.errors import AddressInUseError, ListenError, listen_error
 from broker.options import BrokerOptions
 from broker.records import CancelCalls, Discard, Queue, Send, SendCalls
 from broker.router import Router
-from broker.stats import BrokerStats, collect
+from broker.stats import Meter, link_stats, topic_stats
 from proto import limits
 from proto.errors import ErrorCode
 from proto.frames import Run
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 
     from broker.records import Delivery
     from proto.outbox import Outbox
+    from proto.stats import BrokerStats, LinkStats, TopicStats
 
 
 class Broker:
@@ -57,6 +59,7 @@ class Broker:
         self._sessions = count(1)
         self._routers: dict[int, Router] = {}
         self._capacity = Capacity(self.options.max_connections)
+        self._meter = Meter()
         self._connections: dict[Connection, None] = {}
         self._strangers: dict[Connection, None] = {}
         """Those that have not finished their handshake."""
@@ -82,8 +85,25 @@ class Broker:
         return str(self._url)
 
     def stats(self) -> BrokerStats:
-        """Return what it has done and holds."""
-        return collect(len(self._connections), self._routers.values())
+        """Return what it has done and holds. Two looks give rates: `later.rates_since(earlier)`."""
+        stats = self._meter.look(self._now(), self._connections, self._routers.values())
+        return replace(stats, broker=self.instance.hex(), refused_connections=self._capacity.refused)
+
+    def topic_stats(self) -> list[TopicStats]:
+        """Return the numbers of each topic of each domain."""
+        return [topic for domain, router in self._routers.items() for topic in topic_stats(domain, router)]
+
+    def link_stats(self) -> list[LinkStats]:
+        """Return the numbers of each link whose handshake is over."""
+        now = self._now()
+        return [
+            link
+            for domain, router in self._routers.items()
+            for link in link_stats(now, domain, router, self._joined[router])
+        ]
+
+    def _now(self) -> float:
+        return 0.0 if self._loop is None else self._loop.time()
 
     # Its life
 
@@ -91,6 +111,7 @@ class Broker:
         """Listen."""
         self._loop = asyncio.get_running_loop()
         self._drain = None
+        self._meter.started_at = self.loop.time()
         self._server = await self._listen()
         self._ticker = self._loop.create_task(self._tick())
         return self
@@ -172,6 +193,7 @@ class Broker:
         while True:
             await asyncio.sleep(tick)
             now = self.loop.time()
+            self._meter.lag.note(now, max(0.0, now - expected))
             # After a stall of our own the sockets have not been read yet: judge at the next tick.
             stalled, expected = now - expected > tick, now + tick
             if stalled:
@@ -206,6 +228,7 @@ class Broker:
 
     def connection_closed(self, connection: Connection) -> None:
         """A connection is gone."""
+        self._meter.ended(connection.channel)
         self._connections.pop(connection, None)
         self._strangers.pop(connection, None)
         self._dirty.pop(connection, None)

@@ -1,80 +1,151 @@
-"""What a broker has done and holds, as plain numbers."""
+"""Looks at a broker's graphs and links: what is behind `Broker.stats()`. Pure: time is an argument.
+
+Nothing is kept for this but counters where things happen; a look costs about as much as there are lanes,
+topics and links.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from broker.records import NodeRecord, ServiceRecord
+from proto.lag import LoopLag
+from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
+
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection, Iterable, Iterator, Mapping
 
+    from broker.connection import Connection
     from broker.router import Router
+    from proto.aio import Channel
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class BrokerStats:
-    """A snapshot.
+class Meter:
+    """What a broker counts beside its graphs.
 
-    `copies`, each message once for every link it was routed to, equals `accounted` at every moment. Each of
-    its terms is counted on its own, where it happens.
+    Attributes:
+        started_at: Loop time since which it listens.
+        lag: How late its ticker comes.
     """
 
-    connections: int
-    endpoints: int
-    """Nodes, publishers, subscriptions, services and clients."""
-    routed: int
-    """Messages that reached at least one link."""
-    copies: int
-    delivered: int
-    """Copies handed whole to a link's transport."""
-    dropped: int
-    """Copies dropped because a link was slower than its depth allows."""
-    abandoned: int
-    """Copies that waited when their last reader on the link left or was suspended."""
-    lost_on_break: int
-    """Copies that waited for a link that ended, or came while it was ending."""
-    leaving: int
-    """Copies of which some fragments are with the transport, and not yet the last."""
-    queued: int
-    """Copies that wait now."""
-    unmatched: int
-    """Messages that nobody was there to hear."""
-    stale: int
-    """Messages discarded because they had been seen."""
-    calls: int
-    refused_calls: int
-    pending_calls: int
-    late_replies: int
+    def __init__(self) -> None:
+        self.started_at = 0.0
+        self.lag = LoopLag()
+        self._bytes_received = self._bytes_sent = 0
 
-    @property
-    def accounted(self) -> int:
-        """Copies of which it is known what has become of them: all."""
-        return (
-            self.delivered + self.dropped + self.abandoned + self.lost_on_break + self.leaving + self.queued
+    def ended(self, channel: Channel) -> None:
+        """A connection is gone; its bytes still count."""
+        self._bytes_received += channel.bytes_received
+        self._bytes_sent += channel.bytes_sent
+
+    def look(self, now: float, connections: Collection[Connection], routers: Iterable[Router]) -> BrokerStats:
+        """Return the numbers of the whole broker."""
+        outboxes = [each.channel.outbox for each in connections]
+        return replace(
+            collect(len(connections), routers),
+            stamp_sec=now,
+            uptime_sec=now - self.started_at,
+            lag_last_sec=self.lag.last_sec,
+            lag_longest_sec=self.lag.longest_sec(now),
+            suspended=sum(each.suspended_at is not None for each in connections),
+            queued_bytes=sum(outbox.held_bytes for outbox in outboxes),
+            urgent_bytes=sum(outbox.urgent_bytes for outbox in outboxes),
+            ordered_bytes=sum(outbox.ordered_bytes for outbox in outboxes),
+            bytes_received=self._bytes_received + sum(each.channel.bytes_received for each in connections),
+            bytes_sent=self._bytes_sent + sum(each.channel.bytes_sent for each in connections),
         )
 
 
 def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
-    """Return the numbers of all graphs of a broker together."""
+    """Return the numbers of all graphs of a broker together; those of its links and its clock are missing."""
     graphs = list(routers)
     topics = [router.topics for router in graphs]
     services = [router.services for router in graphs]
     tallies = [topic.tallies()[0] for topic in topics]
+    publishers = [publisher for topic in topics for publisher in topic.publishers()]
     return BrokerStats(
         connections=connections,
         endpoints=sum(len(router.graph) for router in graphs),
+        topics=sum(len(topic.records()) for topic in topics),
         routed=sum(topic.routed for topic in topics),
         copies=sum(topic.copies for topic in topics),
         delivered=sum(tally.delivered for tally in tallies),
         dropped=sum(tally.dropped for tally in tallies),
+        dropped_for_bytes=sum(tally.dropped_for_bytes for tally in tallies),
         abandoned=sum(tally.abandoned for tally in tallies),
         lost_on_break=sum(tally.lost_on_break for tally in tallies),
         leaving=sum(tally.leaving for tally in tallies),
         queued=sum(tally.queued for tally in tallies),
+        latched=sum(publisher.latched_messages for publisher in publishers),
+        latched_bytes=sum(publisher.latched_bytes for publisher in publishers),
         unmatched=sum(topic.unmatched for topic in topics),
         stale=sum(topic.stale for topic in topics),
         calls=sum(service.calls for service in services),
         refused_calls=sum(service.refused for service in services),
         pending_calls=sum(service.pending for service in services),
         late_replies=sum(service.late for service in services),
+        definitions=sum(len(router.definitions) for router in graphs),
+        definition_bytes=sum(router.definitions.size_bytes for router in graphs),
     )
+
+
+def topic_stats(domain: int, router: Router) -> Iterator[TopicStats]:
+    """Return the numbers of each topic of a graph."""
+    _, tallies = router.topics.tallies()
+    for topic in router.topics.records():
+        tally = tallies.get(topic, topic.settled)
+        yield TopicStats(
+            domain=domain,
+            name=topic.name,
+            publishers=len(topic.publishers),
+            subscriptions=len(topic.subscriptions),
+            messages=topic.messages,
+            bytes=topic.bytes,
+            delivered=tally.delivered,
+            dropped=tally.dropped,
+            abandoned=tally.abandoned,
+            lost_on_break=tally.lost_on_break,
+            leaving=tally.leaving,
+            queued=tally.queued,
+        )
+
+
+def link_stats(
+    now: float, domain: int, router: Router, joined: Mapping[int, Connection]
+) -> Iterator[LinkStats]:
+    """Return the numbers of each link of a graph.
+
+    Args:
+        now: Loop time.
+        domain: The graph's number.
+        router: The graph.
+        joined: The connections of its peers, by peer.
+    """
+    queued: Counter[int] = Counter()
+    queued_bytes: Counter[int] = Counter()
+    for lane, _, number in router.topics.ways():
+        queued[number] += lane.pending
+        queued_bytes[number] += lane.pending_bytes
+    for number, connection in joined.items():
+        peer, channel = router.peer(number), connection.channel
+        endpoints = () if peer is None else tuple(peer.endpoints.values())
+        nodes = [endpoint.name for endpoint in endpoints if isinstance(endpoint, NodeRecord)]
+        yield LinkStats(
+            domain=domain,
+            session=connection.session,
+            agent=connection.agent,
+            nodes=tuple(nodes[:MAX_NODE_NAMES]),
+            endpoints=len(endpoints),
+            suspended=connection.suspended_at is not None,
+            silent_ms=round(1000 * connection.silent_s(now)),
+            queued=queued[number],
+            queued_bytes=queued_bytes[number],
+            waiting_bytes=channel.outbox.firm_bytes,
+            dropped=channel.outbox.dropped,
+            bytes_received=channel.bytes_received,
+            bytes_sent=channel.bytes_sent,
+            pending_calls=0 if peer is None else peer.pending_calls,
+            owed_calls=sum(len(server.pending) for server in endpoints if isinstance(server, ServiceRecord)),
+        )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from broker import credit
 from broker.allowances import Allowances
-from broker.lanes import DepartedLanes
+from broker.lanes import DepartedLanes, Way
 from broker.latched import latch, replays, unlatch
 from broker.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
 from broker.records import (
@@ -31,7 +31,7 @@ from proto.lane import Lane
 from proto.runs import cut, message_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Collection, Iterator
 
     from broker.records import Delivery, Peer
 
@@ -78,7 +78,7 @@ class Topics:
         """Match a publisher that is new or back."""
         self._departed.settle_some()
         self._publishers[publisher.key] = publisher
-        topic = self._topic(publisher.name)
+        topic = publisher.topic = self._topic(publisher.name)
         topic.publishers[publisher.key] = publisher
         self._notices, self._newcomer = 0, publisher
         for subscription in topic.subscriptions.values():
@@ -157,7 +157,7 @@ class Topics:
         if route.subscriptions:
             return
         del publisher.routes[peer.id]
-        self._departed.retire(route.lane, route.topic)
+        self._departed.retire(peer.id, route.lane, route.topic)
         self._emit(Discard(peer.id, route.lane))
 
     def _topic(self, name: str) -> TopicRecord:
@@ -302,13 +302,18 @@ class Topics:
         publisher = self._owned(peer, run.publisher)
         credit.check(publisher, run)
         seen = publisher.next_sequence - run.first_sequence
-        publisher.bytes += message_bytes(run)
+        size = message_bytes(run)
+        publisher.bytes += size
         if seen > 0:
             self.stale += min(seen, run.length)
             if seen >= run.length:
                 return
             run = cut(run, seen, run.length)
+            size = message_bytes(run)
         publisher.next_sequence = run.first_sequence + run.length
+        topic = publisher.topic
+        topic.messages += run.length
+        topic.bytes += size
         if publisher.keep:
             latch(publisher, run)
         routes = publisher.routes
@@ -375,16 +380,24 @@ class Topics:
 
     def tallies(self) -> tuple[Tally, dict[TopicRecord, Tally]]:
         """Return what has become of all copies, always `copies` together; and the same by topic."""
-        return self._departed.tallies(self._lanes_in_use())
+        return self._departed.tallies(self._ways_in_use())
 
-    def lanes(self) -> list[Lane]:
+    def ways(self) -> list[Way]:
         """Return all lanes, those of publishers and readers that have gone included."""
-        return [lane for lane, _ in (*self._lanes_in_use(), *self._departed.all())]
+        return [*self._ways_in_use(), *self._departed.all()]
 
-    def _lanes_in_use(self) -> Iterator[tuple[Lane, TopicRecord]]:
+    def _ways_in_use(self) -> Iterator[Way]:
         for publisher in self._publishers.values():
             for route in publisher.routes.values():
-                yield route.lane, route.topic
+                yield Way(route.lane, route.topic, route.peer.id)
+
+    def records(self) -> Collection[TopicRecord]:
+        """Return all topics that somebody has declared something on, and is not suspended."""
+        return self._topics.values()
+
+    def publishers(self) -> Collection[PublisherRecord]:
+        """Return all publishers, those that are suspended included."""
+        return self._publishers.values()
 
 
 def subscription_depth(qos: Qos) -> int | None:

@@ -140,13 +140,18 @@ class Lane:
             self.dropped_for_bytes += self._drop_first(self.pending - 1, kept)
         self._queue.extendleft(reversed(kept))
 
-    def drop_oldest_run(self) -> None:
-        """Drop the oldest run to make room on the link, but not the last message. Needs `pending` > 1."""
+    def drop_oldest_run(self) -> int:
+        """Drop the oldest run to make room on the link, but not the last message. Needs `pending` > 1.
+
+        Returns:
+            How many messages that were.
+        """
         kept: list[bytes] = []
         while not (gone := self._drop_first(self.pending - 1, kept)):
             pass
         self.dropped_for_bytes += gone
         self._queue.extendleft(reversed(kept))
+        return gone
 
     def _drop_first(self, most: int, kept: list[bytes]) -> int:
         """Drop at most `most` messages of the first run; return how many. A control frame goes to `kept`."""

@@ -33,6 +33,10 @@ class Liveness:
         self._seen_bytes = 0
         self._asked_at: float | None = None
 
+    def silent_s(self, now: float, bytes_received: int) -> float:
+        """Return how long ago a look has found bytes; 0 if more have come since the last look."""
+        return 0.0 if bytes_received != self._seen_bytes else max(0.0, now - self.heard_at)
+
     def look(self, now: float, bytes_received: int, limit_s: float) -> Finding:
         """Judge a peer that may be silent for `limit_s`, and from which so many bytes have come so far.
 

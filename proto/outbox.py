@@ -48,6 +48,7 @@ class Outbox:
         ordered_bytes: Bytes of control frames (REPLAY among them) that wait in lanes, in order with runs.
         held_bytes: What the messages that wait in all lanes take, as of the last `trim`.
         max_held_bytes: What they may take, or the fullest lanes are cut; the owner sets it.
+        dropped: Messages dropped here, in all, because the link was slow.
     """
 
     __slots__ = (
@@ -57,6 +58,7 @@ class Outbox:
         "_ready",
         "_touched",
         "_transfers",
+        "dropped",
         "held_bytes",
         "large_room",
         "max_held_bytes",
@@ -76,6 +78,7 @@ class Outbox:
         self.ordered_bytes = 0
         self.held_bytes = 0
         self.max_held_bytes = sys.maxsize
+        self.dropped = 0
 
     @property
     def firm_bytes(self) -> int:
@@ -219,6 +222,7 @@ class Outbox:
             dropped = lane.dropped
             lane.trim()
             if lane.dropped != dropped:
+                self.dropped += lane.dropped - dropped
                 self._schedule(lane)  # what stood behind messages without credit may go now
             self._recount(lane)
         self._touched.clear()
@@ -244,7 +248,7 @@ class Outbox:
         heapify(fullest)
         while fullest and self.held_bytes > enough:
             _, number, lane = fullest[0]
-            lane.drop_oldest_run()
+            self.dropped += lane.drop_oldest_run()
             self._recount(lane)
             if lane.pending > 1:
                 heapreplace(fullest, (-lane.held_bytes, number, lane))

@@ -255,7 +255,7 @@ def _broker_forgets(world: World) -> None:
         }
         if left:
             world.complain(f"without nodes the router holds {left}")
-        waiting = sum(not lane.empty for lane in router.topics.lanes())
+        waiting = sum(not way.lane.empty for way in router.topics.ways())
         if waiting:
             world.complain(f"without nodes something waits in {waiting} lanes")
 

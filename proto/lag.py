@@ -14,7 +14,7 @@ _BUCKETS: Final = 7
 
 
 class LoopLag:
-    """One loop's, as one node sees it. Pure: time is an argument.
+    """One loop's, as one node or one broker sees it. Pure: time is an argument.
 
     Attributes:
         last_sec: How late the last timer was.

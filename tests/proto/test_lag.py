@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from actors.lag import LoopLag
+from proto.lag import LoopLag
 
 
 def test_nothing_noted_is_no_lag() -> None:

@@ -1,0 +1,232 @@
+"""A broker's numbers: they add up with real traffic, by topic and by link, and rates follow."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.interfaces.std_msgs.msg import String
+from broker import Broker, BrokerOptions
+from proto import frames
+from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
+from tests.broker import frame_makers as make
+from tests.broker.rawclient import RawClient, hello, link, until
+from tests.simulation.stage import play
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from tests.simulation.stage import Stage
+
+
+@pytest.fixture
+async def broker() -> AsyncIterator[Broker]:
+    """A broker on a free port."""
+    async with Broker(BrokerOptions(port=0, drain_timeout_sec=0.2)) as running:
+        yield running
+
+
+def topics(broker: Broker) -> dict[tuple[int, str], TopicStats]:
+    """Return the topics by domain and name."""
+    return {(topic.domain, topic.name): topic for topic in broker.topic_stats()}
+
+
+def links(broker: Broker) -> dict[str, LinkStats]:
+    """Return the links by the name of their first node."""
+    return {each.nodes[0]: each for each in broker.link_stats() if each.nodes}
+
+
+async def publisher(client: RawClient, declaration: frames.Publisher) -> int:
+    """Declare a publisher; return its broker-wide id."""
+    client.send(declaration)
+    accepted = await client.next(frames.Accepted)
+    assert accepted.id == declaration.id
+    return accepted.number
+
+
+async def test_each_topic_and_each_link_has_its_own_numbers(broker: Broker) -> None:
+    """Messages, bytes and copies stand with the topic they were sent on, bytes with the link they crossed."""
+    async with link(broker, "/a") as a, link(broker, "/b") as b, link(broker, "/c") as c:
+        for reader in (b, c):
+            reader.send(make.subscription(1, "/x"))
+            await reader.synchronise()
+        x, y = await publisher(a, make.publisher(1, "/x")), await publisher(a, make.publisher(2, "/y"))
+        a.send(make.run(x, 0, 3, size=10), make.run(y, 0, 5, size=20), make.run(x, 1, 4, size=10))
+        for each in (a, b, c):
+            await each.synchronise()
+        by_name = topics(broker)
+        assert by_name[0, "/x"] == TopicStats(
+            domain=0, name="/x", publishers=1, subscriptions=2, messages=5, bytes=50, delivered=10,
+            dropped=0, abandoned=0, lost_on_break=0, leaving=0, queued=0,
+        )  # fmt: skip
+        assert (by_name[0, "/y"].messages, by_name[0, "/y"].bytes, by_name[0, "/y"].delivered) == (5, 100, 0)
+        stats = broker.stats()
+        assert (stats.topics, stats.routed, stats.unmatched, stats.stale) == (2, 5, 5, 2)
+        assert stats.delivered == sum(topic.delivered for topic in by_name.values())
+        by_node = links(broker)
+        for name, client in {"/a": a, "/b": b, "/c": c}.items():
+            assert by_node[name].bytes_received == client.channel.bytes_sent
+            assert by_node[name].bytes_sent == client.channel.bytes_received
+        assert stats.bytes_received == sum(each.bytes_received for each in by_node.values())
+        assert stats.bytes_sent == sum(each.bytes_sent for each in by_node.values())
+
+
+async def test_a_slow_link_shows_what_waits_for_it_and_what_it_lost(broker: Broker) -> None:
+    """Sent is delivered, dropped or queued; the drops and the queue are the slow link's."""
+    async with link(broker, "/a") as a, link(broker, "/slow") as slow, link(broker, "/quick") as quick:
+        for reader, depth in ((slow, 4), (quick, 1000)):
+            reader.send(make.subscription(1, qos={"depth": depth}))
+            await reader.synchronise()
+        number = await publisher(a, make.publisher(1))
+        slow.stop_reading()
+        sent = 0
+        while not links(broker)["/slow"].dropped:
+            a.send(make.run(number, sent, 1, size=100_000))
+            sent += 1
+            await quick.next(frames.Run)
+        (topic,) = broker.topic_stats()
+        by_node, stats = links(broker), broker.stats()
+        assert (topic.messages, topic.bytes) == (sent, 100_000 * sent)
+        assert topic.delivered + topic.dropped + topic.queued + topic.leaving == 2 * sent == stats.copies
+        assert by_node["/slow"].dropped == topic.dropped == stats.dropped
+        assert by_node["/slow"].queued == topic.queued == stats.queued == 4
+        assert by_node["/slow"].queued_bytes == 400_000 <= stats.queued_bytes
+        assert (by_node["/quick"].dropped, by_node["/quick"].queued, by_node["/quick"].queued_bytes) == (
+            0,
+            0,
+            0,
+        )
+
+
+async def test_calls_stand_with_who_asked_and_who_owes(broker: Broker) -> None:
+    """A hung server can be found: the calls that it owes are counted at its link."""
+    async with link(broker, "/asker") as asker, link(broker, "/server") as server:
+        server.send(make.service(1))
+        await server.synchronise()
+        asker.send(make.client(1), make.request(1, 7, 8, 9))
+        entries = (await server.next(frames.Request)).entries
+        by_node = links(broker)
+        assert (by_node["/asker"].pending_calls, by_node["/asker"].owed_calls) == (3, 0)
+        assert (by_node["/server"].pending_calls, by_node["/server"].owed_calls) == (0, 3)
+        server.send(make.reply(1, *(entry.call for entry in entries)))
+        await asker.next(frames.Reply)
+        by_node = links(broker)
+        assert (by_node["/asker"].pending_calls, by_node["/server"].owed_calls) == (0, 0)
+
+
+async def test_links_say_who_they_are(broker: Broker) -> None:
+    """Session, agent, domain, and the first of many nodes; a stranger is a connection and no link yet."""
+    async with link(broker, agent="many", domain=3) as many, RawClient().connected(broker):
+        many.send(*(frames.Node(number, f"/n{number}") for number in range(20)))
+        await many.synchronise()
+        (one,) = broker.link_stats()
+        assert (one.session, one.agent, one.domain, one.endpoints, one.suspended) == (1, "many", 3, 20, False)
+        assert one.nodes == tuple(f"/n{number}" for number in range(MAX_NODE_NAMES))
+        assert broker.stats().connections == 2
+
+
+async def test_latched_messages_and_definitions_are_counted_while_they_are_kept(broker: Broker) -> None:
+    """What is kept for late joiners goes with its publisher; definitions stay."""
+    async with link(broker, "/a") as a:
+        declared = make.publisher(1, qos={"durability": 1, "depth": 3})
+        number = await publisher(a, declared._replace(definition=b"definition"))
+        a.send(make.run(number, 0, 5, size=10))
+        await a.synchronise()
+        stats = broker.stats()
+        assert (stats.latched, stats.latched_bytes) == (3, 30)
+        assert (stats.definitions, stats.definition_bytes) == (1, 10)
+        a.send(frames.Undeclare(1))
+        await a.synchronise()
+        stats = broker.stats()
+        assert (stats.latched, stats.latched_bytes, stats.definitions) == (0, 0, 1)
+
+
+async def test_bytes_of_links_that_have_gone_still_count(broker: Broker) -> None:
+    """Totals never fall; what waited for a link is gone with it."""
+    async with link(broker, "/a") as a:
+        await a.synchronise()
+        before = broker.stats()
+        received, sent = a.channel.bytes_received, a.channel.bytes_sent
+    await until(lambda: not broker.stats().connections)
+    after = broker.stats()
+    assert (after.bytes_received, after.bytes_sent) == (sent, received)
+    assert after.bytes_received >= before.bytes_received
+    assert not broker.link_stats()
+
+
+async def test_two_looks_give_rates(broker: Broker) -> None:
+    """What was sent between two looks, per second of the broker's own clock."""
+    async with link(broker, "/a") as a:
+        number = await publisher(a, make.publisher(1))
+        before = broker.stats()
+        a.send(make.run(number, 0, 50))
+        await a.synchronise()
+        after = broker.stats()
+        rates = after.rates_since(before)
+        assert rates.unmatched * rates.seconds == pytest.approx(50)
+        assert after.uptime_sec - before.uptime_sec == pytest.approx(rates.seconds)
+        assert before.broker == broker.instance.hex()
+
+
+def test_a_broker_that_has_never_run_has_done_nothing() -> None:
+    """The numbers need no loop."""
+    idle = Broker()
+    assert idle.stats() == BrokerStats(broker=idle.instance.hex())
+    assert not idle.topic_stats() + idle.link_stats()
+
+
+async def test_connections_turned_away_are_counted() -> None:
+    """Who is too many is told so, and counts."""
+    options = BrokerOptions(port=0, max_connections=1, drain_timeout_sec=0.2)
+    async with Broker(options) as small, link(small, "/a"), RawClient().connected(small) as second:
+        second.send(hello())
+        await second.gone()
+        await until(lambda: small.stats().connections == 1)
+        assert small.stats().refused_connections == 1
+
+
+async def test_a_thousand_looks_change_nothing(broker: Broker) -> None:
+    """Looking is free of consequences: what has been counted and what waits stay as they are."""
+    async with link(broker, "/a") as a, link(broker, "/b") as b:
+        b.send(make.subscription(1, qos={"history": 2}, window=5))
+        await b.synchronise()
+        number = await publisher(a, make.publisher(1))
+        a.send(make.run(number, 0, 5))
+        await b.next(frames.Run)
+        await a.synchronise()
+        first = broker.stats(), broker.topic_stats()
+        for _ in range(1000):
+            broker.link_stats()
+            last = broker.stats(), broker.topic_stats()
+        assert last[1] == first[1]
+        assert last[0].accounted == first[0].accounted == last[0].copies == 5
+
+
+def test_a_loop_that_is_held_up_and_a_link_that_is_silent_are_seen() -> None:
+    """The ticker says how late it comes; a link that is cut off is silent, then suspended, and then back."""
+
+    async def scene(stage: Stage) -> None:
+        await stage.enter("talker")
+        listener = await stage.enter("listener")
+        (await stage.enter("other")).create_publisher(String, "t")
+        listener.create_subscription(String, "t", lambda _: None)
+        await asyncio.sleep(5)
+        assert stage.broker.stats().lag_longest_sec < 0.01
+        assert links(stage.broker)["/listener"].silent_ms < 2000
+        stage.network.partition("listener")
+        await stage.until(lambda: links(stage.broker)["/listener"].suspended)
+        assert links(stage.broker)["/listener"].silent_ms == pytest.approx(3000, abs=1500)
+        assert (stage.broker.stats().suspended, stage.broker.stats().connections) == (1, 3)
+        stage.network.heal()
+        await stage.until(lambda: stage.broker.stats().suspended == 0)
+        stage.loop.stall(0.7)
+        await asyncio.sleep(1)
+        stats = stage.broker.stats()
+        assert stats.lag_longest_sec == pytest.approx(0.5, abs=0.3)
+        assert stats.lag_last_sec < 0.01
+        await asyncio.sleep(100)
+        assert stage.broker.stats().lag_longest_sec < 0.01
+
+    play(scene)

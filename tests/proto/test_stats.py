@@ -1,0 +1,49 @@
+"""A broker's numbers as data: rates, and what another version sends."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields, replace
+from typing import Any
+
+import pytest
+
+from proto import limits
+from proto.stats import ADDING_UP, BrokerRates, BrokerStats
+
+
+def test_rates_are_differences_over_time() -> None:
+    """Every total is divided by the time between the looks, whatever came before."""
+    earlier = BrokerStats(broker="aa", stamp_sec=10.0, routed=100, bytes_sent=7, queued=3)
+    rates = replace(earlier, stamp_sec=14.0, routed=300, bytes_sent=9, queued=900).rates_since(earlier)
+    assert (rates.seconds, rates.routed, rates.bytes_sent) == (4.0, 50.0, 0.5)
+    others = {name: rate for name, rate in rates.as_dict().items() if rate}
+    assert set(others) == {"seconds", "routed", "bytes_sent"}
+
+
+def test_rates_have_the_totals_names() -> None:
+    """What adds up in the numbers is what rates tell."""
+    assert tuple(field.name for field in fields(BrokerRates)) == ("seconds", *ADDING_UP)
+
+
+@pytest.mark.parametrize("change", [{"stamp_sec": 10.0}, {"stamp_sec": 9.0}, {"broker": "bb"}])
+def test_rates_need_an_earlier_look_at_the_same_broker(change: dict[str, Any]) -> None:
+    """The same moment, an earlier one and another broker have no rates."""
+    earlier = BrokerStats(broker="aa", stamp_sec=10.0)
+    with pytest.raises(ValueError, match="an earlier look at the same broker"):
+        replace(replace(earlier, stamp_sec=11.0), **change).rates_since(earlier)
+
+
+def test_numbers_go_through_a_map_unchanged() -> None:
+    """They fit the wire's map, and JSON."""
+    stats = BrokerStats(broker="aa", stamp_sec=1.5, connections=3, dropped=4)
+    totals = stats.as_dict()
+    assert len(totals) <= limits.MAX_HEADER_MAP
+    assert BrokerStats.from_map(totals) == stats
+    assert BrokerStats.from_map(json.loads(json.dumps(totals))) == stats
+
+
+def test_another_versions_numbers_are_taken_as_far_as_they_are_known() -> None:
+    """New names, missing ones and wrong types do no harm."""
+    totals = {"connections": 3, "news": 4, "dropped": "many", "stamp_sec": None, "calls": True}
+    assert BrokerStats.from_map(totals) == BrokerStats(connections=3)
