@@ -146,7 +146,9 @@ class Client(Introspectable, Caller, Generic[Q, A]):
         if self.destroyed:
             self.require_alive()
         body = self._requests.encode(request)
-        self.core.link.require_fits(f"A request of '{self.srv_name}'", len(body))
+        link = self.core.link
+        if len(body) > link.largest:
+            link.require_fits(f"A request of '{self.srv_name}'", len(body))
         loop = self.core.require_loop()
         limit = self.core.default_call_timeout_sec if timeout_sec is None else timeout_sec
         if math.isnan(limit) or limit < 0:
@@ -156,7 +158,7 @@ class Client(Introspectable, Caller, Generic[Q, A]):
         future: CallFuture[A] = CallFuture(self, call, turn)
         if turn is not None:
             turn.call_started()
-        channel = self.core.link.channel
+        channel = link.channel
         if channel is None:
             self._fail(future, ServiceUnavailable(f"Service '{self.srv_name}': not connected to a broker"))
             return future
@@ -174,7 +176,7 @@ class Client(Introspectable, Caller, Generic[Q, A]):
         attributes = None
         if self._events is not None:
             attributes = self._tell_request(self._events, call, request)
-        self._outgoing.send(RequestEntry(call, remaining_ms, attributes, body), self, self.core.link)
+        self._outgoing.send(RequestEntry(call, remaining_ms, attributes, body), self, link)
         return future
 
     def _tell_request(self, events: ServiceEvents, call: int, request: Q) -> frames.Options:

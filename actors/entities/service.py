@@ -177,7 +177,8 @@ class Service(Introspectable, Server, Generic[Q, A]):
     def _reply(self, call: int, response: object, attributes: frames.Options | None) -> None:
         try:
             body = self._replies.encode(cast("A", response))
-            self.core.link.require_fits(f"A response of '{self.srv_name}'", len(body))
+            if len(body) > self.core.link.largest:
+                self.core.link.require_fits(f"A response of '{self.srv_name}'", len(body))
         except (TypeError, InvalidMessageError) as error:
             self._reply_error(call, Status.INVALID_REPLY, error)
             self.core.callback_failed(
