@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 class Stage:
     """The scene that is being played."""
 
-    def __init__(self, loop: SimulatedLoop, stack: AsyncExitStack) -> None:
+    def __init__(self, loop: SimulatedLoop, stack: AsyncExitStack, options: BrokerOptions) -> None:
         self.loop = loop
+        self.options = options
         self.network = loop.network
         self.broker: Broker
         self._stack = stack
@@ -42,7 +43,7 @@ class Stage:
         self._broker_stop = asyncio.Event()
 
         async def run() -> None:
-            async with Broker(BrokerOptions()) as self.broker:
+            async with Broker(self.options) as self.broker:
                 ready.set()
                 await self._broker_stop.wait()
 
@@ -72,12 +73,17 @@ class Stage:
         return self.loop.time() - began
 
 
-def play(scene: Callable[[Stage], Coroutine[Any, Any, None]], seed: int = 0) -> None:
+def play(
+    scene: Callable[[Stage], Coroutine[Any, Any, None]],
+    seed: int = 0,
+    *,
+    options: BrokerOptions | None = None,
+) -> None:
     """Run a scene with a broker; nothing may be left of it at the end."""
 
     async def main(loop: SimulatedLoop) -> None:
         async with AsyncExitStack() as stack:
-            stage = Stage(loop, stack)
+            stage = Stage(loop, stack, options or BrokerOptions())
             await stage.start_broker()
             await scene(stage)
             stage.network.heal()
