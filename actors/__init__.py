@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from actors.arguments import InvalidRosArgumentError as InvalidRosArgumentError
     from actors.arguments import RosArguments as RosArguments
     from actors.arguments import parse_ros_arguments as parse_ros_arguments
+    from actors.broker_stats import BrokerReport as BrokerReport
+    from actors.broker_stats import BrokerReportRates as BrokerReportRates
     from actors.clock import Clock as Clock
     from actors.clock import ClockType as ClockType
     from actors.clock import Duration as Duration
@@ -107,9 +109,14 @@ if TYPE_CHECKING:
     from proto.errors import InvalidTopicNameError as InvalidTopicNameError
     from proto.errors import InvalidUrlError as InvalidUrlError
     from proto.frames import EntryKind as EntryKind
+    from proto.stats import BrokerRates as BrokerRates
+    from proto.stats import BrokerStats as BrokerStats
+    from proto.stats import LinkStats as LinkStats
+    from proto.stats import TopicStats as TopicStats
 
 _HOMES = {
     "actors.arguments": ("InvalidRosArgumentError", "RosArguments", "parse_ros_arguments"),
+    "actors.broker_stats": ("BrokerReport", "BrokerReportRates"),
     "actors.entities.client": ("Client",),
     "actors.clock": ("Clock", "ClockType", "Duration", "Time"),
     "actors.diagnostics": ("NodeDiagnostics", "NodeRates"),
@@ -189,6 +196,7 @@ _HOMES = {
         "InvalidUrlError",
     ),
     "proto.frames": ("EntryKind",),
+    "proto.stats": ("BrokerRates", "BrokerStats", "LinkStats", "TopicStats"),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 

@@ -9,9 +9,9 @@ import asyncio
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Protocol
 
+from actors.asking import QUERY_TIMEOUT_SEC, answered, connected
 from actors.core import Core, in_flight
 from actors.diagnostics import Size
-from actors.errors import BrokerUnreachable, WaitTimeout
 from actors.qos import QoSProfile
 from proto import frames
 from proto.frames import EntryKind, GraphEntry
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
 NamesAndTypes = list[tuple[str, list[str]]]
-
-QUERY_TIMEOUT_SEC = 5.0
 
 FIRST_QUESTION: Final = 1 << 31
 """Ids of questions begin here; those below are the link's."""
@@ -181,7 +179,7 @@ class GraphView:
         Raises:
             BrokerUnreachable: No broker within `timeout_sec`, or the link broke meanwhile.
         """
-        await self._connected(timeout_sec)
+        await connected(self._core, timeout_sec)
         link = self._core.link
         assert link.channel is not None
         session = link.connections
@@ -189,7 +187,7 @@ class GraphView:
         self._definitions.setdefault(type_hash, []).append(waiter)
         try:
             link.channel.send(frames.Describe(type_hash))
-            await self._answered(waiter.done, session, timeout_sec)
+            await answered(self._core, waiter.done, session, timeout_sec)
         finally:
             self._give_up(type_hash, waiter)
         return waiter.result()
@@ -202,36 +200,15 @@ class GraphView:
             if not waiters:
                 del self._definitions[type_hash]
 
-    async def _connected(self, timeout_sec: float) -> None:
-        link = self._core.link
-        try:
-            await self._core.wait_until(lambda: link.connected, "Connecting", timeout_sec)
-        except WaitTimeout as error:
-            raise BrokerUnreachable(f"No broker at {link.place}") from error
-
     async def _wait(self, condition: Callable[[], bool], watch: _Watch, timeout_sec: float) -> None:
         link = self._core.link
         try:
-            await self._connected(timeout_sec)
+            await connected(self._core, timeout_sec)
             if watch.session != link.connections:
                 self._ask(watch)
-            await self._answered(condition, watch.session, timeout_sec)
+            await answered(self._core, condition, watch.session, timeout_sec)
         finally:
             self._close(watch)
-
-    async def _answered(self, condition: Callable[[], bool], session: int, timeout_sec: float) -> None:
-        """Wait until the broker has answered what it was asked in a session."""
-        link = self._core.link
-        try:
-            await self._core.wait_until(
-                lambda: condition() or link.connections != session or not link.connected,
-                "The broker's answer",
-                timeout_sec,
-            )
-        except WaitTimeout as error:
-            raise BrokerUnreachable(f"No answer from the broker at {link.place}") from error
-        if not condition():
-            raise BrokerUnreachable(f"The link to the broker at {link.place} broke")
 
     def _open(self, *, keep: bool) -> _Watch:
         self._next_id += 1

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar, overload
 
 from actors import environment
 from actors.arguments import RosArguments, parse_ros_arguments
+from actors.broker_stats import BrokerView
 from actors.clock import Clock
 from actors.core import DEFAULT_CALL_TIMEOUT_SEC, Core
 from actors.decorators import declared
@@ -124,6 +125,7 @@ class Node(NodeGraph, NodeParameters):
             slow_callback_sec=slow_callback_sec,
         )
         self._graph = GraphView(self._core)
+        self._broker = BrokerView(self._core)
         self._clock = Clock()
         self._parameters = ParameterStore(
             overrides=parameter_overrides,
@@ -178,7 +180,7 @@ class Node(NodeGraph, NodeParameters):
 
         Two looks give rates: `later.rates_since(earlier)`.
         """
-        return diagnose(self._core, self._graph, self._lifetime)
+        return diagnose(self._core, self._graph, self._broker, self._lifetime)
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
         """Return the full name of a topic, remapped unless `only_expand`."""

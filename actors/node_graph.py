@@ -9,6 +9,7 @@ from proto.frames import EntryKind
 from proto.names import expand_topic_name, full_node_name, split_node_name
 
 if TYPE_CHECKING:
+    from actors.broker_stats import BrokerReport, BrokerView
     from actors.core import Core
     from actors.graph import EndpointInfo, GraphPicture, GraphView, NamesAndTypes
 
@@ -24,10 +25,15 @@ class NodeGraph:
 
     _core: Core
     _graph: GraphView
+    _broker: BrokerView
 
     async def get_graph(self) -> GraphPicture:
         """Return the whole graph at this moment."""
         return await self._graph.snapshot()
+
+    async def get_broker_stats(self) -> BrokerReport:
+        """Return what the broker has done and holds, in all and by topic and link. Two give rates."""
+        return await self._broker.report()
 
     async def get_node_names(self) -> list[str]:
         """Return the names of all nodes, without their namespaces."""

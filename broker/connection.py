@@ -26,6 +26,9 @@ CATCH_UP: Final = 1
 TICKS_PER_KEEPALIVE: Final = 6
 """Looks at a peer within the time that it may be silent."""
 
+_OWN_FRAMES: Final = frozenset({frames.Goodbye, frames.Error, frames.Pong, frames.Inspect})
+"""What is not for the router."""
+
 
 class Connection:
     """A ChannelHandler: between one channel and its graph's router.
@@ -56,6 +59,8 @@ class Connection:
         self.suspended_at: float | None = None
         self._liveness = Liveness(self.opened_at)
         self._watched_closely = False
+        self._questions: list[int] = []
+        """Ids of INSPECTs of this read: one look at everything answers all of them."""
 
     def opened(self) -> None:
         """ChannelHandler: somebody has connected."""
@@ -66,19 +71,25 @@ class Connection:
         if self.router is not None:
             if self.suspended_at is not None:
                 self.restore()
-            if type(frame) is frames.Goodbye:
-                self._leave()
-            elif type(frame) is frames.Error:
-                logger.warning("%s closed its link: %s", self, shown(frame.text))
-                self.channel.close()
-            elif type(frame) is not frames.Pong:
+            if type(frame) in _OWN_FRAMES:
+                self._take_own(frame)
+            else:
                 self._broker.deliver(self.router, self.router.handle(self.peer, frame))
-            elif frame.token == CATCH_UP:
-                self._broker.caught_up(self)
         elif isinstance(frame, frames.Hello):
             self._greet(frame)
         else:
             self.channel.close()
+
+    def _take_own(self, frame: frames.Frame) -> None:
+        if isinstance(frame, frames.Goodbye):
+            self._leave()
+        elif isinstance(frame, frames.Error):
+            logger.warning("%s closed its link: %s", self, shown(frame.text))
+            self.channel.close()
+        elif isinstance(frame, frames.Inspect):
+            self._questions.append(frame.id)
+        elif isinstance(frame, frames.Pong) and frame.token == CATCH_UP:
+            self._broker.caught_up(self)
 
     def _greet(self, hello: frames.Hello) -> None:
         if hello.version != limits.PROTOCOL_VERSION:
@@ -111,6 +122,9 @@ class Connection:
         """ChannelHandler: one read has been handled; send what it caused."""
         if self.suspended_at is not None:
             self.restore()  # a PING came: any bytes count
+        if self._questions:
+            questions, self._questions = self._questions, []
+            self._broker.tell_stats(self, questions)
         self._broker.flush()
 
     def room(self) -> None:

@@ -6,7 +6,6 @@ are forgotten, and their numbers stay.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -108,12 +107,12 @@ class DepartedLanes:
         Args:
             in_use: All lanes that are not here.
         """
-        total = replace(self._settled)
+        total = self._settled.copy()
         topics: dict[TopicRecord, Tally] = {}
         for lane, topic, _ in chain(in_use, self.all()):
             tally = topics.get(topic)
             if tally is None:
-                tally = topics[topic] = replace(topic.settled)
+                tally = topics[topic] = topic.settled.copy()
             tally.add(lane)
             total.add(lane)
         return total, topics

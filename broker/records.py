@@ -221,6 +221,18 @@ class Tally:
     queued: int = 0
     leaving: int = 0
 
+    def copy(self) -> Tally:
+        """Return another with the same counts."""
+        return Tally(
+            self.delivered,
+            self.dropped,
+            self.dropped_for_bytes,
+            self.abandoned,
+            self.lost_on_break,
+            self.queued,
+            self.leaving,
+        )
+
     def add(self, lane: Lane) -> None:
         """Count what has become of a lane's messages so far."""
         self.delivered += lane.sent

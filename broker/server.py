@@ -25,7 +25,7 @@ from broker.errors import AddressInUseError, ListenError, listen_error
 from broker.options import BrokerOptions
 from broker.records import CancelCalls, Discard, Queue, Send, SendCalls
 from broker.router import Router
-from broker.stats import Meter, link_stats, topic_stats
+from broker.stats import Meter, answer, link_stats, topic_stats
 from proto import limits
 from proto.errors import ErrorCode
 from proto.frames import Run
@@ -101,6 +101,18 @@ class Broker:
             for domain, router in self._routers.items()
             for link in link_stats(now, domain, router, self._joined[router])
         ]
+
+    def tell_stats(self, connection: Connection, questions: Iterable[int]) -> None:
+        """Answer a connection's INSPECTs: the numbers of the broker, and of the domain that it has joined."""
+        router = connection.router
+        if router is None:  # it has said goodbye meanwhile
+            return
+        domain = next(number for number, each in self._routers.items() if each is router)
+        totals, topics = self.stats(), tuple(topic_stats(domain, router))
+        links = tuple(link_stats(self._now(), domain, router, self._joined[router]))
+        for question in questions:
+            pieces = answer(question, totals, topics, links)
+            self.deliver(router, [Send(connection.peer, piece) for piece in pieces])
 
     def _now(self) -> float:
         return 0.0 if self._loop is None else self._loop.time()

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from broker.records import NodeRecord, ServiceRecord
+from proto import frames
 from proto.lag import LoopLag
 from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
 
@@ -20,6 +21,13 @@ if TYPE_CHECKING:
     from broker.connection import Connection
     from broker.router import Router
     from proto.aio import Channel
+
+
+EntryT = TypeVar("EntryT")
+
+TOPICS_PER_FRAME: Final = 500
+LINKS_PER_FRAME: Final = 40
+"""Keep a STATS frame below limits.MAX_FRAME_BYTES, however long the names are."""
 
 
 class Meter:
@@ -149,3 +157,22 @@ def link_stats(
             pending_calls=0 if peer is None else peer.pending_calls,
             owed_calls=sum(len(server.pending) for server in endpoints if isinstance(server, ServiceRecord)),
         )
+
+
+def answer(
+    question: int, totals: BrokerStats, topics: tuple[TopicStats, ...], links: tuple[LinkStats, ...]
+) -> Iterator[frames.Stats]:
+    """Return the numbers as the frames that answer an INSPECT."""
+    pieces: list[tuple[tuple[TopicStats, ...], tuple[LinkStats, ...]]] = [
+        *((part, ()) for part in _slices(topics, TOPICS_PER_FRAME)),
+        *(((), part) for part in _slices(links, LINKS_PER_FRAME)),
+    ]
+    shown: frames.Options = totals.as_dict()
+    for number, piece in enumerate(pieces or [((), ())], 1):
+        yield frames.Stats(question, number < len(pieces), shown, *piece)
+        shown = {}
+
+
+def _slices(entries: tuple[EntryT, ...], size: int) -> Iterator[tuple[EntryT, ...]]:
+    for start in range(0, len(entries), size):
+        yield entries[start : start + size]

@@ -35,8 +35,10 @@ from proto.frames import (
     Request,
     RequestEntry,
     Run,
+    Stats,
 )
 from proto.kinds import KINDS
+from proto.stats import LinkStats, TopicStats
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -118,6 +120,8 @@ def _entries(kind: type[Any], width: int) -> Callable[[Any], tuple[Any, ...]]:
 _requests: Final = _entries(RequestEntry, 4)
 _replies: Final = _entries(ReplyEntry, 5)
 _graph_entries: Final = _entries(GraphEntry, 7)
+_topics: Final = _entries(TopicStats, 12)
+_links: Final = _entries(LinkStats, 15)
 
 
 def _request(endpoint: int, entries: Any) -> Frame:
@@ -132,13 +136,18 @@ def _graph(watch: int, more: bool, added: Any, *keys: tuple[int, ...]) -> Frame:
     return Graph(watch, more, _graph_entries(added), *keys)
 
 
+def _stats(question: int, more: bool, totals: Options, topics: Any, links: Any) -> Frame:  # noqa: FBT001
+    return Stats(question, more, totals, _topics(topics), _links(links))
+
+
 _NESTED: Final[Mapping[int, Callable[..., Frame]]] = {
     Op.REQUEST: _request,
     Op.REPLY: _reply,
     Op.GRAPH: _graph,
+    Op.STATS: _stats,
 }
 
-_LISTS: Final = frozenset({"u32s", "u64s", "requests", "replies", "graph"})
+_LISTS: Final = frozenset({"u32s", "u64s", "requests", "replies", "graph", "topics", "links"})
 
 
 class _Plan(NamedTuple):

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from enum import IntEnum
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+if TYPE_CHECKING:
+    from proto.stats import LinkStats, TopicStats
 
 Buffer: TypeAlias = bytes | bytearray | memoryview
 Scalar: TypeAlias = str | bytes | int | float | bool | None
@@ -58,6 +61,8 @@ class Op(IntEnum):
     GRAPH = 52
     DESCRIBE = 53
     DEFINITION = 54
+    INSPECT = 55
+    STATS = 56
 
 
 class NoticeKind(IntEnum):
@@ -465,6 +470,22 @@ class Definition(NamedTuple):
     definition: bytes | None
 
 
+class Inspect(NamedTuple):
+    """Asks for the broker's numbers."""
+
+    id: int
+
+
+class Stats(NamedTuple):
+    """A piece of the broker's numbers, `totals` in the first. `more`: they go on in the next STATS frame."""
+
+    id: int
+    more: bool
+    totals: Options
+    topics: tuple[TopicStats, ...]
+    links: tuple[LinkStats, ...]
+
+
 Frame: TypeAlias = (
     Hello
     | Welcome
@@ -500,6 +521,8 @@ Frame: TypeAlias = (
     | Graph
     | Describe
     | Definition
+    | Inspect
+    | Stats
 )
 
 
@@ -546,6 +569,8 @@ SPECS: Mapping[int, Spec] = {
     Op.GRAPH: Spec(Graph, ("u32", "bool", "graph", "u64s", "u64s")),
     Op.DESCRIBE: Spec(Describe, ("str",)),
     Op.DEFINITION: Spec(Definition, ("str", "definition?")),
+    Op.INSPECT: Spec(Inspect, ("u32",)),
+    Op.STATS: Spec(Stats, ("u32", "bool", "map", "topics", "links")),
 }
 
 OPCODES: Mapping[type, int] = {spec.frame: op for op, spec in SPECS.items() if isinstance(spec.frame, type)}

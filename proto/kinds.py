@@ -77,6 +77,27 @@ def _is_graph_entry(value: Any) -> bool:
     return _is_u64(key) and _is_u32(kind) and all(type(text) is str for text in texts) and _is_flat_map(qos)
 
 
+def _is_topic(value: Any) -> bool:
+    if value.__class__ is not tuple or len(value) < 12:
+        return False
+    domain, name, *counts = value[:12]
+    return _is_u32(domain) and type(name) is str and all(map(_is_u64, counts))
+
+
+def _is_link(value: Any) -> bool:
+    if value.__class__ is not tuple or len(value) < 15:
+        return False
+    domain, session, agent, nodes, endpoints, suspended, *counts = value[:15]
+    return (
+        _is_u32(domain)
+        and type(agent) is str
+        and nodes.__class__ is tuple
+        and all(type(node) is str for node in nodes)
+        and type(suspended) is bool
+        and all(map(_is_u64, (session, endpoints, *counts)))
+    )
+
+
 KINDS: Mapping[str, Check] = {
     "u32": _is_u32,
     "u32?": _optional(_is_u32),
@@ -96,5 +117,7 @@ KINDS: Mapping[str, Check] = {
     "requests": _sequence_of(_is_request),
     "replies": _sequence_of(_is_reply),
     "graph": _sequence_of(_is_graph_entry),
+    "topics": _sequence_of(_is_topic),
+    "links": _sequence_of(_is_link),
 }
 """By the names that frames.SPECS uses."""

@@ -51,6 +51,7 @@ FROM_CLIENT: frozenset[FrameType] = _EITHER | {
     frames.Watch,
     frames.Unwatch,
     frames.Describe,
+    frames.Inspect,
 }
 """What a client may send in an open session."""
 
@@ -64,6 +65,7 @@ FROM_BROKER: frozenset[FrameType] = _EITHER | {
     frames.Replay,
     frames.Graph,
     frames.Definition,
+    frames.Stats,
 }
 """What a broker may send in an open session."""
 

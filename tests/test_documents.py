@@ -54,7 +54,7 @@ def test_every_callboard_command_in_the_documents_exists(command: str) -> None:
 def test_the_program_about_diagnostics_runs() -> None:
     """It says how many messages came, what the callback took, and how late the loop was."""
     text = (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8")
-    (program,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    program, _ = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT
     )
@@ -64,6 +64,20 @@ def test_the_program_about_diagnostics_runs() -> None:
         r"loop late by [\d.]+ ms at worst in the last minute\n",
         done.stdout,
     )
+
+
+def test_the_program_about_the_broker_runs() -> None:
+    """It says what went through the broker, and what waits for whom."""
+    text = (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8")
+    _, program = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT
+    )
+    assert done.returncode == 0, done.stderr
+    assert re.match(r"\d+ copies/s, [\d.]+ kB/s in\n", done.stdout)
+    assert re.search(r"^/chatter: \d+ messages/s, 0 dropped$", done.stdout, re.MULTILINE)
+    for node in ("/listener", "/talker"):
+        assert f"{node}: 0 wait, 0 dropped, 0 calls owed\n" in done.stdout
 
 
 def test_the_table_of_limits_knows_the_code() -> None:

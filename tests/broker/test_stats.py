@@ -9,7 +9,9 @@ import pytest
 
 from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
-from proto import frames
+from broker.stats import answer
+from proto import frames, limits
+from proto.codec import encode
 from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
@@ -230,3 +232,47 @@ def test_a_loop_that_is_held_up_and_a_link_that_is_silent_are_seen() -> None:
         assert stage.broker.stats().lag_longest_sec < 0.01
 
     play(scene)
+
+
+def test_answers_fit_the_largest_names() -> None:
+    """However long the names, no STATS frame is larger than a frame may be."""
+    name = "/" + "n" * 246
+    topic = TopicStats(2**32 - 1, name, *[2**64 - 1] * 10)
+    nodes = (f"/{'n' * 244}/{'n' * 255}",) * MAX_NODE_NAMES
+    one = LinkStats(2**32 - 1, 2**64 - 1, "\U0001f680" * 80, nodes, 2**64 - 1, True, *[2**64 - 1] * 9)
+    pieces = list(answer(1, BrokerStats(), (topic,) * 1200, (one,) * 100))
+    assert max(len(encode(piece)) for piece in pieces) < limits.MAX_FRAME_BYTES
+    assert sum(len(piece.topics) for piece in pieces) == 1200
+    assert sum(len(piece.links) for piece in pieces) == 100
+    (only,) = answer(1, BrokerStats(), (), ())
+    assert BrokerStats.from_map(only.totals) == BrokerStats()
+
+
+async def test_questions_of_one_read_share_a_look(broker: Broker) -> None:
+    """Each is answered under its own id; the numbers are of one moment, after all of the read's frames."""
+    async with link(broker, "/a") as a:
+        a.send(frames.Inspect(5), frames.Inspect(6), make.publisher(1), frames.Inspect(7))
+        pieces = [await a.next(frames.Stats) for _ in range(6)]  # topics, and then links
+        assert [(piece.id, piece.more) for piece in pieces] == [
+            (number, more) for number in (5, 6, 7) for more in (True, False)
+        ]
+        assert all(piece.totals == pieces[0].totals for piece in pieces[::2])
+        assert pieces[0].totals["endpoints"] == 2
+        assert [topic.name for topic in pieces[0].topics] == ["/t"]
+        a.send(frames.Inspect(8), frames.Goodbye(""))
+        await a.gone()
+        assert a.problem is None
+
+
+async def test_who_asks_for_numbers_without_reading_them_is_cut_off() -> None:
+    """The answers count among the control frames that may wait for a link; nobody else feels it."""
+    options = BrokerOptions(port=0, max_queue_bytes=65_536, drain_timeout_sec=0.2)
+    async with Broker(options) as small, link(small, "/deaf") as deaf, link(small, "/other") as other:
+        deaf.send(*(make.publisher(number, f"/t{number}") for number in range(1, 500)))
+        await deaf.synchronise()
+        deaf.stop_reading()
+        while small.stats().connections == 2:
+            deaf.send(*[frames.Inspect(1)] * 20)
+            await other.synchronise()
+        await other.synchronise()
+        assert small.stats().connections == 1

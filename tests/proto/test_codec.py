@@ -16,6 +16,7 @@ from proto import frames, kinds, limits
 from proto.codec import array_head, decode, encode, ends_from_bytes, ends_to_bytes
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import SPECS, Frame, GraphEntry, Op, ReplyEntry, RequestEntry
+from proto.stats import LinkStats, TopicStats
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -52,6 +53,11 @@ KIND_STRATEGIES: dict[str, st.SearchStrategy[Any]] = {
     "graph": st.lists(st.builds(GraphEntry, U64, U32, TEXT, TEXT, TEXT, TEXT, FLAT_MAP), max_size=3).map(
         tuple
     ),
+    "topics": st.lists(st.builds(TopicStats, U32, TEXT, *[U64] * 10), max_size=3).map(tuple),
+    "links": st.lists(
+        st.builds(LinkStats, U32, U64, TEXT, st.lists(TEXT).map(tuple), U64, st.booleans(), *[U64] * 9),
+        max_size=3,
+    ).map(tuple),
 }
 GOOD: dict[str, object] = {
     "u32": 7,
@@ -72,8 +78,12 @@ GOOD: dict[str, object] = {
     "requests": ((1, 1000, None, b"a"), (2, None, {"k": 1}, b"")),
     "replies": ((1, 0, False, None, b"a"),),
     "graph": ((1, 0, "/n", "", "", "", {}),),
+    "topics": ((0, "/t", *range(10)),),
+    "links": ((0, 1, "test", ("/n",), 2, False, *range(9)),),
 }
 ANYTHING: tuple[object, ...] = (
+    ((0, "/t", *range(9)),), ((0, "/t", *range(9), -1),), ((0, 1, "test", (1,), 2, False, *range(9)),),
+    ((0, 1, "test", ("/n",), 2, 0, *range(9)),),
     None, True, -1, 2**32, 2**64 - 1, 0.5, float("nan"), "", "x", b"", b"x", bytes(16), (), (None,), {},
     {"k": {}}, {b"k": 1}, {"k": (1,)}, msgpack.ExtType(5, b""),
     ((1, None, None, "text"),), ((1, 0, True, None, b""),),
@@ -235,13 +245,16 @@ def test_truncated_headers_and_trailing_bytes(op: int) -> None:
 
 
 def test_extra_fields_in_entries_are_ignored() -> None:
-    """§8: entries of REQUEST, REPLY and GRAPH may grow at their end, too."""
+    """§8: entries of REQUEST, REPLY, GRAPH and STATS may grow at their end, too."""
     raw = header_of(Op.REQUEST, [5, ((1, None, None, b"body", "later", 9),)])
     assert decode(raw) == frames.Request(5, (RequestEntry(1, None, None, b"body"),))
     raw = header_of(Op.REPLY, [5, ((1, 0, False, None, b"body", "later"),)])
     assert decode(raw) == frames.Reply(5, (ReplyEntry(1, 0, False, None, b"body"),))
     raw = header_of(Op.GRAPH, [5, False, ((1, 0, "/n", "", "", "", {}, None),), (), ()])
     assert decode(raw) == frames.Graph(5, False, (GraphEntry(1, 0, "/n", "", "", "", {}),), (), ())
+    topic, link = (0, "/t", *range(10)), (0, 1, "test", ("/n",), 2, False, *range(9))
+    raw = header_of(Op.STATS, [5, False, {}, ((*topic, "later"),), ((*link, "later"),)])
+    assert decode(raw) == frames.Stats(5, False, {}, (TopicStats(*topic),), (LinkStats(*link),))
 
 
 HOSTILE: dict[str, bytes] = {

@@ -50,6 +50,8 @@ KIND_TEXTS = {
     "requests": "array of [call: u64, remaining_ms: u32?, attributes: map?, body: bin]",
     "replies": "array of [call: u64, status: u32, more: false, attributes: map?, body: bin]",
     "graph": "array of [key: u64, kind: u32, node: str, name: str, type name: str, type hash: str, qos: map]",
+    "topics": "array of the entries of §5.6.3",
+    "links": "array of the entries of §5.6.4",
 }
 SENDERS = {
     (True, True): "client and broker",
