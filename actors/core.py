@@ -206,6 +206,8 @@ class Entity:
             return
         self.destroyed = True
         self.core.entities.pop(self, None)
+        if self.events is not None:
+            self.events.stop()
         self.core.link.remove(self)
         self.core.link.wake()
 

@@ -172,6 +172,10 @@ class Event:
             self._due = True
             loop.call_soon(self._core.mailbox.post, self)
 
+    def stop(self) -> None:
+        """Tell nothing more; what has not been told is not told."""
+        self._callback = None
+
     def has_work(self) -> bool:
         """Source: whether there is something to tell."""
         return self._due
@@ -251,6 +255,14 @@ class EntityEvents:
         if event is None or (self._log_misfits and not event.is_wanted):
             self._core.log.warning(notice.text)
 
+    def stop(self) -> None:
+        """The entity has been destroyed: nobody is told of anything any more."""
+        for event in self._all():
+            event.stop()
+
+    def _all(self) -> list[Event]:
+        return [self.deadline, self.matched, self.incompatible_qos, self.incompatible_type]
+
 
 class PublisherEvents(EntityEvents):
     """The events of a publisher."""
@@ -259,6 +271,9 @@ class PublisherEvents(EntityEvents):
         what = f"the publisher on '{topic}'"
         super().__init__(core, what, callbacks)
         self.liveliness = Event(core, what, LivelinessLostInfo, callbacks.liveliness)
+
+    def _all(self) -> list[Event]:
+        return [*super()._all(), self.liveliness]
 
 
 class SubscriptionEvents(EntityEvents):
@@ -269,6 +284,9 @@ class SubscriptionEvents(EntityEvents):
         super().__init__(core, what, callbacks)
         self.liveliness = Event(core, what, LivelinessChangedInfo, callbacks.liveliness, 2)
         self.message_lost = Event(core, what, MessageLostInfo, callbacks.message_lost)
+
+    def _all(self) -> list[Event]:
+        return [*super()._all(), self.liveliness, self.message_lost]
 
 
 def _policy_kind(number: int) -> QoSPolicyKind:

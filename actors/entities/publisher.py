@@ -253,6 +253,8 @@ class Publisher(Entity, Generic[T]):
         self.flush_turn()
         self.destroyed = True
         self._promises.stop()
+        if self.events is not None:
+            self.events.stop()
         self._room = 0
         self.core.entities.pop(self, None)
         if self._live:

@@ -70,3 +70,23 @@ def test_after_a_stall_it_looks_twice() -> None:
         dog.stop()
 
     played(scene)
+
+
+def test_who_was_stopped_watches_anew_when_fed() -> None:
+    """Stopping a dog that was never fed does no harm, and hunger from before a stop does not count."""
+
+    async def scene(loop: SimulatedLoop) -> None:
+        barks: list[float] = []
+        dog = Watchdog(loop, 1.0, lambda periods: barks.append(round(loop.time(), 3)))
+        dog.stop()
+        dog.feed()
+        await asyncio.sleep(0.9)
+        dog.stop()
+        await asyncio.sleep(5.1)
+        assert barks == []
+        dog.feed()
+        await asyncio.sleep(1.5)
+        assert barks == [7.0]
+        dog.stop()
+
+    played(scene)
