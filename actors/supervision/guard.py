@@ -30,13 +30,19 @@ SHELL: Final = "/bin/sh"
 END_TIMEOUT_SEC: Final = 5.0
 """What the guard gets for its act."""
 
+# A child writes its `+` itself, and its `-` is written when it is gone. So no `-` overtakes its `+`, but it
+# may come without one: a child that is stopped at once has written nothing.
 _GUARD: Final = """
 trap "" INT TERM HUP
-groups=" "
+groups=
 while read -r sign group; do
     case $sign in
-    +) groups="$groups$group " ;;
-    -) groups="${groups%%" $group "*} ${groups#*" $group "}" ;;
+    +) groups="$groups $group" ;;
+    -)
+        others=
+        for each in $groups; do [ "$each" = "$group" ] || others="$others $each"; done
+        groups=$others
+        ;;
     esac
 done
 for group in $groups; do kill -s KILL -- "-$group"; done
