@@ -274,10 +274,15 @@ def children_of(pid: int) -> list[int]:
 
 async def test_a_guard_that_was_killed_is_replaced(tmp_path: Path) -> None:
     """With the next start there is a guard again, which knows the children from before."""
-    sleeper = script(tmp_path, "sleeper", SLEEPER)
-    supervisor = Supervisor([Child("a", script=sleeper), Child("b", script=sleeper)])
-    async with supervisor, asyncio.timeout(DEADLINE_SEC):
+    pipes = [tmp_path / name for name in "ab"]
+    for pipe in pipes:
+        os.mkfifo(pipe)
+    says = "echo >{}; exec sleep 1000"
+    children = [Child(pipe.name, command=["/bin/sh", "-c", says.format(pipe)]) for pipe in pipes]
+    async with Supervisor(children) as supervisor, asyncio.timeout(DEADLINE_SEC):
         await supervisor.wait_for("b", ChildState.RUNNING)
+        for pipe in pipes:  # what says something has told the guard of itself before
+            await asyncio.to_thread(pipe.read_bytes)
         a, _ = supervisor.children()
         assert a.pid is not None
         guard = supervisor._guard._process
