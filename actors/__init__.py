@@ -95,6 +95,8 @@ if TYPE_CHECKING:
     from actors.supervision.events import ChildEvent as ChildEvent
     from actors.supervision.events import ChildEventKind as ChildEventKind
     from actors.supervision.events import ChildEventMessage as ChildEventMessage
+    from actors.supervision.events import ChildEvents as ChildEvents
+    from actors.supervision.outcome import Outcome as Outcome
     from actors.supervision.plan import ChildState as ChildState
     from actors.supervision.specification import Child as Child
     from actors.supervision.specification import Restart as Restart
@@ -181,7 +183,8 @@ _HOMES = {
     "actors.service_introspection": ("ServiceIntrospectionState",),
     "actors.entities.backlog": ("MessageInfo",),
     "actors.entities.subscription": ("Subscription",),
-    "actors.supervision.events": ("ChildEvent", "ChildEventKind", "ChildEventMessage"),
+    "actors.supervision.events": ("ChildEvent", "ChildEventKind", "ChildEventMessage", "ChildEvents"),
+    "actors.supervision.outcome": ("Outcome",),
     "actors.supervision.plan": ("ChildState",),
     "actors.supervision.specification": ("Child", "Restart", "Strategy"),
     "actors.supervision.supervisor": ("ChildStatus", "Supervisor"),

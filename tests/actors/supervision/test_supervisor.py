@@ -357,6 +357,7 @@ def test_watchers_see_what_happens() -> None:
     async def scene(loop: SimulatedLoop, diary: Diary) -> None:
         supervisor = Supervisor([diary.child("a")], name="boss", jitter=lambda: 1.0)
         early = supervisor.events()
+        assert isinstance(early, actors.ChildEvents)
         async with supervisor:
             await supervisor.wait_for("a", ChildState.RUNNING)
             late = supervisor.events()
