@@ -72,6 +72,7 @@ class Body(ABC):
 
     def hurry(self) -> None:
         """Stop it with what is strongest, now. It ends within `LAST_RUNG_SEC`."""
+        self.stop()
         if self._rung < len(self._rungs) - 1:
             self._take(len(self._rungs) - 1)
 
@@ -156,4 +157,6 @@ class TaskBody(Body):
 
     def _cancel_again(self) -> None:
         self._log.warning(f"Child '{self._child.name}' has not stopped yet; cancelling it again")
-        self._cancel()
+        # A turn later: when it was told to stop in this one, a task would get both cancellations as one, and
+        # a supervisor hurries at the second.
+        asyncio.get_running_loop().call_soon(self._cancel)

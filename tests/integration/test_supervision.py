@@ -51,6 +51,17 @@ import actors
 actors.run(lambda: actors.Supervisor([{children}], max_seconds=60))
 """
 
+NEST = """
+import actors
+
+def inner():
+    return actors.Supervisor([actors.Child("deep", script={path!r}, stop_timeout_sec=1000)])
+
+children = [actors.Child("inner", node=inner, stop_timeout_sec=1000)]
+children.append(actors.Child("c1", script={path!r}, stop_timeout_sec=1000))
+actors.run(lambda: actors.Supervisor(children))
+"""
+
 
 def script(folder: Path, name: str, source: str) -> str:
     """Write a script; return its path."""
@@ -222,17 +233,22 @@ async def test_signals_stop_everything(system: System, tmp_path: Path, number: s
     assert not any(alive(pid) for pid in pids)
 
 
-async def test_a_second_signal_hurries(system: System, tmp_path: Path) -> None:
-    """Children that take their time are killed when the supervisor is asked again."""
+@pytest.mark.parametrize("nested", [False, True])
+async def test_a_second_signal_hurries(system: System, tmp_path: Path, *, nested: bool) -> None:
+    """Children that take their time are killed when the supervisor is asked again; so are a child's own."""
     busy = DEAF.format(more='signal.signal(signal.SIGINT, lambda *_: os.write(1, b"asked\\n"))')
     deaf = script(tmp_path, "busy", busy)
-    boss = await supervise(system, deaf, deaf, options=", stop_timeout_sec=1000")
+    if nested:
+        boss = await system.python("-c", NEST.format(path=deaf))
+    else:
+        boss = await supervise(system, deaf, deaf, options=", stop_timeout_sec=1000")
     pids = [*pids_in(await boss.says("deaf ")), *pids_in(await boss.says("deaf "))]
     boss.send(signal.SIGINT)
     await boss.says("asked")
     boss.send(signal.SIGINT)
     assert await boss.ends() == 0
     assert "Traceback" not in boss.output
+    assert "cannot be stopped" not in boss.output
     assert not any(alive(pid) for pid in pids)
 
 

@@ -261,6 +261,45 @@ def test_a_second_cancellation_hurries() -> None:
     alone(scene)
 
 
+@pytest.mark.parametrize("told", [False, True])
+@pytest.mark.parametrize("levels", [0, 1, 2])
+def test_a_second_cancellation_reaches_everything(levels: int, *, told: bool) -> None:
+    """What obeys only the second one obeys at once, also below supervisors, told to stop before or not."""
+
+    def below(child: Child, number: int) -> Child:
+        def make() -> Supervisor:
+            return Supervisor([child], name=f"level {number}")
+
+        return child if number == 0 else below(Child(f"level {number}", node=make), number - 1)
+
+    async def scene(loop: SimulatedLoop, diary: Diary) -> None:
+        cancellations: list[float] = []
+
+        async def deaf() -> None:
+            while len(cancellations) < 2:
+                try:
+                    await asyncio.Event().wait()
+                except asyncio.CancelledError:
+                    cancellations.append(loop.time())
+
+        rock = stubborn("rock", 1.5, stop_timeout_sec=30)
+        nested = below(Child("deaf", node=deaf, stop_timeout_sec=30), levels)
+        supervisor = Supervisor([rock, nested] if told else [nested, rock])
+        run = asyncio.create_task(supervisor.run())
+        await asyncio.sleep(1)
+        run.cancel()
+        await asyncio.sleep(1)
+        run.cancel()
+        await asyncio.wait({run})
+        assert cancellations == pytest.approx([1 if told else 2, 2])
+        statuses = {child.name: child for child in supervisor.children()}
+        outcome = statuses[nested.name].outcome
+        assert isinstance(outcome, actors.Outcome)
+        assert (outcome.normal, outcome.reason) == (True, "stopped by its supervisor")
+
+    alone(scene)
+
+
 def test_a_supervisor_can_be_a_child() -> None:
     """When the inner one gives up, the outer one starts a new one."""
 
