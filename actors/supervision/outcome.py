@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import signal
 from dataclasses import dataclass
+from typing import Final
+
+from actors.callbacks import error_text
+
+MAX_REASON_CHARACTERS: Final = 500
+"""What is kept of an exception's text: reasons are logged, kept and published."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -12,7 +18,8 @@ class Outcome:
 
     Attributes:
         normal: It returned, or exited with 0; or it was stopped by its supervisor.
-        reason: Why, in a few words: "exit code 1", "killed by SIGKILL", "ValueError: no such map".
+        reason: Why, in a few words: "exit code 1", "killed by SIGKILL", "ValueError: no such map". At most
+            `MAX_REASON_CHARACTERS`, and UTF-8 can hold it.
         exit_code: Of a process that exited; None for others.
         signal_name: Of the signal that killed a process ("SIGKILL"); None for others.
         error: The exception that ended something in this process.
@@ -38,5 +45,6 @@ def outcome_of_exit(code: int) -> Outcome:
 
 def outcome_of_error(error: BaseException) -> Outcome:
     """Return the outcome of something in this process that raised."""
-    text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-    return Outcome(normal=False, reason=text, error=error)
+    name, text = type(error).__name__, error_text(error)
+    reason = f"{name}: {text}" if text else name
+    return Outcome(normal=False, reason=reason[:MAX_REASON_CHARACTERS], error=error)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.supervision.outcome import outcome_of_error, outcome_of_exit
+from actors.supervision.outcome import MAX_REASON_CHARACTERS, outcome_of_error, outcome_of_exit
 
 
 @pytest.mark.parametrize(
@@ -25,10 +25,24 @@ def test_exits(
     assert (outcome.exit_code, outcome.signal_name) == (exit_code, signal_name)
 
 
+class MuteError(Exception):
+    """Has no text that can be had."""
+
+    def __str__(self) -> str:
+        raise RuntimeError("no text")
+
+
 @pytest.mark.parametrize(
-    ("error", "reason"), [(ValueError("no map"), "ValueError: no map"), (KeyError(), "KeyError")]
+    ("error", "reason"),
+    [
+        (ValueError("no map"), "ValueError: no map"),
+        (KeyError(), "KeyError"),
+        (MuteError(), "MuteError: (an exception without a readable text)"),
+        (ValueError("bad name \udcff"), "ValueError: bad name \\udcff"),
+        (ValueError("x" * 1_000_000), "ValueError: ".ljust(MAX_REASON_CHARACTERS, "x")),
+    ],
 )
 def test_errors(error: Exception, reason: str) -> None:
-    """The type, and the text if there is one."""
+    """The type, and the text if there is one: short, whatever it is, and fit to be sent."""
     outcome = outcome_of_error(error)
     assert (outcome.normal, outcome.reason, outcome.error) == (False, reason, error)

@@ -321,13 +321,24 @@ def test_a_supervisor_can_be_a_child() -> None:
 
 
 def test_a_factory_that_raises_or_gives_nonsense_is_a_death() -> None:
-    """A child that dies while it starts counts as any other."""
+    """A child that dies while it starts counts as any other, whatever it raises."""
 
     async def scene(loop: SimulatedLoop, diary: Diary) -> None:
         def broken() -> actors.Node:
             raise OSError("no device")
 
-        for factory, reason in ((broken, "OSError: no device"), (lambda: 5, "TypeError: .* returned 5")):
+        class MuteError(Exception):
+            def __str__(self) -> str:
+                raise RuntimeError("no text")
+
+        def mute() -> actors.Node:
+            raise MuteError
+
+        for factory, reason in (
+            (broken, "OSError: no device"),
+            (mute, "MuteError: .* without a readable text"),
+            (lambda: 5, "TypeError: .* returned 5"),
+        ):
             child = Child("c", node=factory)  # type: ignore[arg-type]
             with pytest.raises(actors.SupervisorGaveUp, match=reason):
                 await Supervisor([child], max_restarts=1).run()
