@@ -5,6 +5,7 @@ from __future__ import annotations
 import weakref
 from typing import TYPE_CHECKING, Final
 
+from actors.callbacks import error_text
 from actors.logger import get_logger
 from actors.qos import DurabilityPolicy, QoSProfile
 from actors.supervision.events import ChildEvent, ChildEventKind, ChildEventMessage, ChildEvents, message_of
@@ -18,6 +19,8 @@ TOPIC: Final = "~/child_events"
 LATCHED_EVENTS: Final = 100
 """What a late subscriber still gets."""
 
+_WARN_EVERY_SEC: Final = 1.0
+
 
 class Herald:
     """Tells everybody about a supervisor's children.
@@ -25,9 +28,13 @@ class Herald:
     Args:
         name: The supervisor's name.
         node: Publishes the events; None: nobody does.
+
+    Attributes:
+        lost: Events that could not be published; each is logged, at most one a second.
     """
 
     def __init__(self, name: str, node: Node | None) -> None:
+        self.lost = 0
         self._log: Logger = get_logger(name)
         self._watchers: weakref.WeakSet[ChildEvents] = weakref.WeakSet()
         latched = QoSProfile(depth=LATCHED_EVENTS, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -44,14 +51,26 @@ class Herald:
         self._write(event)
         for watcher in tuple(self._watchers):
             watcher.put(event)
-        publisher = self._publisher
-        if publisher is not None and not (publisher.destroyed or publisher.core.destroyed):
-            publisher.publish(message_of(event))
+        self._publish(event)
 
     def end(self) -> None:
         """No more will happen."""
         for watcher in tuple(self._watchers):
             watcher.end()
+
+    def _publish(self, event: ChildEvent) -> None:
+        publisher = self._publisher
+        if publisher is None or publisher.destroyed or publisher.core.destroyed:
+            return
+        try:
+            publisher.publish(message_of(event))
+        except Exception as error:  # noqa: BLE001 - the children are worth more than word of them
+            self.lost += 1
+            self._log.error(
+                f"Lost child event number {self.lost}, it cannot be published: {error_text(error)}",
+                throttle_duration_sec=_WARN_EVERY_SEC,
+                exc_info=error,
+            )
 
     def _write(self, event: ChildEvent) -> None:
         who, outcome = f"Child '{event.child}'", event.outcome

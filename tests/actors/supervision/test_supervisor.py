@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -16,6 +17,7 @@ from tests.simulation.stage import play
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
+    from actors import ChildEvent
     from tests.simulation.loop import SimulatedLoop
     from tests.simulation.stage import Stage
 
@@ -495,6 +497,53 @@ def test_events_are_published_for_other_processes() -> None:
             ("supervisor", "a", "ended", "stopped by its supervisor"),
         ]
         assert all(msg.stamp.sec > 0 for msg in seen)
+
+    play(scene)
+
+
+def test_a_reason_that_is_no_text_is_published(caplog: pytest.LogCaptureFixture) -> None:
+    """What an exception says is made fit to be sent (here: half a pair, as in names of broken files)."""
+
+    async def scene(stage: Stage) -> None:
+        diary = Diary()
+        boss = await stage.enter("boss")
+        reasons: list[str] = []
+        other = await stage.enter("other")
+        other.create_subscription(
+            actors.ChildEventMessage, "/boss/child_events", lambda msg: reasons.append(msg.reason), 10
+        )
+        async with Supervisor([diary.child("a")], node=boss) as supervisor:
+            await supervisor.wait_for("a", ChildState.RUNNING)
+            diary.order("a", OSError("no file \udcff"))
+            await stage.until(lambda: "OSError: no file \\udcff" in reasons)
+            await supervisor.wait_for("a", ChildState.RUNNING)
+        assert supervisor._herald.lost == 0
+
+    # The traceback is not made fit: no test report can hold it.
+    with caplog.at_level(logging.CRITICAL, "callboard.supervisor"):
+        play(scene)
+
+
+def test_an_event_that_cannot_be_published_is_logged(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It disturbs nobody: the children are restarted all the same."""
+
+    def message_of(event: ChildEvent) -> actors.ChildEventMessage:
+        raise actors.InvalidMessageError(f"{event.child} is out of range")
+
+    monkeypatch.setattr("actors.supervision.herald.message_of", message_of)
+
+    async def scene(stage: Stage) -> None:
+        diary = Diary()
+        boss = await stage.enter("boss")
+        async with Supervisor([diary.child("a")], node=boss) as supervisor:
+            await supervisor.wait_for("a", ChildState.RUNNING)
+            diary.order("a", ValueError())
+            await asyncio.sleep(1)
+            assert diary.take() == ["a begins", "a ends", "a begins"]
+        assert supervisor._herald.lost == 5
+        assert "Lost child event number 1, it cannot be published: a is out of range" in caplog.text
 
     play(scene)
 
