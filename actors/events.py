@@ -7,11 +7,10 @@ node's mailbox like every other callback.
 
 from __future__ import annotations
 
-import asyncio
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from actors.callbacks import as_coroutine, takes
+from actors.callbacks import ENDS_PROGRAM, as_coroutine, takes
 from actors.mailbox import Turn
 from actors.qos_compatibility import QoSPolicyKind
 from proto.frames import NoticeKind
@@ -139,7 +138,18 @@ class Event:
         timing: How long it takes, where there is one.
     """
 
-    __slots__ = ("_callback", "_core", "_due", "_info", "_told", "calls", "counts", "posted", "timing")
+    __slots__ = (
+        "_callback",
+        "_core",
+        "_due",
+        "_info",
+        "_running",
+        "_told",
+        "calls",
+        "counts",
+        "posted",
+        "timing",
+    )
 
     def __init__(
         self, core: Core, what: str, info: Callable[..., Any], callback: EventCallback | None, width: int = 1
@@ -155,6 +165,7 @@ class Event:
         self._callback = callback
         self._told: list[int] = [0] * width
         self._due = False
+        self._running = False
 
     @property
     def is_wanted(self) -> bool:
@@ -177,11 +188,13 @@ class Event:
         self._callback = None
 
     def has_work(self) -> bool:
-        """Source: whether there is something to tell."""
-        return self._due
+        """Source: whether there is something to tell, and nobody is being told."""
+        return self._due and not self._running
 
     def dispatch(self) -> Turn | None:
         """Source: tell the callback."""
+        if self._running:
+            return None
         self._due = False
         callback = self._callback
         if callback is None or self.counts == self._told:
@@ -191,20 +204,24 @@ class Event:
         self.calls += 1
         try:
             result = callback(self._info(*(number for pair in pairs for number in pair)))
-        except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
+        except ENDS_PROGRAM:
+            raise
+        except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
             self._core.callback_failed(self.timing.what, error)
             return None
         coroutine = as_coroutine(result)
-        return (
-            None
-            if coroutine is None
-            else Turn(self._core.mailbox, coroutine, self._ended, timing=self.timing)
-        )
+        if coroutine is None:
+            return None
+        self._running = True
+        return Turn(self._core.mailbox, coroutine, self._ended, timing=self.timing)
 
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result
+        self._running = False
         if error is not None:
             self._core.callback_failed(self.timing.what, error)
+        if self.has_work():
+            self._core.mailbox.post(self)
 
 
 class EntityEvents:

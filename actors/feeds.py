@@ -55,9 +55,11 @@ class Inflow:
         watched: Whether somebody wants to know that a run has come; kept by the reader.
         first_sequence: Live runs are for this subscription from here on.
         expected: The next sequence number; anything below has been seen.
+        received: The number after the last one that has come, latched ones included.
         missed: Messages counted as lost at the attachment; latched ones may still come.
         granted_sequence, granted_bytes: Credit given so far (KEEP_ALL).
         taken_bytes: Bytes of messages that callbacks have taken since the attachment.
+        taken_sequence: The number after the last one that they have taken.
     """
 
     __slots__ = (
@@ -72,7 +74,9 @@ class Inflow:
         "node",
         "publisher",
         "reader",
+        "received",
         "taken_bytes",
+        "taken_sequence",
         "watched",
     )
 
@@ -88,9 +92,11 @@ class Inflow:
         self.first_sequence = attached.first_sequence
         self.expected = attached.first_sequence
         self.missed = 0
+        self.received = 0
         self.granted_sequence = 0
         self.granted_bytes = 0
         self.taken_bytes = 0
+        self.taken_sequence = 0
 
 
 def _seconds(qos: Options, key: str) -> float:

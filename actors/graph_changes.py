@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections import defaultdict
 from enum import Enum
+from itertools import count
 from typing import TYPE_CHECKING, NamedTuple
 
 from actors.core import Core, Entity
@@ -88,7 +89,7 @@ class GraphWatch(Entity):
         now, suspended = self.picture.entries, self.picture.suspended
         if self._restarted:
             self._restarted = False
-            self._seen, self._silent = _recognized(self._seen | self._silent, now), {}
+            self._seen, self._silent = _recognized(now, self._seen, self._silent)
         gone = [(key, entry) for key, entry in self._seen.items() if key not in now]
         over = [(key, entry) for key, entry in self._silent.items() if key not in now.keys() | suspended]
         new = [(key, entry) for key, entry in now.items() if key not in self._seen]
@@ -98,7 +99,9 @@ class GraphWatch(Entity):
             *((kinds.DISAPPEARED, entry) for _, entry in over),
             *((kinds.RETURNED if key in self._silent else kinds.APPEARED, entry) for key, entry in new),
         ]
-        self._seen, self._silent = dict(now), dict(suspended)
+        told = self._seen.keys() | self._silent
+        self._seen = dict(now)
+        self._silent = {key: entry for key, entry in suspended.items() if key in told}
         return [
             GraphChange(kind, EntryKind(entry.kind), entry.node, entry.name, entry.type_name)
             for kind, entry in changes
@@ -130,7 +133,7 @@ class GraphWatch(Entity):
             link.channel.send(frames.Unwatch(self.id))
 
 
-def _recognized(before: dict[int, GraphEntry], now: dict[int, GraphEntry]) -> dict[int, GraphEntry]:
+def _recognized(now: dict[int, GraphEntry], *before: dict[int, GraphEntry]) -> list[dict[int, GraphEntry]]:
     """Return what was there before under the keys it has now; another broker numbers anew.
 
     What is not there any more gets keys that nothing has.
@@ -138,8 +141,8 @@ def _recognized(before: dict[int, GraphEntry], now: dict[int, GraphEntry]) -> di
     free: defaultdict[tuple[object, ...], list[int]] = defaultdict(list)
     for key, entry in now.items():
         free[entry[1:5]].append(key)
-    known: dict[int, GraphEntry] = {}
-    for number, entry in enumerate(before.values(), 1):
-        keys = free[entry[1:5]]
-        known[keys.pop(0) if keys else -number] = entry
-    return known
+    nobody = count(-1, -1)
+    return [
+        {free[entry[1:5]].pop(0) if free[entry[1:5]] else next(nobody): entry for entry in entries.values()}
+        for entries in before
+    ]

@@ -5,6 +5,7 @@ callboard delivers between incompatible endpoints all the same, and warns both (
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
@@ -46,7 +47,7 @@ def qos_check_compatible(
         The verdict, and the reasons, each ending in a semicolon: empty if OK. A WARNING means that a side
         leaves a policy open, so that nobody can tell.
     """
-    errors = [text for _, text in _disagreements(publisher_qos, subscription_qos)]
+    errors = [text for _, text in disagreements(publisher_qos, subscription_qos)]
     if errors:
         return QoSCompatibility.ERROR, "".join(f"ERROR: {text};" for text in errors)
     doubts = _doubts(publisher_qos, subscription_qos)
@@ -55,15 +56,10 @@ def qos_check_compatible(
     return QoSCompatibility.OK, ""
 
 
-def incompatible_policies(
-    publisher_qos: QoSProfile, subscription_qos: QoSProfile
-) -> tuple[QoSPolicyKind, ...]:
-    """Return the policies in which the subscription asks for more than the publisher offers, if any."""
-    return tuple(kind for kind, _ in _disagreements(publisher_qos, subscription_qos))
-
-
-def _disagreements(pub: QoSProfile, sub: QoSProfile) -> list[tuple[QoSPolicyKind, str]]:
+def disagreements(pub: QoSProfile, sub: QoSProfile) -> list[tuple[QoSPolicyKind, str]]:
+    """Return the policies in which a subscription asks for more than a publisher offers, each with why."""
     found: list[tuple[QoSPolicyKind, str]] = []
+    pub, sub = _settled(pub), _settled(sub)
     offered, wanted = pub.resolved(), sub.resolved()
     lease = _shortage(
         "liveliness lease duration", offered.liveliness_lease_duration, wanted.liveliness_lease_duration
@@ -84,6 +80,19 @@ def _disagreements(pub: QoSProfile, sub: QoSProfile) -> list[tuple[QoSPolicyKind
     if pub.durability is DurabilityPolicy.VOLATILE and transient:
         found.append((QoSPolicyKind.DURABILITY, "Volatile publisher and transient local subscription"))
     return found
+
+
+def _settled(profile: QoSProfile) -> QoSProfile:
+    """Return a profile in which BEST_AVAILABLE is what it becomes on the wire."""
+    resolved = profile.resolved()
+    return replace(
+        profile,
+        **{
+            name: getattr(resolved, name)
+            for name in ("reliability", "durability", "liveliness")
+            if getattr(profile, name).name == "BEST_AVAILABLE"
+        },
+    )
 
 
 def _shortage(name: str, offered: Duration, wanted: Duration) -> str:

@@ -95,6 +95,11 @@ class Backlog:
         self.pending = 0
         self._finished = finished
 
+    @property
+    def newest(self) -> Batch | None:
+        """The batch that has come last, if it waits still."""
+        return self.batches[-1] if self.batches else None
+
     def put(self, batch: Batch) -> None:
         """A run has come."""
         self.batches.append(batch)

@@ -38,6 +38,7 @@ class Promises:
         self.any = self._deadline_s > 0 or self._lease_s > 0
         self._deadline: Watchdog | None = None
         self._lease: Watchdog | None = None
+        self._over = False
 
     def published(self) -> None:
         """A message has been published: from the first one on the deadline holds."""
@@ -50,6 +51,8 @@ class Promises:
 
     def shown(self) -> None:
         """It has shown itself: from the first session on the lease holds."""
+        if self._over:
+            return
         loop = self._core.link.loop
         if self._lease is None and self._lease_s and loop is not None:
             self._lease = Watchdog(loop, self._lease_s, self._events.liveliness.add, once=True)
@@ -59,6 +62,7 @@ class Promises:
     def stop(self) -> None:
         """It is destroyed: nothing is promised any more."""
         self.any = False
+        self._over = True
         for watchdog in (self._deadline, self._lease):
             if watchdog is not None:
                 watchdog.stop()

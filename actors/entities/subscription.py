@@ -24,7 +24,7 @@ from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
 from actors.mailbox import Turn
-from actors.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from actors.watchdogs import Watchdog
 from proto import frames
 from proto.frames import Replay, Run
@@ -88,13 +88,17 @@ class Subscription(Entity, Generic[M]):
         self.timing = core.watch.of(callback, f"the subscription to '{topic}'")
         self._concurrent = concurrent
         self._backlog = Backlog(self._finished)
+        self._leftover: Batch | None = None
+        """The newest of what publishers have sent that are not attached any more, while some of it waits."""
         self._running = 0
         self._events = events
         self._liveliness = Liveliness(core, events.liveliness)
         self._deadline_s = resolved.deadline.nanoseconds / 1e9
         self._deadline: Watchdog | None = None
         self._waiter: asyncio.Future[None] | None = None
-        self._ledger = Ledger(events.message_lost)
+        self._ledger = Ledger(
+            events.message_lost, latched=resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        )
         core.link.add(self)
         core.link.feeds.add_reader(self.id, self)
 
@@ -135,8 +139,9 @@ class Subscription(Entity, Generic[M]):
         leased = self._liveliness.attached(inflow)
         inflow.watched = leased or self._deadline_s > 0
         if self._windows is not None:
+            self._windows.attached(inflow)
             self._windows.divide(len(self._ledger.inflows))
-            if self._windows.open(inflow):
+            if self._leftover is None and self._windows.open(inflow):
                 self._grant(inflow)
 
     def asserted(self, inflow: Inflow) -> None:
@@ -153,6 +158,7 @@ class Subscription(Entity, Generic[M]):
         self._liveliness.detached(inflow, silent=silent)
         if self._ledger.detached(inflow) and self._windows is not None:
             self._windows.divide(len(self._ledger.inflows))
+            self._leftover = self._backlog.newest
 
     def matched(self, peers: int, total: int) -> None:
         """Endpoint: the number of publishers; the deadline holds while there is one."""
@@ -248,15 +254,15 @@ class Subscription(Entity, Generic[M]):
     # What goes out
 
     def _wake(self) -> None:
-        if self._callback is None:
-            if self._waiter is not None and not self._waiter.done():
-                # An idle iterator takes the run in the step it is woken for; what it has not taken by
-                # then waits, and is held to the depth.
+        if self._callback is not None:
+            self.core.mailbox.post(self)
+        elif self._waiter is not None:
+            # An idle iterator takes what has come in the step it is woken for; what it has not taken by then
+            # waits, and is held to the depth.
+            if not self._waiter.done():
                 self._waiter.set_result(None)
                 asyncio.get_running_loop().call_soon(self._trim)
-                return
-        else:
-            self.core.mailbox.post(self)
+            return
         self._trim()
 
     def _trim(self) -> None:
@@ -270,6 +276,11 @@ class Subscription(Entity, Generic[M]):
 
     def _finished(self, batch: Batch) -> None:
         self._taken(batch.inflow, batch.end, batch.size)
+        if batch is self._leftover and self._windows is not None:
+            self._leftover = None
+            for inflow in self._ledger.inflows.values():
+                if self._windows.open(inflow):
+                    self._grant(inflow)
 
     def _taken(self, inflow: Inflow, end: int, size: int) -> None:
         """A whole run is off our hands: give its publisher new credit when half of the old is used up."""
@@ -411,6 +422,7 @@ class Subscription(Entity, Generic[M]):
     def declaration(self) -> frames.Frame:
         """Endpoint: declare the subscription."""
         typed = self._codec is not None and self.msg_type is not None
+        windows = self._windows
         return frames.Subscription(
             self.id,
             self.core.id,
@@ -418,7 +430,7 @@ class Subscription(Entity, Generic[M]):
             type_name(self.msg_type) if typed and self.msg_type else None,
             type_hash(self.msg_type) if typed and self.msg_type else None,
             self.qos_profile.to_wire(),
-            *((0, 0) if self._windows is None else self._windows.first),
+            *((0, 0) if windows is None else windows.declare(crowded=self._leftover is not None)),
         )
 
 

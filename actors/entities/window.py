@@ -31,15 +31,16 @@ class Windows:
         messages, bytes: What each publisher's window is now, when it is granted anew.
     """
 
-    __slots__ = ("bytes", "messages")
+    __slots__ = ("_declared", "bytes", "messages")
 
     def __init__(self) -> None:
+        self._declared = self.first
         self.messages = WINDOW_MESSAGES
         self.bytes = WINDOW_BYTES
 
     @property
     def first(self) -> tuple[int, int]:
-        """Messages and bytes that a publisher may send from its attachment on: what SUBSCRIPTION says."""
+        """Messages and bytes of the least window."""
         return min(FIRST_MESSAGES, WINDOW_MESSAGES), min(FIRST_BYTES, WINDOW_BYTES)
 
     def divide(self, publishers: int) -> None:
@@ -49,11 +50,29 @@ class Windows:
         self.messages = max(messages, min(WINDOW_MESSAGES, SHARED_MESSAGES // share))
         self.bytes = max(size, min(WINDOW_BYTES, SHARED_BYTES // share))
 
+    def declare(self, *, crowded: bool) -> tuple[int, int]:
+        """Return what SUBSCRIPTION says: messages and bytes that a publisher may send from its attachment on.
+
+        Args:
+            crowded: What earlier publishers, or the same ones before a break, have sent waits still: nobody
+                may add to it before it has been taken.
+        """
+        self._declared = (0, 0) if crowded else self.first
+        return self._declared
+
+    def attached(self, inflow: Inflow) -> None:
+        """A publisher has been attached: it has what was declared."""
+        messages, size = self._declared
+        inflow.taken_sequence = inflow.first_sequence
+        inflow.granted_sequence = inflow.first_sequence + messages
+        inflow.granted_bytes = size
+
     def open(self, inflow: Inflow) -> bool:
-        """A publisher has been attached; tell whether to send a GRANT."""
-        inflow.granted_sequence = inflow.first_sequence + self.messages
-        inflow.granted_bytes = self.bytes
-        return (self.messages, self.bytes) != self.first
+        """Let a publisher have the whole window; tell whether to send a GRANT, which the inflow says."""
+        before = inflow.granted_sequence, inflow.granted_bytes
+        inflow.granted_sequence = max(inflow.granted_sequence, inflow.taken_sequence + self.messages)
+        inflow.granted_bytes = max(inflow.granted_bytes, inflow.taken_bytes + self.bytes)
+        return (inflow.granted_sequence, inflow.granted_bytes) != before
 
     def taken(self, inflow: Inflow, end: int, size: int) -> bool:
         """The reader has taken what is below `end`, `size` bytes; tell whether to send a GRANT.
@@ -61,11 +80,10 @@ class Windows:
         That is so when half of the window is used up. The inflow says what to grant.
         """
         inflow.taken_bytes += size
+        inflow.taken_sequence = max(inflow.taken_sequence, end)
         if (
             inflow.granted_sequence - end >= self.messages // 2
             and inflow.granted_bytes - inflow.taken_bytes >= self.bytes // 2
         ):
             return False
-        inflow.granted_sequence = max(inflow.granted_sequence, end + self.messages)
-        inflow.granted_bytes = max(inflow.granted_bytes, inflow.taken_bytes + self.bytes)
-        return True
+        return self.open(inflow)

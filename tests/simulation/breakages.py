@@ -76,7 +76,7 @@ def takes_what_it_has_seen() -> Iterator[None]:
     attached = Subscription.attached
 
     def forgetful(subscription: Subscription[Any], inflow: Inflow) -> None:
-        subscription._ledger.seen.pop(inflow.gid, None)
+        subscription._ledger.known.pop(inflow.gid, None)
         subscription._ledger.inflows.pop(inflow.gid, None)
         attached(subscription, inflow)
 

@@ -114,8 +114,9 @@ class Heard:
 
         def noting_receive(inflow: Inflow, run: Run | Replay) -> None:
             self.moved = True
-            if isinstance(run, Replay):
-                start = max(run.first_sequence, self.subscription._ledger.seen.get(inflow.gid, 0))
+            if self.subscription._ledger.counts(inflow):
+                seen = inflow.received if isinstance(run, Replay) else inflow.expected
+                start = max(run.first_sequence, seen)
                 end = min(run.first_sequence + run.length, self.first[inflow.gid])
                 self.early.setdefault(inflow.gid, set()).update(range(start, end))
             receive(inflow, run)
@@ -140,7 +141,7 @@ class Heard:
         subscription, due = self.subscription, 0
         for gid, first in self.first.items():
             inflow = subscription._ledger.inflows.get(gid)
-            end = subscription._ledger.seen[gid] if inflow is None else inflow.expected
+            end = subscription._ledger.known[gid].covered if inflow is None else inflow.expected
             due += end - first + len(self.early.get(gid, ()))
         return due
 

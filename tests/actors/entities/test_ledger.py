@@ -20,9 +20,9 @@ class Told:
         self.lost += sum(changes)
 
 
-def ledger_and_event() -> tuple[Ledger, Told]:
+def ledger_and_event(*, latched: bool = True) -> tuple[Ledger, Told]:
     event: Any = Told()
-    return Ledger(event), event
+    return Ledger(event, latched=latched), event
 
 
 def inflow(first: int, gid: bytes = b"g") -> Inflow:
@@ -91,7 +91,50 @@ def test_publishers_that_are_gone_are_forgotten_in_the_end() -> None:
         flow = inflow(0, number.to_bytes(4, "big"))
         ledger.attached(flow)
         ledger.detached(flow)
-    assert len(ledger.seen) == ledger_module.REMEMBERED_PUBLISHERS
-    assert (9).to_bytes(4, "big") not in ledger.seen
-    assert (10).to_bytes(4, "big") in ledger.seen
+    assert len(ledger.known) == ledger_module.REMEMBERED_PUBLISHERS
+    assert (9).to_bytes(4, "big") not in ledger.known
+    assert (10).to_bytes(4, "big") in ledger.known
     assert not ledger.inflows
+
+
+def test_latched_messages_that_a_break_held_up_come_after_it() -> None:
+    """A link that breaks between the attachment and the replay costs nothing: nobody has seen these."""
+    ledger, event = ledger_and_event()
+    first = inflow(5)
+    ledger.attached(first)
+    ledger.detached(first)
+    again = inflow(7)
+    ledger.attached(again)
+    assert ledger.lost_on_break == 2
+    assert ledger.latched(again, replay(2, 4)) == 0
+    assert ledger.latched(again, replay(6, 1)) == 0
+    assert (ledger.lost_on_break, event.lost, again.received) == (0, 0, 7)
+    assert ledger.live(again, run(7, 1)) == 0
+
+
+def test_what_a_new_broker_gets_again_is_new_to_those_who_never_had_it() -> None:
+    """Latched messages that come as live ones count for a reader that wants them, and not for another."""
+    for latched, skipped in ((True, 0), (False, 5)):
+        ledger, _ = ledger_and_event(latched=latched)
+        first = inflow(5)
+        ledger.attached(first)
+        ledger.detached(first)
+        again = inflow(0)
+        ledger.attached(again)
+        assert ledger.live(again, run(0, 5)) == skipped
+
+
+def test_what_was_counted_as_lost_does_not_come_after_all() -> None:
+    """A message is received or lost, never both."""
+    ledger, event = ledger_and_event()
+    first, second = inflow(0), inflow(10)
+    ledger.attached(first)
+    ledger.live(first, run(0, 5))
+    ledger.detached(first)
+    ledger.attached(second)
+    ledger.detached(second)
+    assert (ledger.lost_on_break, event.lost) == (5, 5)
+    again = inflow(0)
+    ledger.attached(again)
+    assert ledger.live(again, run(0, 12)) == 10
+    assert ledger.lost_on_break == 5

@@ -330,7 +330,30 @@ async def test_credit_goes_to_the_publisher_it_is_meant_for(
     link.feeds.attached(Attached(1, (subscription.id,), bytes(15) + b"2", 0, "/somebody", {}))
     granted.clear()  # at the attachments
     assert await heard_of(subscription, range(4)) == [0, 1, 2, 3]
-    assert granted == []
+    # Its own window, now that nothing of the earlier session waits; the four that were taken add nothing.
+    assert [(grant.publisher, grant.sequence_limit) for grant in granted] == [(1, 4)]
+
+
+async def test_messages_of_earlier_sessions_count_against_the_window(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stuck KEEP_ALL reader holds one window, however often its links break; taken, it opens again."""
+    monkeypatch.setattr("actors.entities.window.WINDOW_MESSAGES", 50)
+    talker, listener = await meeting.node("talker"), await meeting.node("listener")
+    subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
+    publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
+    for _ in range(4):
+        await matched(publisher)
+        for number in range(200):
+            publisher.publish(Int64(data=number))
+        await meeting.settled(talker, listener, talker)
+        await meeting.restart_broker()
+        await until(lambda: not publisher.peers)
+    await matched(publisher)
+    await meeting.settled(talker, listener, talker)
+    assert subscription.queued <= 50 + 256
+    taken = publisher.published - subscription.lost_on_break
+    assert len(await heard_of(subscription, range(taken))) == taken
 
 
 async def test_a_bad_message_drops_only_itself(node: actors.Node, caplog: pytest.LogCaptureFixture) -> None:

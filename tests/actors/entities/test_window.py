@@ -28,7 +28,8 @@ def inflow(first: int = 10) -> Inflow:
 def test_one_publisher_is_granted_a_whole_window_at_once() -> None:
     """The declaration grants the first window; the attachment brings the rest."""
     windows, flow = Windows(), inflow()
-    assert windows.first == (FIRST_MESSAGES, FIRST_BYTES)
+    assert windows.declare(crowded=False) == (FIRST_MESSAGES, FIRST_BYTES)
+    windows.attached(flow)
     windows.divide(1)
     assert windows.open(flow)
     assert (flow.granted_sequence, flow.granted_bytes) == (10 + WINDOW_MESSAGES, WINDOW_BYTES)
@@ -37,6 +38,7 @@ def test_one_publisher_is_granted_a_whole_window_at_once() -> None:
 def test_one_of_very_many_is_granted_no_more_than_was_declared() -> None:
     """Then there is nothing to send."""
     windows, flow = Windows(), inflow()
+    windows.attached(flow)
     windows.divide(10_000)
     assert not windows.open(flow)
     assert (flow.granted_sequence, flow.granted_bytes) == (10 + FIRST_MESSAGES, FIRST_BYTES)
@@ -69,3 +71,13 @@ def test_a_grant_is_never_taken_back() -> None:
     windows.divide(1000)
     assert not windows.taken(flow, 2, 1)
     assert (flow.granted_sequence, flow.granted_bytes) == granted
+
+
+def test_nobody_adds_to_what_waits_from_before() -> None:
+    """While leftovers wait nothing is granted with the declaration; when they are gone, the whole window."""
+    windows, flow = Windows(), inflow()
+    assert windows.declare(crowded=True) == (0, 0)
+    windows.attached(flow)
+    assert (flow.granted_sequence, flow.granted_bytes) == (10, 0)
+    assert windows.open(flow)
+    assert flow.granted_sequence == 10 + WINDOW_MESSAGES
