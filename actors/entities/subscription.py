@@ -219,10 +219,10 @@ class Subscription(Entity, Generic[M]):
 
     @property
     def _idle(self) -> bool:
+        if self._callback is None:
+            return self._waiter is not None  # it waits, or has been woken and will take what is there by then
         if self._backlog.pending:
             return False
-        if self._callback is None:
-            return self._waiter is not None and not self._waiter.done()
         return not self._running and (self._concurrent or self.core.mailbox.free)
 
     def _decode(self, run: Run | Replay) -> tuple[list[Any], Sequence[int]]:

@@ -218,3 +218,24 @@ async def test_a_policy_that_is_not_known_yet_is_told_as_invalid(meeting: Meetin
     events.notice(Notice(subscription.id, NoticeKind.INCOMPATIBLE_QOS, "new", 250, 2))
     await until(lambda: told)
     assert told == [(2, 2, actors.QoSPolicyKind.INVALID)]
+
+
+async def test_a_callback_that_waits_for_a_call_is_not_begun_again(meeting: Meeting) -> None:
+    """While one runs, although it has let the mailbox go, the next counts wait and come as one."""
+    listener = await meeting.node("listener")
+    told: list[tuple[int, ...]] = []
+
+    async def tell(info: actors.MessageLostInfo) -> None:
+        told.append(tuple(info))
+        await listener.wait_for_node("/guest")
+
+    subscription = listener.create_subscription(
+        Int64, "numbers", ignore, event_callbacks=heeding(message_lost=tell)
+    )
+    for _ in range(50):
+        subscription._events.message_lost.add(1)
+        await turns(3)
+    assert told == [(1, 1)]
+    await meeting.node("guest")
+    await until(lambda: len(told) == 2)
+    assert told[1] == (50, 49)

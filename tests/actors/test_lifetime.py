@@ -351,6 +351,7 @@ def test_new_calls_go_elsewhere_while_a_server_stops() -> None:
         await stage.until(lambda: client.peers == 2)
         actor.stop()
         await stage.until(lambda: client.peers == 1)
+        assert not first.done()
         assert [(await client.call(AddTwoInts.Request())).sum for _ in range(20)] == [2] * 20
         assert (await first).sum == 1
         await actor.ended()

@@ -128,12 +128,12 @@ def test_a_new_broker_is_no_change() -> None:
         stop.set()
         await other
         assert not diary
+        stage.network.partition("watcher")  # so that the others are there before it looks
         await stage.start_broker()
-        await stage.until(lambda: watcher.connected and talker.connected)
-        await asyncio.sleep(5)
-        gone = [line for line in diary if line.startswith("disappeared")]
-        back = [line.replace("appeared", "disappeared") for line in diary if line.startswith("appeared")]
-        assert sorted(gone) == sorted([*back, "disappeared NODE /other"])
+        await stage.until(lambda: talker.connected)
+        stage.network.heal()
+        await stage.until(lambda: watcher.connected, 30)
+        await seen(stage, diary, "disappeared NODE /other")
         reader.cancel()
         await asyncio.wait({reader})
 
@@ -149,5 +149,49 @@ def test_a_watch_ends_with_its_node() -> None:
         await asyncio.sleep(0.5)
         watcher.destroy_node()
         await asyncio.wait_for(reader, 1)
+
+    play(scene)
+
+
+def test_what_is_silent_over_a_lost_link_is_told_when_it_is_back() -> None:
+    """After SUSPENDED something always follows, also when the watcher's own link broke meanwhile."""
+
+    async def scene(stage: Stage) -> None:
+        watcher = await stage.enter("watcher")
+        await stage.enter("talker")
+        diary: list[str] = []
+        reader = follow(watcher, diary)
+        await seen(stage, diary, "appeared NODE /talker")
+        stage.network.block("talker", BROKER)
+        await seen(stage, diary, "suspended NODE /talker")
+        stage.network.drop("watcher")
+        await stage.until(lambda: not watcher.connected)
+        await stage.until(lambda: watcher.connected)
+        await seen(stage, diary, "disappeared NODE /talker")
+        stage.network.heal()
+        await seen(stage, diary, "appeared NODE /talker")
+        reader.cancel()
+        await asyncio.wait({reader})
+
+    play(scene)
+
+
+def test_what_falls_silent_before_anybody_looks_appears_when_it_is_back() -> None:
+    """Nobody is told of the return of what he has never heard of."""
+
+    async def scene(stage: Stage) -> None:
+        watcher = await stage.enter("watcher")
+        watch = watcher.watch_graph()
+        changes = aiter(watch)
+        assert (await anext(changes)).node == "/watcher"
+        await stage.enter("talker")
+        stage.network.block("talker", BROKER)
+        await asyncio.sleep(8)
+        stage.network.heal()
+        await asyncio.sleep(1)
+        change = await anext(changes)
+        assert (change.kind, change.node) == (actors.GraphChangeKind.APPEARED, "/talker")
+        watch.destroy()
+        assert [change async for change in changes] == []
 
     play(scene)

@@ -40,16 +40,14 @@ class Model:
         """These runs come in one turn of the loop."""
         woken = False
         for run in runs:
-            if self.busy or self.queue:
-                self.queue += run
-                self._trim()
-                continue
+            idle = woken or not (self.busy or self.queue)
             self.queue += run
-            if self.kind == "iterator":
-                woken = True  # it reads when the loop comes to it
-            else:
+            if idle and self.kind == "iterator":
+                woken = True  # it reads, whatever has come until then, when the loop comes to it
+                continue
+            if idle:
                 self._take()
-                self._trim()
+            self._trim()
         if woken:
             self._take()
             self._go_on()
