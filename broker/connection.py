@@ -184,9 +184,11 @@ class Connection:
 
     @property
     def has_unsent(self) -> bool:
-        """Whether control frames or calls wait for a peer that may still take them."""
-        waits = self.channel.outbox.firm_bytes
-        return bool(waits and self.channel.connected and self.suspended_at is None)
+        """Whether anything waits for a peer that may still take it."""
+        if not self.channel.connected or self.suspended_at is not None:
+            return False
+        outbox = self.channel.outbox
+        return outbox.firm_bytes > 0 or outbox.has_more  # a broker's lanes have no credit: they wait for room
 
     def say_goodbye(self) -> None:
         """The broker stops, and has nothing more to say; the peer closes when it has heard."""

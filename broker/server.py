@@ -214,8 +214,8 @@ class Broker:
             self.flush()
 
     def _judge(self, now: float) -> None:
-        """Look at those that somebody relies on; at the others, who may be many, in rounds."""
-        watched = any(router.graph.watched for router in self._routers.values())
+        """Look at those that somebody relies on, a stop on all; at the others, who may be many, in rounds."""
+        watched = self.draining or any(router.graph.watched for router in self._routers.values())
         due = dict(self._strangers)
         for graph, joined in self._joined.items():
             due.update((joined[peer], None) for peer in graph.relied_on if peer in joined)

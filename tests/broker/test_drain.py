@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from typing import TYPE_CHECKING
+from unittest import mock
 
 import pytest
 
@@ -12,6 +13,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64, String
 from broker import Broker, BrokerOptions
 from broker.drain import LAST_STEP_SEC
+from broker.topics import Topics
 from proto import frames
 from tests.actors.meeting import KEEP_ALL
 from tests.broker.rawclient import link
@@ -21,6 +23,10 @@ if TYPE_CHECKING:
     from tests.simulation.stage import Stage
 
 DRAIN_SEC = BrokerOptions().drain_timeout_sec
+
+PATIENT = BrokerOptions(drain_timeout_sec=60)
+"""So that a wait for the whole drain shows."""
+KEEPALIVE_SEC = PATIENT.keepalive_sec
 
 
 def test_a_call_that_is_being_answered_is_answered() -> None:
@@ -130,14 +136,16 @@ def test_a_slow_reader_gets_what_waits_for_it() -> None:
             publisher.publish(String(data="x" * 20_000))
         await publisher.flush()
         assert len(heard) < 100
-        await stage.stop_broker()
+        # Looked at in each turn of the loop: adding up all lanes there would cost a large broker its stop.
+        with mock.patch.object(Topics, "tallies", side_effect=AssertionError("lanes are added up")):
+            await stage.stop_broker()
         assert len(heard) == 100
 
     play(scene)
 
 
 def test_a_frozen_reader_does_not_hold_up_a_stop() -> None:
-    """Who does not read has the limit, and no more."""
+    """Who does not read is waited for as long as it may be silent, not for the whole drain."""
 
     async def scene(stage: Stage) -> None:
         source, sink = await stage.enter("source"), await stage.enter("sink")
@@ -145,16 +153,36 @@ def test_a_frozen_reader_does_not_hold_up_a_stop() -> None:
         publisher = source.create_publisher(Int64, "/numbers", KEEP_ALL)
         await stage.until(lambda: publisher.get_subscription_count() == 1)
         stage.network.partition("sink")
-        for number in range(100_000):
+        for number in range(50_000):
             await publisher.ready(60)
             publisher.publish(Int64(data=number))
-            if number == 50_000:
-                break
         began = stage.loop.time()
         await stage.stop_broker()
-        assert stage.loop.time() - began <= DRAIN_SEC + 2 * LAST_STEP_SEC
+        assert stage.loop.time() - began <= 2 * KEEPALIVE_SEC
 
-    play(scene)
+    play(scene, options=PATIENT)
+
+
+def test_a_link_that_is_suspended_costs_a_stop_nothing() -> None:
+    """Neither its closing is waited for, nor what a publisher that has gone has left in its lane."""
+
+    async def scene(stage: Stage) -> None:
+        source, sink = await stage.enter("source"), await stage.enter("sink")
+        sink.create_subscription(String, "/texts", lambda _: None, 1000)
+        publisher = source.create_publisher(String, "/texts", 1000)
+        await stage.until(lambda: publisher.get_subscription_count() == 1)
+        stage.network.partition("sink")
+        for _ in range(100):
+            publisher.publish(String(data="x" * 50_000))
+        await publisher.flush()
+        source.destroy_publisher(publisher)
+        await stage.until(lambda: stage.broker.stats().suspended == 1)
+        assert stage.broker.stats().queued
+        began = stage.loop.time()
+        await stage.stop_broker()
+        assert stage.loop.time() - began < 1.0
+
+    play(scene, options=PATIENT)
 
 
 async def test_a_second_wish_to_stop_closes_at_once() -> None:
@@ -174,14 +202,13 @@ async def test_a_second_wish_to_stop_closes_at_once() -> None:
 
 
 def test_who_does_not_answer_is_waited_for_as_long_as_it_may_be_silent() -> None:
-    """A peer that does not say that it has heard costs the keepalive limit, not the whole drain."""
+    """A peer that does not say that it has heard costs the keepalive limit, though nobody relies on it."""
 
     async def scene(stage: Stage) -> None:
         await stage.enter("mute")
         stage.network.partition("mute")
         began = stage.loop.time()
         await stage.stop_broker()
-        limit = BrokerOptions().keepalive_sec + 2 * LAST_STEP_SEC
-        assert stage.loop.time() - began <= limit < DRAIN_SEC + 2 * LAST_STEP_SEC
+        assert stage.loop.time() - began <= 2 * KEEPALIVE_SEC
 
-    play(scene)
+    play(scene, options=PATIENT)
