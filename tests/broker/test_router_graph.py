@@ -135,3 +135,19 @@ def test_who_is_relied_on() -> None:
         switch.leave(peer)
     switch.router.heard(listener)
     assert relied_on == set()
+
+
+def test_who_owes_an_answer_is_relied_on() -> None:
+    """A server that is retired has no counterparts any more, but callers: until the last has its answer."""
+    switch = Switch()
+    server, asker = switch.join("/server"), switch.join("/asker")
+    relied_on = switch.router.relied_on
+    switch.send(server, make.service(1))
+    switch.send(asker, make.client(1), make.request(1, 5))
+    [request] = switch.read(server, frames.Request)
+    switch.send(server, frames.Retire(1))
+    switch.router.heard(server)
+    assert server in relied_on
+    switch.send(server, make.reply(1, request.entries[0].call))
+    switch.router.heard(server)
+    assert server not in relied_on
