@@ -82,7 +82,7 @@ class Connection:
 
     def _take_own(self, frame: frames.Frame) -> None:
         if isinstance(frame, frames.Goodbye):
-            self._leave()
+            self.leave()
         elif isinstance(frame, frames.Error):
             logger.warning("%s closed its link: %s", self, shown(frame.text))
             self.channel.close()
@@ -134,15 +134,18 @@ class Connection:
     def failed(self, error: ProtocolError) -> None:
         """ChannelHandler: the peer broke the protocol."""
         logger.warning("Closing %s: %s: %s", self, error.code.name, shown(str(error)))
+        # Its connection may last until it has read why: nobody should wait for it so long. But not now: the
+        # broker may be in the midst of deliveries.
+        self._broker.loop.call_soon(self.leave)
 
     def closed(self, error: Exception | None) -> None:
         """ChannelHandler: the connection is gone."""
         if error is not None:
             logger.debug("%s: %s", self, error)
-        self._leave()
+        self.leave()
         self._broker.connection_closed(self)
 
-    def _leave(self) -> None:
+    def leave(self) -> None:
         """Take the peer out of its graph, and close."""
         router, self.router = self.router, None
         if router is not None:
@@ -159,10 +162,9 @@ class Connection:
         """Too much waits for the peer: tell it why, and forget what waits before it has read that."""
         if self.channel.connected:
             self.end(ErrorCode.LIMIT, text)
-            self._broker.loop.call_soon(self._forget)  # not now: the broker may be in the midst of deliveries
+            self._broker.loop.call_soon(self._forget)  # when it has left its graph
 
     def _forget(self) -> None:
-        self._leave()
         self.channel.outbox = Outbox()
 
     def turn_away(self, code: ErrorCode, text: str) -> None:

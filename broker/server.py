@@ -123,6 +123,8 @@ class Broker:
         """Listen."""
         self._loop = asyncio.get_running_loop()
         self._drain = None
+        # The graphs of an earlier time take no calls, and hold their publishers.
+        self._routers, self._joined, self._meter = {}, {}, Meter()
         self._meter.started_at = self.loop.time()
         self._server = await self._listen()
         self._ticker = self._loop.create_task(self._tick())
@@ -184,8 +186,11 @@ class Broker:
         try:
             await self._drain.run(self.options.drain_timeout_sec)
         finally:
-            for connection in tuple(self._connections):
+            connections = tuple(self._connections)
+            for connection in connections:
                 connection.channel.abort()
+            for connection in connections:
+                connection.leave()  # not when its end is noticed: that may be in another time of this broker
             if self.options.unix is not None:
                 self.options.unix.unlink(missing_ok=True)
             self._url = None

@@ -314,3 +314,37 @@ async def test_bytes_from_before_a_question_are_no_answer_to_it(
         assert (await asker.next(frames.Graph)).added
         await until(lambda: "silent" in caplog.text)
         sleeper.go_on_reading()
+
+
+async def test_a_broker_can_be_entered_again() -> None:
+    """What it did to stop, it does not do for ever: the second time calls and messages go through as well."""
+    broker = Broker(BrokerOptions(port=0, drain_timeout_sec=0))
+    for _ in range(2):
+        async with broker:
+            await test_messages_and_calls_go_through(broker)
+            await until(lambda: broker.stats().connections == 0)
+    async with broker, link(broker, "/stays") as one:
+        await broker.stop()
+        async with broker:
+            await one.gone()
+            assert broker.stats().endpoints == 0
+
+
+async def test_who_breaks_the_protocol_leaves_at_once(broker: Broker) -> None:
+    """Its calls end and it gets no new ones, however long it takes to read why its link has ended."""
+    async with link(broker, "/server") as server, link(broker, "/asker") as asker, link(broker, "/a") as a:
+        server.send(make.service(1), make.subscription(2, qos={"depth": 1000}))
+        a.send(make.publisher(1))
+        number = (await a.next(frames.Accepted)).number
+        await server.synchronise()
+        server.stop_reading()
+        a.send(*(make.run(number, count, size=60_000) for count in range(200)))
+        await a.synchronise()
+        asker.send(make.client(1), make.request(1, 7))
+        await asker.synchronise()
+        server.send(frames.Node(0, "/again"))
+        assert (await asker.next(frames.Reply)).entries[0].call == 7
+        assert broker.stats().connections == 3
+        asker.send(make.request(1, 8))
+        (entry,) = (await asker.next(frames.Reply)).entries
+        assert bytes(entry.body) == b"no server; wait for one with wait_for_service()"
