@@ -1,6 +1,6 @@
 """How a broker stops: nothing new is accepted, what has been accepted reaches its readers, and then goodbye.
 
-    calls        no new ones; those that wait for an answer may get it          up to `drain_timeout_sec`
+    calls        no new ones, but of who is answering one; those get their answers, up to `drain_timeout_sec`
     messages     every publisher is held, by credit; what is on its way comes in, and goes out
     goodbye      behind everything else on each link; who has read it has read all, and closes
 

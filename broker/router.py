@@ -157,7 +157,7 @@ class Router:
         return self._peers.get(peer_id)
 
     def refuse_calls(self) -> None:
-        """The broker stops: take no new calls; those that are pending may end."""
+        """The broker stops: take no new calls but what the pending ones need for their answers."""
         self.services.closed = True
 
     def hold_publishers(self) -> list[Delivery]:

@@ -27,7 +27,7 @@ from proto.frames import NoticeKind, ReplyEntry, RequestEntry, Status
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from broker.records import Delivery
+    from broker.records import Delivery, Peer
 
 TOO_LARGE = "with the broker's call id it is larger than a message may be"
 GONE = "the server has gone"
@@ -45,7 +45,7 @@ class Services:
         max_bytes: Size of a frame that a link takes; our call ids may make one longer than it came.
 
     Attributes:
-        closed: Whether new calls are refused.
+        closed: Whether new calls are refused, but for those that the answer to another may need.
         pending: Calls without an answer.
         calls: Requests routed to a server.
         refused: Requests answered here, because there was no server or too many were pending.
@@ -176,6 +176,7 @@ class Services:
         refused: list[ReplyEntry] = []
         group = self._groups.get(client.name)
         pool = None if group is None else group.pools.get((client.type_name, client.type_hash))
+        closed = self.closed and not _owes_answers(client.peer)
         for entry in entries:
             if entry.call in client.pending:
                 raise ProtocolError(ErrorCode.UNEXPECTED, f"REQUEST: the call id {entry.call} is in use")
@@ -183,9 +184,9 @@ class Services:
                 text = f"{self._max_pending} calls of this link wait already"
                 refused.append(_answer(entry.call, Status.OVERLOADED, text))
                 continue
-            server = None if pool is None or self.closed else pool.least_busy()
+            server = None if pool is None or closed else pool.least_busy()
             if pool is None or server is None:
-                refused.append(_answer(entry.call, Status.UNAVAILABLE, STOPPING if self.closed else NONE))
+                refused.append(_answer(entry.call, Status.UNAVAILABLE, STOPPING if closed else NONE))
                 continue
             call = self._open(client, entry.call, server)
             pool.moved(server)
@@ -262,6 +263,11 @@ class Services:
 
 def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:
     return one.type_name == other.type_name and one.type_hash == other.type_hash
+
+
+def _owes_answers(peer: Peer) -> bool:
+    servers = (each for each in peer.endpoints.values() if isinstance(each, ServiceRecord))
+    return any(server.pending for server in servers)
 
 
 def _answer(call: int, status: Status, text: str) -> ReplyEntry:

@@ -57,6 +57,41 @@ def test_a_call_that_is_being_answered_is_answered() -> None:
     play(scene)
 
 
+def test_who_is_answering_a_call_may_call_others_for_it() -> None:
+    """A handler that needs another service gets its answer; who has nothing to answer gets no call through."""
+
+    async def scene(stage: Stage) -> None:
+        front, back, caller = [await stage.enter(name) for name in ("front", "back", "caller")]
+        inner = front.create_client(AddTwoInts, "/inner")
+        stopping = asyncio.Event()
+
+        async def ask(request: AddTwoInts.Request) -> AddTwoInts.Response:
+            await stopping.wait()
+            return await inner.call(request)
+
+        def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
+            return AddTwoInts.Response(sum=request.a + request.b)
+
+        back.create_service(AddTwoInts, "/inner", add)
+        front.create_service(AddTwoInts, "/outer", ask)
+        client = caller.create_client(AddTwoInts, "/outer")
+        assert await client.wait_for_service(10)
+        assert await inner.wait_for_service(10)
+        call = client.call_async(AddTwoInts.Request(a=1, b=2))
+        await asyncio.sleep(0.1)
+        stop = asyncio.create_task(stage.stop_broker())
+        await asyncio.sleep(0.1)
+        with pytest.raises(actors.ServiceUnavailable, match="stopping"):
+            await client.call(AddTwoInts.Request())
+        stopping.set()
+        assert (await call).sum == 3
+        await stop
+        with pytest.raises(actors.ServiceUnavailable):
+            await inner.call(AddTwoInts.Request())
+
+    play(scene)
+
+
 def test_a_call_that_is_not_answered_in_time_ends_with_the_link() -> None:
     """The drain has a limit; the caller hears that the link broke."""
 
