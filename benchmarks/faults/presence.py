@@ -17,9 +17,14 @@ from benchmarks.faults.figures import Section, milliseconds
 from benchmarks.faults.puppet import Theatre, TrialError, cores
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
 SERVICE = "faults_add"
+
+TYPICAL_MS = 50
+"""The median time in which a caller hears of a death."""
+LONGEST_MS = 250
+"""The same at worst, on a busy machine, too."""
 
 
 @dataclass
@@ -77,7 +82,7 @@ async def _moment_of_service(client: actors.Client[Any, Any]) -> float:
 
 
 def presence_section(by_load: Mapping[str, Rounds]) -> Section:
-    """Return the table of deaths."""
+    """Return the table of deaths; a failure if one was heard of too late."""
     figures = {load: milliseconds(found.errors) for load, found in by_load.items()}
     return Section(
         key="presence",
@@ -89,7 +94,15 @@ def presence_section(by_load: Mapping[str, Rounds]) -> Section:
         heading=["machine", "rounds", "p50", "p95", "max"],
         rows=[_row(load, found) for load, found in figures.items()],
         figures=figures,
+        failures=[failure for load, found in figures.items() for failure in _late(load, found)],
     )
+
+
+def _late(load: str, found: Mapping[str, float]) -> Iterator[str]:
+    for what, limit in (("p50", TYPICAL_MS), ("max", LONGEST_MS)):
+        took = found[f"{what}_ms"]
+        if took > limit:
+            yield f"{load}: a death was heard of after {took:.1f} ms ({what}), {limit} are allowed"
 
 
 def wait_section(by_load: Mapping[str, Rounds]) -> Section:

@@ -82,6 +82,22 @@ def test_files_left_open_are_a_failure() -> None:
     assert restart.section(found).failures == ["1 files are left open"]
 
 
+@pytest.mark.parametrize(
+    ("errors", "failures"),
+    [
+        ([0.001, 0.050, 0.250], []),
+        ([0.001, 0.051, 0.052], ["p50"]),
+        ([0.001, 0.002, 0.251], ["max"]),
+        ([0.3], ["p50", "max"]),
+    ],
+)
+def test_a_death_heard_of_late_is_a_failure(errors: list[float], failures: list[str]) -> None:
+    """The median and the worst are judged, on an idle machine and on a busy one."""
+    for load in ("idle", "busy"):
+        found = presence.presence_section({load: presence.Rounds(errors=errors)}).failures
+        assert [re.findall(rf"{load}: .* \((\w+)\)", failure)[0] for failure in found] == failures
+
+
 @pytest.mark.parametrize(("kib_per_life", "files_left", "failures"), [(0.1, 0, 0), (1.0, 0, 1), (0.1, 2, 1)])
 def test_growth_is_a_failure(kib_per_life: float, files_left: int, failures: int) -> None:
     """Memory that grows with the lives, and files that stay open."""
