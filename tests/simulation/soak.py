@@ -256,7 +256,7 @@ class Soak:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run a soak; return 1 if a promise was broken."""
+    """Run a soak; return 1 if a promise was broken, or if no history came to its end."""
     plan = Plan()
     parser = argparse.ArgumentParser(prog="python -m tests.simulation.soak", description=__doc__)
     parser.add_argument("--minutes", type=float, default=plan.minutes, help="for how long")
@@ -275,7 +275,7 @@ def main(argv: list[str] | None = None) -> int:
     _say(tally.summary())
     if chosen.json is not None:
         chosen.json.write_text(json.dumps(vars(tally), indent=2) + "\n")
-    return 1 if tally.violations else 0
+    return 1 if tally.violations or not tally.histories else 0
 
 
 def _say(text: str) -> None:

@@ -69,9 +69,15 @@ def test_the_command_lives_through_seeds(tmp_path: Path, capsys: pytest.CaptureF
 
 def test_a_broken_promise_ends_the_command_with_1(monkeypatch: pytest.MonkeyPatch) -> None:
     """So that who runs it in a pipeline sees it."""
-    violated = soak.Tally(0, violations=[{"seed": 0, "kind": "calm", "wrong": "it is", "replay": "again"}])
+    violation = {"seed": 0, "kind": "calm", "wrong": "it is", "replay": "again"}
+    violated = soak.Tally(0, histories=1, violations=[violation])
     monkeypatch.setattr(Soak, "run", lambda _: violated)
     assert soak.main(["--seeds", "1"]) == 1
+
+
+def test_a_soak_that_has_lived_through_nothing_ends_with_1() -> None:
+    """No history has shown anything: that is not the same as all being well."""
+    assert soak.main(["--seeds", "0", "--processes", "1"]) == 1
 
 
 def test_no_history_begins_after_the_time_is_over() -> None:
