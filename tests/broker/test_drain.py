@@ -58,7 +58,7 @@ def test_a_call_that_is_being_answered_is_answered() -> None:
 
 
 def test_who_is_answering_a_call_may_call_others_for_it() -> None:
-    """A handler that needs another service gets its answer; who has nothing to answer gets no call through."""
+    """A handler that needs another service gets its answer; who has nothing to answer is refused."""
 
     async def scene(stage: Stage) -> None:
         front, back, caller = [await stage.enter(name) for name in ("front", "back", "caller")]
