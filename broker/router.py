@@ -318,9 +318,9 @@ class Router:
             self.services.join(endpoint)
 
     def _leave(self, endpoint: Endpoint) -> None:
-        self.graph.remove(
-            endpoint, suspended=endpoint.peer.suspended and endpoint.id in endpoint.peer.endpoints
-        )
+        if not (isinstance(endpoint, ServiceRecord) and endpoint.retired):  # that has left the graph already
+            silent = endpoint.peer.suspended and endpoint.id in endpoint.peer.endpoints
+            self.graph.remove(endpoint, suspended=silent)
         if isinstance(endpoint, PublisherRecord):
             self.topics.leave_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):

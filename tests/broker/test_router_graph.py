@@ -60,6 +60,29 @@ def test_a_suspended_node_is_not_in_the_graph() -> None:
     assert names(switch.read(viewer, frames.Graph))[0][1] == "/n"
 
 
+def test_a_retired_server_is_gone_however_its_link_fares() -> None:
+    """It has left the graph: nobody is told once more when its link falls silent, comes back or ends."""
+    switch = Switch()
+    watcher, server = switch.join("/watcher"), switch.join("/server")
+    switch.send(server, make.service(1))
+    switch.send(watcher, frames.Watch(1, keep=True))
+    key = next(
+        entry.key
+        for frame in switch.read(watcher, frames.Graph)
+        for entry in frame.added
+        if entry.kind == EntryKind.SERVICE
+    )
+    switch.send(server, frames.Retire(1))
+    assert [frame.removed for frame in switch.read(watcher, frames.Graph)] == [(key,)]
+    switch.suspend(server)
+    switch.restore(server)
+    switch.suspend(server)
+    switch.leave(server)
+    told = switch.read(watcher, frames.Graph)
+    assert key not in {gone for frame in told for gone in frame.removed}
+    assert len(told) == 4
+
+
 def test_a_suspended_node_that_goes_is_gone() -> None:
     """Watchers are told that it is silent, then that it will not come back; nothing is left of it."""
     switch = Switch()
