@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from heapq import heapify, heappop, heappush, heapreplace
 
+from proto.limits import MAX_U64
+
 
 class Least:
     """The least of many numbers that only rise: each change costs the logarithm of how many there are."""
@@ -46,7 +48,10 @@ class Least:
 
 
 class Allowances:
-    """By subscription: the limits of its credit, in the publisher's numbers."""
+    """By subscription: the limits of its credit, in the publisher's numbers.
+
+    A limit that is too large for a frame is the greatest that is not: nobody gets that far.
+    """
 
     def __init__(self) -> None:
         self._sequences = Least()
@@ -57,15 +62,15 @@ class Allowances:
     def add(self, subscription: int, sequence_limit: int, byte_limit: int, byte_base: int) -> None:
         """A subscription has been attached; its limits in bytes count from `byte_base`."""
         self._bases[subscription] = byte_base
-        self._sequences.add(subscription, sequence_limit)
-        self._sizes.add(subscription, byte_base + byte_limit)
+        self._sequences.add(subscription, min(sequence_limit, MAX_U64))
+        self._sizes.add(subscription, min(byte_base + byte_limit, MAX_U64))
 
     def grant(self, subscription: int, sequence_limit: int, byte_limit: int) -> None:
         """A subscription allows more; one that is not attached is ignored."""
         base = self._bases.get(subscription)
         if base is not None:
-            self._sequences.rise(subscription, sequence_limit)
-            self._sizes.rise(subscription, base + byte_limit)
+            self._sequences.rise(subscription, min(sequence_limit, MAX_U64))
+            self._sizes.rise(subscription, min(base + byte_limit, MAX_U64))
 
     def remove(self, subscription: int) -> bool:
         """Forget a subscription; False if it has no limits."""

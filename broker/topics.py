@@ -28,6 +28,7 @@ from proto.codec import encode
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import DetachReason, NoticeKind, PolicyKind, Run
 from proto.lane import Lane
+from proto.limits import MAX_U64
 from proto.runs import cut, message_bytes
 
 if TYPE_CHECKING:
@@ -131,8 +132,9 @@ class Topics:
         publisher.matched.clear()
         publisher.credits = Allowances()
         if publisher.peer.suspended:
+            if self._held:
+                credit.hold(publisher)
             self._credit(publisher)  # it may come back to readers that set no limit
-        publisher.limit = publisher.promised = None
         self._count(publisher, 0)
 
     def leave_subscription(self, subscription: SubscriptionRecord) -> None:
@@ -297,9 +299,12 @@ class Topics:
         """Route a run.
 
         Raises:
-            ProtocolError: The publisher is not this link's, or goes beyond its credit.
+            ProtocolError: The publisher is not this link's, or goes beyond its credit or all numbers.
         """
         publisher = self._owned(peer, run.publisher)
+        after = run.first_sequence + run.length
+        if after > MAX_U64:
+            raise ProtocolError(ErrorCode.MALFORMED, "RUN: the number after its last one is above 2^64 - 1")
         credit.check(publisher, run)
         seen = publisher.next_sequence - run.first_sequence
         size = message_bytes(run)
@@ -310,7 +315,7 @@ class Topics:
                 return
             run = cut(run, seen, run.length)
             size = message_bytes(run)
-        publisher.next_sequence = run.first_sequence + run.length
+        publisher.next_sequence = after
         topic = publisher.topic
         topic.messages += run.length
         topic.bytes += size

@@ -79,6 +79,10 @@ class Switch:
         """A peer has been heard of again."""
         self._carry(self.router.restore(peer))
 
+    def hold(self) -> None:
+        """The broker stops: publishers may send no more."""
+        self._carry(self.router.hold_publishers())
+
     def congest(self, peer: int) -> None:
         """Bring a peer's queues to their depth, as happens when its transport is full."""
         if peer in self._outboxes:

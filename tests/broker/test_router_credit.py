@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from proto import frames
+from proto import frames, limits
 from proto.errors import ErrorCode, ProtocolError
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
@@ -129,6 +129,58 @@ def test_only_the_latest_echo_counts() -> None:
     switch.send(talker, make.run(number, 0, 30))
     last = switch.read(talker, frames.Credit)[-1]
     assert last.sequence_limit == 20
+
+
+def test_numbers_end_where_frames_end() -> None:
+    """Whatever windows are asked for, and grants given: a limit fits its frame, and is held to."""
+    switch = Switch()
+    talker, number, _ = publish_to(switch)
+    switch.send(talker, make.run(number, 5))
+    greedy, modest = switch.join("/greedy"), switch.join("/modest")
+    wish = make.subscription(1, qos=make.KEEP_ALL, window=limits.MAX_U64, window_bytes=limits.MAX_U64)
+    switch.send(greedy, wish, frames.Grant(1, number, limits.MAX_U64, limits.MAX_U64))
+    assert switch.read(talker, frames.Credit) == [frames.Credit(number, limits.MAX_U64, limits.MAX_U64)]
+    switch.send(talker, frames.Credit(number, limits.MAX_U64, limits.MAX_U64))
+    switch.leave(greedy)
+    switch.send(modest, make.subscription(1, qos=make.KEEP_ALL, window=2))
+    told = switch.read(talker, frames.Credit)
+    assert [credit.sequence_limit for credit in told] == [None, 8]
+    switch.send(talker, told[-1])
+    switch.send(talker, make.run(number, 6, 2))
+    with pytest.raises(ProtocolError, match="beyond its credit"):
+        switch.send(talker, make.run(number, 8))
+
+
+def test_a_publisher_at_the_end_of_all_numbers() -> None:
+    """It may have declared any next number; there is no message for which none is left to come next."""
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    number = switch.publisher(talker, make.publisher(1, next_sequence=limits.MAX_U64 - 1))
+    with pytest.raises(ProtocolError) as caught:
+        switch.send(talker, make.run(number, limits.MAX_U64 - 1, 2))
+    assert caught.value.code == ErrorCode.MALFORMED
+    switch.send(talker, make.run(number, limits.MAX_U64 - 1))
+    with pytest.raises(ProtocolError):
+        switch.send(talker, make.run(number, limits.MAX_U64))
+    switch.send(reader, make.subscription(1, qos=make.KEEP_ALL))
+    assert [frame.first_sequence for frame in switch.read(reader, frames.Attached)] == [limits.MAX_U64]
+    switch.hold()
+    assert limits_of(switch, talker) == [limits.MAX_U64] * 2
+
+
+@pytest.mark.parametrize("windows", [(), (100,)])
+def test_a_held_publisher_stays_held_while_it_is_silent(windows: tuple[int, ...]) -> None:
+    """What it reads first when it is back does not let it go on."""
+    switch = Switch()
+    talker, number, _ = publish_to(switch, *windows)
+    switch.send(talker, make.run(number, 0, 3))
+    switch.hold()
+    switch.suspend(talker)
+    switch.restore(talker)
+    assert limits_of(switch, talker)[-1:] == [3]
+    switch.suspend(talker)
+    switch.restore(talker)
+    assert limits_of(switch, talker) == []
 
 
 def test_nothing_is_dropped_for_a_keep_all_reader() -> None:
