@@ -18,6 +18,7 @@ from actors.entities.client import Client
 from actors.entities.publisher import Publisher
 from actors.entities.subscription import Subscription
 from broker.graph import Graph
+from broker.lanes import DepartedLanes
 from broker.records import Queue, Route
 from broker.router import Router
 from broker.server import Broker
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from actors.feeds import Inflow
+    from broker.records import Endpoint, Peer
     from proto.frames import Run
     from proto.outbox import Outbox
 
@@ -208,6 +210,33 @@ def overlooks_a_gap() -> Iterator[None]:
 
 
 @contextmanager
+def relies_on_the_gone() -> Iterator[None]:
+    """A broker goes on looking closely at links that are gone."""
+    remove = Router._remove_peer
+
+    def forgetful(router: Router, peer: Peer) -> None:
+        remove(router, peer)
+        router.relied_on.add(peer.id)
+
+    with mock.patch.object(Router, "_remove_peer", forgetful):
+        yield
+
+
+@contextmanager
+def remembers_suspensions() -> Iterator[None]:
+    """The graph keeps the keys of those that never came back."""
+    remove = Graph.remove
+
+    def keeping(graph: Graph, endpoint: Endpoint, *, suspended: bool = False) -> None:
+        before = graph._suspended & {endpoint.key}
+        remove(graph, endpoint, suspended=suspended)
+        graph._suspended |= before
+
+    with mock.patch.object(Graph, "remove", keeping):
+        yield
+
+
+@contextmanager
 def leaves_its_ticker() -> Iterator[None]:
     """A broker that stops leaves a task behind."""
 
@@ -245,6 +274,9 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "servers are pushed": (does_nothing(Services, "flush"), True),
     "callbacks run one at a time": (runs_beside, True),
     "errors of callbacks are counted": (does_nothing(Core, "callback_failed"), True),
+    "links that are gone are forgotten": (relies_on_the_gone, True),
+    "suspensions are forgotten": (remembers_suspensions, False),
+    "lanes that are empty are forgotten": (does_nothing(DepartedLanes, "_is_over"), True),
     "a stopped broker leaves nothing": (leaves_its_ticker, True),
 }
 """By promise: how to break it, and whether calm histories show it."""

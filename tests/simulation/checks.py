@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from typing import TYPE_CHECKING, Final
 
 import actors
@@ -22,6 +23,8 @@ SETTLE_SEC: Final = 200.0
 
 PATIENCE_SEC: Final = 30.0
 """Anything asked of a world at rest has happened by then."""
+
+COLLECTIONS: Final = (dict, list, set, deque)
 
 LATEST: Final = actors.QoSProfile(
     history=actors.HistoryPolicy.KEEP_ALL, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL
@@ -248,18 +251,25 @@ def _broker_forgets(world: World) -> None:
     stats = world.home.broker.stats()
     if stats.connections or stats.endpoints or stats.queued or stats.pending_calls:
         world.complain(f"without nodes the broker has {stats}")
-    for router in world.home.broker._routers.values():
-        left = {
-            name: held
-            for part in (router, router.topics, router.services, router.graph)
-            for name, held in vars(part).items()
-            if isinstance(held, (dict, list)) and held and name != "_handlers"
-        }
-        if left:
-            world.complain(f"without nodes the router holds {left}")
+    _is_empty(world, world.home.broker, "_connections", "_strangers", "_dirty")
+    for router, joined in world.home.broker._joined.items():
+        if joined:
+            world.complain(f"without nodes {len(joined)} links are joined")
         waiting = sum(not way.lane.empty for way in router.topics.ways())
         if waiting:
             world.complain(f"without nodes something waits in {waiting} lanes")
+        departed = router.topics._departed
+        departed._settle()  # it may wait with that for more of them
+        for part in (router, router.topics, router.services, router.graph, departed):
+            _is_empty(world, part, *(name for name in vars(part) if name != "_handlers"))
+
+
+def _is_empty(world: World, part: object, *names: str) -> None:
+    """Of these attributes those that are collections are empty."""
+    held = {name: getattr(part, name) for name in names}
+    left = {name: what for name, what in held.items() if isinstance(what, COLLECTIONS) and what}
+    if left:
+        world.complain(f"without nodes the {type(part).__name__} holds {left}")
 
 
 async def _ends(world: World) -> None:
