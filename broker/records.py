@@ -152,6 +152,8 @@ class PublisherRecord(Endpoint):
     """What it publishes on, from its first matching on."""
     routes: dict[int, Route] = field(default_factory=dict["int", "Route"])
     matched: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
+    awaited_by: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
+    """Subscriptions that have been told that it is suspended, and are to be told how that ends."""
     keep: int = 0
     """Messages kept for late joiners; 0 for a VOLATILE publisher."""
     latched: deque[Run] = field(default_factory=deque["Run"])
@@ -176,6 +178,8 @@ class SubscriptionRecord(Endpoint):
     window_messages: int
     window_bytes: int
     matched: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
+    awaits: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
+    """Publishers whose `awaited_by` it is in."""
 
 
 @dataclass(slots=True, eq=False)

@@ -81,6 +81,9 @@ class Topics:
         self._publishers[publisher.key] = publisher
         topic = publisher.topic = self._topic(publisher.name)
         topic.publishers[publisher.key] = publisher
+        for subscription in publisher.awaited_by.values():  # each of them is about to be attached anew
+            del subscription.awaits[publisher.key]
+        publisher.awaited_by.clear()
         self._notices, self._newcomer = 0, publisher
         for subscription in topic.subscriptions.values():
             self._match(publisher, subscription)
@@ -102,19 +105,18 @@ class Topics:
         """Take no more runs of a publisher that has left for good."""
         self._publishers.pop(publisher.key, None)
         unlatch(publisher)
-        if publisher.peer.suspended:
-            self._tell_gone(publisher)
+        for subscription in publisher.awaited_by.values():
+            del subscription.awaits[publisher.key]
+            self._tell_gone(publisher, subscription)
+        publisher.awaited_by.clear()
 
-    def _tell_gone(self, publisher: PublisherRecord) -> None:
-        """Tell those who know that a publisher is suspended that it will not come back."""
-        topic = self._topics.get(publisher.name)
-        for subscription in () if topic is None else topic.subscriptions.values():
-            if _same_type(publisher, subscription):
-                peer = subscription.peer.id
-                frame = frames.Detached(publisher.key, (subscription.id,), DetachReason.GONE)
-                # Not before what it has said, and before its suspension is told of.
-                lane = self._departed.waiting(peer, publisher.gid)
-                self._emit(Send(peer, frame) if lane is None else Queue(peer, lane, encode(frame)))
+    def _tell_gone(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+        """Tell a subscription that knows that a publisher is suspended not to wait for it."""
+        peer = subscription.peer.id
+        frame = frames.Detached(publisher.key, (subscription.id,), DetachReason.GONE)
+        # Behind what it has said, and behind the word that it is suspended.
+        lane = self._departed.waiting(peer, publisher.gid)
+        self._emit(Send(peer, frame) if lane is None else Queue(peer, lane, encode(frame)))
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:
         """Take a publisher out; its readers get what is queued, and then DETACHED."""
@@ -129,6 +131,9 @@ class Topics:
         for subscription in publisher.matched.values():
             subscription.matched.pop(publisher.key, None)
             self._count(subscription, subscription.peers - 1)
+            if publisher.peer.suspended:
+                publisher.awaited_by[subscription.key] = subscription
+                subscription.awaits[publisher.key] = publisher
         publisher.matched.clear()
         publisher.credits = Allowances()
         if publisher.peer.suspended:
@@ -147,6 +152,11 @@ class Topics:
             if publisher.credits.remove(subscription.key):
                 self._credit(publisher)
         subscription.matched.clear()
+        for publisher in subscription.awaits.values():
+            del publisher.awaited_by[subscription.key]
+            if subscription.peer.suspended:  # it lives on, and nobody will remember what it waits for
+                self._tell_gone(publisher, subscription)
+        subscription.awaits.clear()
         self._count(subscription, 0)
 
     def _unroute(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:

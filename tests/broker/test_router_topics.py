@@ -372,6 +372,37 @@ def test_readers_of_a_suspended_publisher_hear_how_that_ends() -> None:
     assert reasons == [DetachReason.SUSPENDED, DetachReason.GONE]
 
 
+def test_a_reader_that_is_suspended_as_well_hears_how_that_ends() -> None:
+    """It is told not to wait; should the publisher be back first, it is attached to it as ever."""
+    switch = Switch()
+    talker, listener, number = talk(switch)
+    switch.suspend(talker)
+    switch.suspend(listener)
+    reasons = [frame.reason for frame in switch.read(listener, frames.Detached)]
+    assert reasons == [DetachReason.SUSPENDED, DetachReason.GONE]
+    switch.restore(talker)
+    switch.restore(listener)
+    assert [frame.publisher for frame in switch.read(listener, frames.Attached)] == [number]
+    switch.suspend(talker)
+    switch.read_all(listener)
+    switch.leave(talker)
+    assert [frame.reason for frame in switch.read(listener, frames.Detached)] == [DetachReason.GONE]
+
+
+def test_only_who_knew_of_a_publisher_hears_that_it_has_gone() -> None:
+    """Not who has come since it fell silent, nor who has gone."""
+    switch = Switch()
+    talker, listener, _ = talk(switch)
+    switch.suspend(talker)
+    newcomer = switch.join("/newcomer")
+    switch.send(newcomer, make.subscription(1))
+    switch.send(listener, frames.Undeclare(1), make.subscription(2))
+    switch.read_all(listener)
+    switch.leave(talker)
+    assert switch.read(newcomer, frames.Detached) == []
+    assert switch.read(listener, frames.Detached) == []
+
+
 def test_the_end_of_a_suspended_publisher_does_not_overtake_its_runs() -> None:
     """What it said before it fell silent is read before the word that it is gone."""
     switch = Switch()
