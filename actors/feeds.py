@@ -105,13 +105,14 @@ def _seconds(qos: Options, key: str) -> float:
     return value / 1e9 if isinstance(value, int) and value > 0 else 0.0
 
 
-def _without(inflows: dict[int, list[Inflow]], reader: Reader | None) -> dict[int, list[Inflow]]:
-    """Return the inflows of all other readers; publishers without any are forgotten."""
-    others = {
-        publisher: [inflow for inflow in of_publisher if inflow.reader is not reader]
-        for publisher, of_publisher in inflows.items()
-    }
-    return {publisher: of_publisher for publisher, of_publisher in others.items() if of_publisher}
+def _remove(inflows: dict[int, list[Inflow]], publisher: int, reader: Reader) -> None:
+    """Take a reader's inflow of a publisher away; a publisher without any is forgotten."""
+    of_publisher = inflows.get(publisher, [])
+    others = [inflow for inflow in of_publisher if inflow.reader is not reader]
+    if others:
+        inflows[publisher] = others
+    else:
+        inflows.pop(publisher, None)
 
 
 class Feeds:
@@ -122,6 +123,8 @@ class Feeds:
         self._silent: dict[int, list[Inflow]] = {}
         """Of publishers that are suspended, those that have been detached: bounded by what was attached."""
         self._readers: dict[int, Reader] = {}
+        self._heard_by: dict[int, set[int]] = {}
+        """By subscription: the publishers that it has inflows of, silent ones included."""
 
     def __len__(self) -> int:
         """Return how many publishers are heard."""
@@ -134,8 +137,11 @@ class Feeds:
     def remove_reader(self, subscription: int) -> None:
         """Hand nothing more to a subscription."""
         reader = self._readers.pop(subscription, None)
-        self._inflows = _without(self._inflows, reader)
-        self._silent = _without(self._silent, reader)
+        publishers = self._heard_by.pop(subscription, ())
+        if reader is not None:
+            for publisher in publishers:
+                _remove(self._inflows, publisher, reader)
+                _remove(self._silent, publisher, reader)
 
     def attached(self, frame: frames.Attached) -> None:
         """ATTACHED came."""
@@ -148,6 +154,7 @@ class Feeds:
                 self._forget(frame.publisher, reader)
                 inflow = Inflow(reader, frame)
                 inflows.append(inflow)
+                self._heard_by.setdefault(subscription, set()).add(frame.publisher)
                 reader.attached(inflow)
 
     def detached(self, frame: frames.Detached) -> None:
@@ -160,6 +167,7 @@ class Feeds:
             silent = frame.reason == DetachReason.SUSPENDED
             if not silent:
                 self._forget(frame.publisher, reader)
+                self._heard_by.get(subscription, set()).discard(frame.publisher)
             self._detach(inflows, reader, silent=silent)
         if not inflows:
             self._inflows.pop(frame.publisher, None)
@@ -195,6 +203,7 @@ class Feeds:
         """The session is over."""
         inflows, self._inflows = self._inflows, {}
         silent, self._silent = self._silent, {}
+        self._heard_by.clear()
         for flow in [flow for flows in silent.values() for flow in flows]:
             flow.reader.forgotten(flow)
         for flow in [flow for flows in inflows.values() for flow in flows]:

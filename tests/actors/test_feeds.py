@@ -104,6 +104,29 @@ def test_a_reader_may_leave_while_it_reads() -> None:
     assert diary == ["a Run 7", "b Run 7", "c Run 7", "b Run 7", "c Run 7"]
 
 
+def test_a_reader_that_leaves_is_looked_for_at_its_own_publishers_only() -> None:
+    """Removing one of many costs what that one has attached, silent publishers included; others go on."""
+    feeds, _, diary = feeds_of(3)
+    for publisher in range(10):
+        feeds.attached(Attached(publisher, (3,), GID, 0, "/n", {}))
+    feeds.attached(Attached(20, (1, 2), GID, 0, "/n", {}))
+    feeds.attached(Attached(21, (1,), GID, 0, "/n", {}))
+    feeds.attached(Attached(22, (1,), GID, 0, "/n", {}))
+    feeds.detached(Detached(21, (1,), DetachReason.SUSPENDED))
+    feeds.detached(Detached(22, (1,), DetachReason.GONE))
+    assert feeds._heard_by[1] == {20, 21}
+    untouched = {publisher: feeds._inflows[publisher] for publisher in range(10)}
+    feeds.remove_reader(1)
+    assert all(feeds._inflows[publisher] is of_publisher for publisher, of_publisher in untouched.items())
+    assert feeds._silent == {}
+    diary.clear()
+    feeds.run_received(run(20))
+    assert diary == ["b Run 20"]
+    feeds.remove_reader(2)
+    feeds.remove_reader(3)
+    assert feeds._inflows == feeds._heard_by == {}
+
+
 def test_a_lost_session_detaches_all() -> None:
     """After `clear` every reader has been told, and old publisher ids mean nothing."""
     feeds, _, diary = feeds_of(2)
@@ -113,6 +136,7 @@ def test_a_lost_session_detaches_all() -> None:
     feeds.clear()
     feeds.run_received(run(7))
     assert diary == ["a - 7", "b - 8"]
+    assert feeds._heard_by == {}
 
 
 def test_a_silent_publisher_is_forgotten_when_it_is_back_or_gone() -> None:
