@@ -54,16 +54,19 @@ class Conversation:
 
     Args:
         link: What the broker says goes there, until `end`.
+        url: The broker.
         hello: What to greet with.
         log: Hears of a broker that breaks the protocol.
 
     Attributes:
+        url: The broker.
         channel: The connection.
         ended: Set when it is over, whoever ended it.
     """
 
-    def __init__(self, link: Link, hello: frames.Hello, log: LinkLog) -> None:
+    def __init__(self, link: Link, url: BrokerUrl, hello: frames.Hello, log: LinkLog) -> None:
         assert link.loop is not None
+        self.url = url
         self.channel = Channel(Role.CLIENT, self, loop=link.loop)
         self.ended = asyncio.Event()
         self._link = link
@@ -207,11 +210,17 @@ class Dialer:
             retry = min(2 * retry, LAST_RETRY_SEC)
 
     async def _try_all(self, loop: asyncio.AbstractEventLoop, deadline: float | None) -> Conversation | None:
-        """Try each broker once, in order; return the session with the first that has us."""
-        for url in self._urls:
-            conversation = await self._connect(url, loop, deadline)
+        """Try each broker once, in order; return the session with the first that has us.
+
+        Until a deadline each has an equal share of the time that is left, so that one that takes connections
+        and says nothing leaves some to the others.
+        """
+        for left, url in zip(range(len(self._urls), 0, -1), self._urls, strict=True):
+            end = loop.time() + CONNECT_TIMEOUT_SEC
+            if deadline is not None:
+                end = min(end, loop.time() + (deadline - loop.time()) / left)
+            conversation = await self._connect(url, loop, end)
             if conversation is not None:
-                self._link.url = str(url)
                 if self._complained:
                     self._log.info(f"Connected to the broker at {url}")
                 self._complained = False
@@ -230,14 +239,13 @@ class Dialer:
             self._log.warning(f"No broker at {self._link.place}; waiting for one. {self._remedy}")
 
     async def _connect(
-        self, url: BrokerUrl, loop: asyncio.AbstractEventLoop, deadline: float | None
+        self, url: BrokerUrl, loop: asyncio.AbstractEventLoop, deadline: float
     ) -> Conversation | None:
         """Open a connection and wait for the WELCOME; None if that does not work."""
-        conversation = self._conversation = Conversation(self._link, self._hello, self._log)
+        conversation = self._conversation = Conversation(self._link, url, self._hello, self._log)
         _conversations.add(conversation)
-        end = loop.time() + CONNECT_TIMEOUT_SEC
         try:
-            async with asyncio.timeout_at(end if deadline is None else min(end, deadline)):
+            async with asyncio.timeout_at(deadline):
                 if url.path:
                     await loop.create_unix_connection(lambda: conversation.channel, url.path)
                 else:
@@ -314,6 +322,7 @@ class Dialer:
         if isinstance(keepalive_ms, int) and keepalive_ms > 0:
             self._keepalive_sec = keepalive_ms / 1000
         most = frame.options.get("max_message_bytes")
+        self._link.url = str(self._conversation.url)  # first: whoever waits for the session may ask for it
         self._link.opened(
             self._conversation.channel, most if isinstance(most, int) else limits.MAX_MESSAGE_BYTES
         )

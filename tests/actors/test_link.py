@@ -104,6 +104,25 @@ async def test_the_next_of_several_brokers_is_tried(tmp_path: Path) -> None:
         await until(lambda: node.connected and spare.stats().connections == 1)
 
 
+def test_a_broker_that_says_nothing_does_not_use_up_the_time_of_the_next() -> None:
+    """Entering with a deadline fails over, too: each broker has its share. The link says who it is, at once."""
+
+    async def main(loop: SimulatedLoop) -> float:
+        mute = await loop.create_server(lambda: Impostor(b"", stays=True), "127.0.0.1", 7000)
+        url = "callboard://127.0.0.1:7000,callboard://127.0.0.1:7001,callboard://127.0.0.1:7411"
+        began = loop.time()
+        async with (
+            Broker(BrokerOptions(port=7411)) as spare,
+            actors.Node("n", url=url, connect_timeout_sec=3, use_global_arguments=False) as node,
+        ):
+            took = loop.time() - began
+            assert node.diagnostics().broker == spare.url == "callboard://127.0.0.1:7411"
+        mute.close()
+        return took
+
+    assert 0.9 < simulate(main) < 1.1
+
+
 async def test_everything_is_declared_again(meeting: Meeting) -> None:
     """After a broker's restart node, endpoints and matches are as before, and ids go on."""
     node = await meeting.node("n")
