@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 NamesAndTypes = list[tuple[str, list[str]]]
 
+SECOND_LOOK_SEC: Final = 1.0
+"""How much longer than asked a wait may take because the broker has not answered at all: one that is there
+needs milliseconds."""
+
 FIRST_QUESTION: Final = 1 << 31
 """Ids of questions begin here; those below are the link's."""
 
@@ -150,7 +154,10 @@ class GraphView:
         return watch.picture
 
     async def wait_for(self, condition: Callable[[GraphPicture], bool], timeout_sec: float | None) -> bool:
-        """Wait until the graph fulfils a condition; False if `timeout_sec` (None: no limit) passes first."""
+        """Wait until the graph fulfils a condition; False if `timeout_sec` (None: no limit) passes first.
+
+        A broker that had no time to answer gets a second more to say how things are.
+        """
         core, link = self._core, self._core.link
         core.require_loop()
         watch: _Watch | None = None
@@ -167,9 +174,12 @@ class GraphView:
                         core.require_alive()
         except TimeoutError:
             # A watch that had no time to answer has not been asked: look once.
-            if watch is not None and not watch.complete and timeout_sec is not None:
-                return condition(await self.snapshot())
-            return False
+            if watch is None or watch.complete:
+                return False
+            try:
+                return condition(await self.snapshot(SECOND_LOOK_SEC))
+            except BrokerUnreachable:
+                return False
         finally:
             self._close(watch)
 

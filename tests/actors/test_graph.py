@@ -8,16 +8,20 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
+from actors.graph import SECOND_LOOK_SEC
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.message import definition, type_hash
 from actors.interfaces.std_msgs.msg import Int64, String
 from proto.errors import InvalidNameError
 from tests.actors.meeting import KEEP_ALL, turns, until
+from tests.simulation.network import BROKER
+from tests.simulation.stage import play
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from tests.actors.meeting import Meeting
+    from tests.simulation.stage import Stage
 
 
 async def test_counts_follow_what_is_created(meeting: Meeting) -> None:
@@ -100,6 +104,19 @@ async def test_waiting_for_a_node(meeting: Meeting) -> None:
     await meeting.node("late")
     async with asyncio.timeout(20):
         assert await waiting
+
+
+def test_a_wait_for_a_broker_that_says_nothing_ends() -> None:
+    """Somebody who waits for 0.1 s hears soon after that nobody came, and not of the broker's troubles."""
+
+    async def scene(stage: Stage) -> None:
+        node = await stage.enter("one")
+        stage.network.block("one", BROKER)
+        began = stage.loop.time()
+        assert not await node.wait_for_node("/never", 0.1)
+        assert stage.loop.time() - began < 0.1 + SECOND_LOOK_SEC + 0.1
+
+    play(scene)
 
 
 async def test_a_wait_survives_a_broker(meeting: Meeting) -> None:
