@@ -77,6 +77,9 @@ class Service(Introspectable, Server, Generic[Q, A]):
         self._concurrent = concurrent
         self._waiting = RequestQueue()
         self._running: dict[int, Turn] = {}
+        """Handlers whose callers wait, by call."""
+        self._turns = 0
+        """Handlers under way, those included that nobody waits for any more and that ignore it."""
         self._outgoing: EntryBatch[ReplyEntry] = EntryBatch()
         core.link.add(self)
 
@@ -108,7 +111,7 @@ class Service(Introspectable, Server, Generic[Q, A]):
 
     def has_work(self) -> bool:
         """Source: whether a handler could run now."""
-        return bool(self._waiting.entries) and len(self._running) < MAX_RUNNING and not self.destroyed
+        return bool(self._waiting.entries) and self._turns < MAX_RUNNING and not self.destroyed
 
     def dispatch(self) -> Turn | None:
         """Source: run the handler for what waits, until it returns something to await."""
@@ -146,16 +149,17 @@ class Service(Introspectable, Server, Generic[Q, A]):
 
     def _turn(self, call: int, coroutine: Any, attributes: frames.Options | None) -> Turn:
         def ended(result: object, error: BaseException | None) -> None:
+            self._turns -= 1
             if self._running.get(call) is not turn:
                 self._ended_in_vain(error)
-                return
-            del self._running[call]
-            if error is None:
-                self._reply(call, result, attributes)
-            elif turn.cancelled and isinstance(error, asyncio.CancelledError):
-                self._reply_text(call, Status.CANCELLED, "the handler was cancelled")
             else:
-                self._raised(call, error)
+                del self._running[call]
+                if error is None:
+                    self._reply(call, result, attributes)
+                elif turn.cancelled and isinstance(error, asyncio.CancelledError):
+                    self._reply_text(call, Status.CANCELLED, "the handler was cancelled")
+                else:
+                    self._raised(call, error)
             if self.has_work():
                 self.core.mailbox.post(self)
             elif self.core.stopping:
@@ -163,6 +167,7 @@ class Service(Introspectable, Server, Generic[Q, A]):
 
         turn = Turn(self.core.mailbox, coroutine, ended, timing=self.timing, beside=self._concurrent)
         self._running[call] = turn
+        self._turns += 1
         return turn
 
     def _raised(self, call: int, error: BaseException) -> None:
@@ -262,7 +267,7 @@ class Service(Introspectable, Server, Generic[Q, A]):
             waiting=len(self._waiting.entries),
             waiting_bytes=self._waiting.size,
             queue_limit=MAX_QUEUED,
-            running=len(self._running),
+            running=self._turns,
             served=self.served,
             errors=self.errors,
             callback=self.timing.diagnostics(self.calls),

@@ -361,6 +361,41 @@ async def test_more_requests_than_may_wait_are_refused(adder: Adder, monkeypatch
     assert handled == [0, 1, 2, 3]
 
 
+async def test_abandoned_handlers_count_until_they_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Handlers that ignore their cancellation do not grow beyond the limit with each session, and are shown."""
+    monkeypatch.setattr("actors.entities.service.MAX_RUNNING", 2)
+    finish = asyncio.Event()
+    handled: list[int] = []
+
+    async def stubborn(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        handled.append(request.a)
+        while not finish.is_set():
+            try:
+                await finish.wait()
+            except asyncio.CancelledError:
+                continue
+        return AddTwoInts.Response()
+
+    async with actors.Node("server", url=f"callboard+unix://{tmp_path}/none") as node:
+        service = node.create_service(AddTwoInts, "add", stubborn, concurrent=True)
+        try:
+            for session in range(3):
+                service.requested(tuple(entry(call, 10 * session + call) for call in range(1, 4)))
+                await turns()
+                assert handled == [1, 2]
+                assert service.diagnostics().running == 2
+                if session < 2:
+                    service.link_lost()
+                    await turns()
+        finally:
+            finish.set()
+        await turns(20)
+        assert handled == [1, 2, 21, 22, 23]
+        assert service.diagnostics().running == 0
+
+
 async def test_several_servers_share(meeting: Meeting, adder: Adder) -> None:
     """Requests go to the server with the fewest that wait."""
     await adder.serve(async_one)
