@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from actors.errors import NodeDestroyed as NodeDestroyed
     from actors.errors import NodeNameTaken as NodeNameTaken
     from actors.errors import PublisherFull as PublisherFull
+    from actors.errors import PublisherRefused as PublisherRefused
     from actors.errors import RemoteError as RemoteError
     from actors.errors import ServiceOverloaded as ServiceOverloaded
     from actors.errors import ServiceTimeout as ServiceTimeout
@@ -130,6 +131,7 @@ _HOMES = {
         "NodeDestroyed",
         "NodeNameTaken",
         "PublisherFull",
+        "PublisherRefused",
         "RemoteError",
         "ServiceOverloaded",
         "ServiceTimeout",

@@ -37,7 +37,7 @@ class Core:
         stopping: Whether the node begins nothing new: it is on its way out.
         unread: Messages that had come when the node stopped, and were not taken.
         stop: Set by the node: ends it with an error.
-        departing: What destroyed publishers have still to send in this session.
+        departing: What destroyed publishers have still to send.
     """
 
     def __init__(
@@ -168,11 +168,14 @@ class Core:
         self.log.warning(notice.text)
 
     def link_lost(self) -> None:
-        """Endpoint: the session has ended; the link declares the node again."""
-        unsent = sum(lane.pending for lane in self.departing)
+        """Endpoint: the session has ended; the link declares the node again.
+
+        A destroyed publisher that the broker had not accepted yet is declared again, too, and sends then.
+        """
+        unsent = sum(lane.pending for lane in self.departing if lane.publisher)
         if unsent:
             self.log.warning(f"{unsent} messages of destroyed publishers were never sent: the link broke")
-        self.departing.clear()
+        self.departing = deque(lane for lane in self.departing if not lane.publisher)
 
 
 class Entity:

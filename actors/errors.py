@@ -5,6 +5,7 @@
     ├── NodeNameTaken                         another live node has this full name
     ├── NodeDestroyed (RuntimeError)          the node or entity has been destroyed
     ├── NodeAlreadyRunning (RuntimeError)     a node runs once at a time
+    ├── PublisherRefused                      the broker will not have this publisher
     ├── PublisherFull                         a KEEP_ALL publisher's readers are too slow; wait for ready()
     ├── WaitTimeout (TimeoutError)            ready() or flush() did not come true in time
     ├── SupervisorGaveUp                      a child has died too often
@@ -37,6 +38,10 @@ class NodeDestroyed(CallboardError, RuntimeError):
 
 class NodeAlreadyRunning(CallboardError, RuntimeError):
     """A node runs once at a time."""
+
+
+class PublisherRefused(CallboardError):
+    """The broker will not have this publisher, so that nothing of it is sent in this session."""
 
 
 class PublisherFull(CallboardError):

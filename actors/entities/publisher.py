@@ -12,7 +12,7 @@ from actors.core import Core, Entity, in_flight
 from actors.diagnostics import PublisherDiagnostics
 from actors.entities.promises import Promises
 from actors.entities.retained import Retained
-from actors.errors import PublisherFull, WaitTimeout
+from actors.errors import PublisherFull, PublisherRefused, WaitTimeout
 from actors.events import PublisherEventCallbacks, PublisherEvents
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.message import Message, definition, type_hash, type_name
@@ -71,6 +71,8 @@ class Publisher(Entity, Generic[T]):
         self._large = False
         """Whether the last message was large."""
         self._live = False
+        self._refusal = ""
+        """Why the broker of this session will not have it."""
         self._unlimited = True
         self._retained = Retained(LATCHED_MESSAGES if self._keep_all else depth)
         self._declared = 0
@@ -90,7 +92,7 @@ class Publisher(Entity, Generic[T]):
 
     @property
     def dropped(self) -> int:
-        """Messages dropped here, unsent, because KEEP_LAST's depth was exceeded."""
+        """Messages dropped here, unsent: beyond KEEP_LAST's depth, or the broker refused the publisher."""
         return self._lane.dropped
 
     @property
@@ -209,6 +211,8 @@ class Publisher(Entity, Generic[T]):
         else:
             self._lane.put(run)
             self._lane.trim()
+            if self._refusal:
+                self._drop_unsent()
 
     async def ready(self, timeout_sec: float | None = None) -> None:
         """Wait until `publish` has room: with KEEP_LAST, until it would drop nothing.
@@ -217,14 +221,17 @@ class Publisher(Entity, Generic[T]):
 
         Raises:
             WaitTimeout: No room within `timeout_sec` (None: the node's default call timeout).
+            PublisherRefused: The broker will not have this publisher.
         """
         if self._crowded:
             await self.core.wait_until(
-                lambda: self.destroyed or not self._crowded,
+                lambda: bool(self.destroyed or self._refusal or not self._crowded),
                 f"Room to publish on '{self.topic_name}'",
                 timeout_sec,
             )
         self.require_alive()
+        if self._refusal:
+            self._raise_refused()
 
     async def flush(self, timeout_sec: float | None = None) -> None:
         """Wait until everything published so far has reached the broker.
@@ -232,13 +239,18 @@ class Publisher(Entity, Generic[T]):
         Raises:
             WaitTimeout: It has not within `timeout_sec` (None: the node's default call timeout).
             BrokerUnreachable: The link broke while it was on its way.
+            PublisherRefused: The broker will not have this publisher.
         """
         self.core.link.flush()
         loop = self.core.require_loop()
         limit = self.core.default_call_timeout_sec if timeout_sec is None else timeout_sec
         deadline = loop.time() + limit
         what = f"Flushing '{self.topic_name}'"
-        await self.core.wait_until(lambda: self._live and self._lane.empty, what, limit)
+        await self.core.wait_until(
+            lambda: bool(self._refusal or (self._live and self._lane.empty)), what, limit
+        )
+        if self._refusal:
+            self._raise_refused()
         with in_flight():
             try:
                 async with asyncio.timeout_at(deadline):
@@ -259,6 +271,8 @@ class Publisher(Entity, Generic[T]):
         self.core.entities.pop(self, None)
         if self._live:
             self._leave()
+            if self.core.link.channel is not None:
+                self.core.departs(self._lane)
         elif self.core.link.channel is None or not self._lane.pending:
             if self._lane.pending:
                 self.core.log.warning(
@@ -276,7 +290,6 @@ class Publisher(Entity, Generic[T]):
         if self._unlimited or not self._lane.pending:
             link.publishers.pop(self._lane.publisher, None)  # no credit matters any more
         if link.channel is not None:
-            self.core.departs(self._lane)
             link.channel.outbox.put_lane(self._lane, encode(frames.Undeclare(self.id)))
             link.flush_later(self)
 
@@ -338,6 +351,23 @@ class Publisher(Entity, Generic[T]):
             self._leave()
         link.flush_later(self)
 
+    def refused(self, code: int, text: str) -> None:
+        """Endpoint: the broker will not have it. What waits is dropped: nothing would ever send it."""
+        super().refused(code, text)
+        self._refusal = text or "it does not say why"
+        self.flush_turn()
+        self._drop_unsent()
+        if self.destroyed:
+            self.core.link.remove(self, announce=False)
+        self.core.link.wake()
+
+    def _raise_refused(self) -> None:
+        raise PublisherRefused(f"The broker refused to publish on '{self.topic_name}': {self._refusal}")
+
+    def _drop_unsent(self) -> None:
+        """Count what waits as dropped; only before anything has left."""
+        self._lane.drop_larger(0)  # no message has 0 bytes
+
     def _drop_too_large(self) -> None:
         """Give up what this broker would close the link for."""
         largest = self.core.link.largest
@@ -378,6 +408,7 @@ class Publisher(Entity, Generic[T]):
         """Endpoint: back to queueing, KEEP_LAST to its depth."""
         super().link_lost()
         self._live = False
+        self._refusal = ""  # the next broker may think differently
         self.core.link.publishers.pop(self._lane.publisher, None)
         self._lane.restart(0)
         self._lane.trim()

@@ -13,6 +13,7 @@ from actors.entities import publisher as publisher_module
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
+from actors.lifetime import STOP_TIMEOUT_SEC
 from proto.errors import InvalidTopicNameError
 from proto.outbox import Outbox
 from tests.actors.meeting import KEEP_ALL, latched, matched, turns, until
@@ -283,6 +284,69 @@ async def test_a_destroyed_publisher_publishes_nothing(meeting: Meeting) -> None
         publisher.publish(String())
     with pytest.raises(actors.NodeDestroyed):
         await publisher.ready()
+
+
+async def test_a_refused_publisher_says_so_and_holds_nothing_up(meeting: Meeting) -> None:
+    """What the broker refuses is dropped and counted; waits fail at once; nothing of it is left."""
+    await meeting.restart_broker(max_endpoints=2)
+    async with meeting.absent("n") as node:
+        await until(lambda: node.connected)
+        node.create_publisher(String, "first")
+        refused = node.create_publisher(String, "second", KEEP_ALL)
+        refused.publish(String(data="1"))
+        with pytest.raises(actors.PublisherRefused, match="'/second': one connection may declare 2"):
+            await refused.flush()
+        refused.publish(String(data="2"))
+        with pytest.raises(actors.PublisherRefused):
+            await refused.flush()
+        with pytest.raises(actors.PublisherRefused):
+            await refused.ready()
+        assert (refused.dropped, refused.queued) == (2, 0)
+        refused.destroy()
+        known = len(node._core.link.endpoints)
+        for _ in range(5):
+            gone = node.create_publisher(String, "third")
+            gone.publish(String())
+            gone.destroy()
+        assert len(node._core.departing) == 5
+        await meeting.settled(node)
+        assert all(lane.empty for lane in node._core.departing)
+        assert len(node._core.link.endpoints) == known
+        before = time.monotonic()
+    assert time.monotonic() - before < STOP_TIMEOUT_SEC
+
+
+async def test_a_publisher_that_is_refused_by_one_broker_may_publish_at_the_next(meeting: Meeting) -> None:
+    """A refusal is one broker's, and lasts for its session."""
+    await meeting.restart_broker(max_endpoints=1)
+    node = await meeting.node("n")
+    publisher = node.create_publisher(String, "chatter")
+    with pytest.raises(actors.PublisherRefused):
+        await publisher.flush()
+    await meeting.restart_broker()
+    publisher.publish(String())
+    await publisher.flush()
+
+
+async def test_a_publisher_destroyed_before_the_broker_knew_it_sends_on_the_next_link(
+    meeting: Meeting, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The link breaks before it is accepted: its messages go later, and nothing else is said."""
+    reader, heard = await meeting.node("reader"), []
+    reader.create_subscription(String, "chatter", lambda msg: heard.append(msg.data))
+    node = await meeting.node("n")
+    publisher = node.create_publisher(String, "chatter")
+    publisher.publish(String(data="1"))
+    publisher.destroy()
+    link = node._core.link
+    assert link.channel is not None
+    link.channel.abort()
+    await until(lambda: not node.connected)
+    assert [lane.pending for lane in node._core.departing] == [1]
+    await until(lambda: heard == ["1"])
+    await until(lambda: len(link.endpoints) == 1)
+    assert all(lane.empty for lane in node._core.departing)
+    assert "never sent" not in caplog.text
 
 
 async def test_a_destroyed_publisher_leaves_after_its_messages(meeting: Meeting) -> None:
