@@ -293,14 +293,19 @@ class Dialer:
         """Whether there is no connection: neither a session nor an attempt at one."""
         return self._conversation is None or self._conversation.ended.is_set()
 
+    @property
+    def closing(self) -> bool:
+        """Whether it connects no more."""
+        return self._closing
+
     def leave(self) -> None:
         """Connect no more, and say goodbye behind all that has left; then the broker closes.
 
         To close first could cost the broker what it has not read yet.
         """
-        self._closing = True
         conversation = self._conversation
-        if conversation is None or conversation.ended.is_set():
+        left, self._closing = self._closing, True
+        if left or conversation is None or conversation.ended.is_set():
             return
         if conversation.is_open:
             conversation.channel.send(frames.Goodbye("stopped"))

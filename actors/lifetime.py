@@ -65,6 +65,10 @@ class Lifetime:
         self._body: asyncio.Task[Any] | None = None
         """The task that is inside `async with`."""
         self._cancelled_body: asyncio.Task[Any] | None = None
+        self._cancelling = 0
+        """How often the body's task had been asked to cancel when it entered."""
+        self._leaving: asyncio.Task[None] | None = None
+        """What takes a destroyed node out of the broker while its body goes on."""
         self._done: asyncio.Event | None = None
         self._failure: Exception | None = None
         self._deadline = math.inf
@@ -89,6 +93,7 @@ class Lifetime:
         self._running = True
         self._done = asyncio.Event()
         self._body = asyncio.current_task()
+        self._cancelling = self._body.cancelling() if self._body is not None else 0
         link.loop = asyncio.get_running_loop()
         self._spawn(self._keep_link())
         core.mailbox.open(self._spawn)
@@ -98,14 +103,15 @@ class Lifetime:
             if self._connect_timeout_sec is not None:
                 while not link.connections and self._failure is None:
                     await link.changed()
-        except BaseException:
-            await self.end(None)
+        except BaseException as error:
+            await self.end(error)
             raise
 
-    def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> None:
+    def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         task = asyncio.get_running_loop().create_task(coroutine)
         self._tasks[task] = None
         task.add_done_callback(self._task_ended)
+        return task
 
     def _task_ended(self, task: asyncio.Task[None]) -> None:
         self._tasks.pop(task, None)
@@ -143,9 +149,12 @@ class Lifetime:
         """Stop, as the module says. Being cancelled meanwhile hurries: callbacks are cancelled at once.
 
         Args:
-            error: What ended the body; raised instead of it is the error that the node has failed with.
+            error: What ended the body; raised instead of it is the error that the node has failed with. But
+                a cancellation by somebody else is never replaced: it would be lost.
         """
-        self._body = None
+        body, self._body = self._body, None
+        if self._leaving is not None:
+            self._leaving.cancel()  # stopping does the rest of it
         again: asyncio.CancelledError | None = None
         stopping = asyncio.get_running_loop().create_task(self._stop())
         while not stopping.done():
@@ -159,10 +168,12 @@ class Lifetime:
             self._cancelled_body.uncancel()
         if not stopping.cancelled():
             stopping.result()
-        if self._failure is not None and (error is None or isinstance(error, asyncio.CancelledError)):
+        cancellation = again or (error if isinstance(error, asyncio.CancelledError) else None)
+        asked = body is not None and body.cancelling() > self._cancelling
+        if cancellation is not None and (asked or self._failure is None):
+            raise cancellation
+        if self._failure is not None and (error is None or cancellation is error):
             raise self._failure
-        if again is not None:
-            raise again
 
     async def _stop(self) -> None:
         core = self._core
@@ -220,7 +231,8 @@ class Lifetime:
             return sum(max(1, lane.pending) for lane in core.departing if not lane.empty)
 
         link.flush()
-        if not await self._until(lambda: not link.connected or (link.sent and not left())):
+        await self._until(lambda: not link.connected or (link.sent and not left()))
+        if left() and not self._dialer.closing:
             core.log.warning(f"Stopping with {left()} published messages unsent")
         self._dialer.leave()
         await self._until(lambda: self._dialer.ended)
@@ -262,7 +274,10 @@ class Lifetime:
         return ", ".join(sorted({turn.name for turn in self._core.mailbox.running}))
 
     def destroy(self) -> None:
-        """Take everything out of service and cancel what runs, at once. Twice is no error."""
+        """Take everything out of service and cancel what runs, at once. Twice is no error.
+
+        A node that runs leaves the broker behind what it has published, whatever its body does then.
+        """
         core = self._core
         if core.destroyed:
             return
@@ -273,6 +288,10 @@ class Lifetime:
         core.link.wake()
         if self._done is not None:
             self._done.set()
+        loop = core.link.loop
+        if self._running and not core.stopping and loop is not None and loop.is_running():
+            self._deadline = loop.time() + self._stop_timeout_sec
+            self._leaving = self._spawn(self._empty_queues())
 
     def _destroy_parts(self) -> None:
         for timer in tuple(self._core.timers):

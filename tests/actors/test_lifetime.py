@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.entities.window import WINDOW_MESSAGES
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.lifetime import GRACE_SEC, STOP_TIMEOUT_SEC
@@ -357,3 +358,90 @@ def test_new_calls_go_elsewhere_while_a_server_stops() -> None:
         await actor.ended()
 
     play(scene)
+
+
+@pytest.mark.parametrize("first", ["failure", "cancellation"])
+def test_a_cancellation_is_not_lost_when_the_node_fails_too(first: str) -> None:
+    """Somebody cancels the task in the turn in which its node fails: it ends cancelled, whoever was first."""
+
+    async def scene(stage: Stage) -> None:
+        actor = Actor(stage)
+        await actor.connected()
+        if first == "cancellation":
+            actor.task.cancel()
+        actor.node._core.stop(ValueError("broken"))
+        if first == "failure":
+            actor.task.cancel()
+        await actor.ended()
+        assert actor.task.cancelled()
+
+    play(scene)
+
+
+def test_a_node_that_fails_leaves_no_cancellation_behind() -> None:
+    """Whoever handles a node's failure goes on as a task that nobody has asked to end."""
+
+    async def scene(stage: Stage) -> None:
+        async def use() -> None:
+            async with actors.Node("actor", use_global_arguments=False) as node:
+                stage.loop.call_later(0.1, node._core.stop, ValueError("broken"))
+                await asyncio.sleep(60)
+
+        async def body() -> int:
+            with pytest.raises(ValueError, match="broken"):
+                await use()
+            task = asyncio.current_task()
+            assert task is not None
+            return task.cancelling()
+
+        with on_host("actor"):
+            assert await asyncio.create_task(body()) == 0
+
+    play(scene)
+
+
+def test_a_node_destroyed_inside_its_block_leaves_after_what_it_has_published() -> None:
+    """`destroy_node` frees the name although the block goes on; what was published arrives before."""
+
+    async def scene(stage: Stage) -> None:
+        watcher, heard = await stage.enter("watcher"), []
+        watcher.create_subscription(Int64, "/out", lambda message: heard.append(message.data), KEEP_ALL)
+        actor = Actor(stage)
+        await actor.connected()
+        publisher = actor.node.create_publisher(Int64, "/out", KEEP_ALL)
+        await stage.until(lambda: publisher.get_subscription_count() == 1)
+        for number in range(20_000):
+            publisher.publish(Int64(data=number))
+        actor.node.destroy_node()
+        await stage.until(lambda: not actor.node.connected)
+        assert await watcher.get_node_names() == ["watcher"]
+        assert heard == list(range(20_000))
+        assert (await stage.enter("actor", host="other")).connected
+        assert not actor.task.done()
+        actor.stop()
+        assert await actor.ended() < 0.1
+        assert actor.task.exception() is None
+
+    play(scene)
+
+
+def test_a_destroyed_node_whose_queue_is_stuck_leaves_in_time(caplog: pytest.LogCaptureFixture) -> None:
+    """A reader that takes nothing does not keep a destroyed node in the graph; what is lost is said once."""
+
+    async def scene(stage: Stage) -> None:
+        reader = await stage.enter("reader")
+        stuck = reader.create_subscription(Int64, "/out", qos=KEEP_ALL)
+        actor = Actor(stage, stop_timeout_sec=2)
+        await actor.connected()
+        publisher = actor.node.create_publisher(Int64, "/out", KEEP_ALL)
+        await stage.until(lambda: publisher.diagnostics().credit is not None)
+        for number in range(WINDOW_MESSAGES + 1000):
+            publisher.publish(Int64(data=number))
+        actor.node.destroy_node()
+        assert 1.9 < await stage.until(lambda: not actor.node.connected) < 2.5
+        actor.stop()
+        assert await actor.ended() < 0.1
+        stuck.destroy()
+
+    play(scene)
+    assert caplog.text.count("published messages unsent") == 1
