@@ -124,7 +124,8 @@ def test_a_reader_that_leaves_is_looked_for_at_its_own_publishers_only() -> None
     assert diary == ["b Run 20"]
     feeds.remove_reader(2)
     feeds.remove_reader(3)
-    assert feeds._inflows == feeds._heard_by == {}
+    assert not feeds._inflows
+    assert not feeds._heard_by
 
 
 def test_a_lost_session_detaches_all() -> None:

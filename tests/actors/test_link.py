@@ -105,7 +105,7 @@ async def test_the_next_of_several_brokers_is_tried(tmp_path: Path) -> None:
 
 
 def test_a_broker_that_says_nothing_does_not_use_up_the_time_of_the_next() -> None:
-    """Entering with a deadline fails over, too: each broker has its share. The link says who it is, at once."""
+    """With a deadline each broker has its share of the time. The link says who it is, at once."""
 
     async def main(loop: SimulatedLoop) -> float:
         mute = await loop.create_server(lambda: Impostor(b"", stays=True), "127.0.0.1", 7000)

@@ -364,7 +364,7 @@ async def test_more_requests_than_may_wait_are_refused(adder: Adder, monkeypatch
 async def test_abandoned_handlers_count_until_they_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Handlers that ignore their cancellation do not grow beyond the limit with each session, and are shown."""
+    """Handlers that ignore their cancellation keep to the limit over sessions, and are shown."""
     monkeypatch.setattr("actors.entities.service.MAX_RUNNING", 2)
     finish = asyncio.Event()
     handled: list[int] = []
