@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 from actors.asking import QUERY_TIMEOUT_SEC, answered, connected
 from actors.core import Core, in_flight
 from actors.diagnostics import Size
+from actors.errors import BrokerUnreachable
 from actors.qos import QoSProfile
 from proto import frames
 from proto.frames import EntryKind, GraphEntry
