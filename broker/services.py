@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from broker.notices import Notices
 from broker.pool import Pool
 from broker.records import (
     CancelCalls,
@@ -57,6 +58,7 @@ class Services:
         self._max_bytes = max_bytes
         self._max_pending = max_pending
         self._groups: dict[str, ServiceGroup] = {}
+        self._notices = Notices(emit)
         self.closed = False
         self.pending = 0
         self._next_call = 0
@@ -76,12 +78,14 @@ class Services:
             endpoint.pool = group.pools.setdefault((endpoint.type_name, endpoint.type_hash), Pool())
             endpoint.pool.add(endpoint)
             pairs = [(client, endpoint) for client in group.clients.values()]
+        self._notices.begin(endpoint)
         for client, server in pairs:
             if _same_type(client, server):
                 self._count(client, 1)
                 self._count(server, 1)
             else:
                 self._incompatible(client, server)
+        self._notices.end()
 
     def leave(self, endpoint: ClientRecord | ServiceRecord) -> None:
         """Take a client or server out: its calls end."""
@@ -148,8 +152,7 @@ class Services:
             f" and the server {server.node_name} ({server.type_name}): the {what}"
         )
         for endpoint in (client, server):
-            notice = frames.Notice(endpoint.id, NoticeKind.INCOMPATIBLE_TYPE, text, policy=0, peers=1)
-            self._emit(Send(endpoint.peer.id, notice))
+            self._notices.tell(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text)
 
     def _count(self, endpoint: ClientRecord | ServiceRecord, change: int) -> None:
         if change:

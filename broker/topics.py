@@ -11,6 +11,7 @@ from broker import credit
 from broker.allowances import Allowances
 from broker.lanes import DepartedLanes, Way
 from broker.latched import latch, replays, unlatch
+from broker.notices import Notices
 from broker.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
 from broker.records import (
     Close,
@@ -39,10 +40,6 @@ if TYPE_CHECKING:
 READERS_PER_FRAME: Final = 4000
 """Subscriptions named in one DETACHED frame."""
 
-MAX_NOTICES: Final = 16
-"""Incompatible counterparts that one declaration is told of one by one; one NOTICE more sums up the others.
-Each of them is told of it in any case."""
-
 
 class Topics:
     """All topics of one graph.
@@ -67,10 +64,7 @@ class Topics:
         self._held = False
         """Whether the broker stops: every publisher is held."""
         self._departed = DepartedLanes()
-        self._notices = 0
-        self._newcomer: PublisherRecord | SubscriptionRecord | None = None
-        self._untold: dict[NoticeKind, frames.Notice] = {}
-        """What sums up the notices that are too many for the newcomer."""
+        self._notices = Notices(emit)
         self.routed = self.copies = self.unmatched = self.stale = 0
 
     # Declarations
@@ -84,10 +78,10 @@ class Topics:
         for subscription in publisher.awaited_by.values():  # each of them is about to be attached anew
             del subscription.awaits[publisher.key]
         publisher.awaited_by.clear()
-        self._notices, self._newcomer = 0, publisher
+        self._notices.begin(publisher)
         for subscription in topic.subscriptions.values():
             self._match(publisher, subscription)
-        self._tell_rest(publisher)
+        self._notices.end()
         if self._held:
             self._hold(publisher)
 
@@ -96,10 +90,10 @@ class Topics:
         self._departed.settle_some()
         topic = self._topic(subscription.name)
         topic.subscriptions[subscription.key] = subscription
-        self._notices, self._newcomer = 0, subscription
+        self._notices.begin(subscription)
         for publisher in topic.publishers.values():
             self._match(publisher, subscription)
-        self._tell_rest(subscription)
+        self._notices.end()
 
     def forget_publisher(self, publisher: PublisherRecord) -> None:
         """Take no more runs of a publisher that has left for good."""
@@ -253,26 +247,7 @@ class Topics:
             f" ({subscription.type_name}): the {what}"
         )
         for endpoint in (publisher, subscription):
-            self._notify(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text)
-
-    def _notify(
-        self, endpoint: PublisherRecord | SubscriptionRecord, kind: NoticeKind, text: str, policy: int = 0
-    ) -> None:
-        newcomer = endpoint is self._newcomer
-        self._notices += newcomer
-        if not newcomer or self._notices <= MAX_NOTICES:
-            self._emit(Send(endpoint.peer.id, frames.Notice(endpoint.id, kind, text, policy, 1)))
-            return
-        before = self._untold.get(kind)
-        count = 1 if before is None else before.peers + 1
-        text = f"'{endpoint.name}': the same with {count} more"
-        self._untold[kind] = frames.Notice(endpoint.id, kind, text, policy, count)
-
-    def _tell_rest(self, newcomer: PublisherRecord | SubscriptionRecord) -> None:
-        for notice in self._untold.values():
-            self._emit(Send(newcomer.peer.id, notice))
-        self._untold.clear()
-        self._newcomer = None
+            self._notices.tell(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text)
 
     def _incompatible_qos(
         self, publisher: PublisherRecord, subscription: SubscriptionRecord, policy: PolicyKind
@@ -288,7 +263,7 @@ class Topics:
                 f"New publisher discovered on topic '{publisher.name}', offering incompatible QoS.",
             ),
         ):
-            self._notify(endpoint, NoticeKind.INCOMPATIBLE_QOS, f"{text} {last}", policy)
+            self._notices.tell(endpoint, NoticeKind.INCOMPATIBLE_QOS, f"{text} {last}", policy)
 
     def _count(self, endpoint: PublisherRecord | SubscriptionRecord, peers: int) -> None:
         if endpoint.peers != peers:

@@ -98,9 +98,9 @@ class DetachReason(IntEnum):
     """Why a publisher's runs end."""
 
     GONE = 0
-    """One of the two has been taken back, or the publisher's link has ended."""
+    """One of the two has been taken back, the publisher's link has ended, or the reader's own was silent."""
     SUSPENDED = 1
-    """The publisher's link, or the subscription's own, has been silent for the keepalive limit."""
+    """The publisher's link has been silent for the keepalive limit."""
 
 
 class Status(IntEnum):

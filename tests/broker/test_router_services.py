@@ -104,6 +104,16 @@ def test_another_type_is_no_match_and_is_said() -> None:
     assert ends_of(switch, asker) == [(5, Status.UNAVAILABLE)]
 
 
+def test_many_servers_of_another_type_are_summed_up_for_a_client() -> None:
+    """A newcomer is told of 16 of them one by one, and how many more there are; each of them of it."""
+    switch = Switch()
+    server, asker = switch.join("/server"), switch.join("/asker")
+    switch.send(server, *(make.service(n, type_hash="RIHS01_bb") for n in range(1, 41)))
+    switch.send(asker, make.client(1))
+    assert [notice.peers for notice in switch.read(asker, frames.Notice)] == [1] * 16 + [24]
+    assert [notice.id for notice in switch.read(server, frames.Notice)] == [*range(1, 41)]
+
+
 def test_both_sides_hear_how_many_match() -> None:
     """MATCHED counts a client's servers and a server's clients."""
     switch = Switch()

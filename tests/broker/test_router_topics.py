@@ -439,3 +439,14 @@ def test_many_misfits_are_summed_up_for_the_newcomer() -> None:
     heard = switch.read(talker, frames.Notice)
     assert [notice.peers for notice in heard] == [1] * 16 + [24]
     assert heard[-1].policy == PolicyKind.DEADLINE
+
+
+def test_texts_are_cut_to_what_a_receiver_must_take() -> None:
+    """However long the names in them are."""
+    switch = Switch()
+    talker, listener = switch.join("/" + "t" * 240), switch.join("/" + "l" * 240)
+    topic = "/" + "x" * 240
+    switch.publisher(talker, make.publisher(1, topic, type_hash="RIHS01_bb"))
+    switch.send(listener, make.subscription(1, topic))
+    for peer in (talker, listener):
+        assert [len(notice.text) for notice in switch.read(peer, frames.Notice)] == [limits.MAX_ERROR_TEXT]
