@@ -33,10 +33,10 @@ class DepartedLanes:
     """The lanes of one graph that no run is put into any more."""
 
     def __init__(self) -> None:
-        self._left: dict[int, dict[bytes, Way]] = {}
-        """By peer and publisher gid, what publishers that have gone have left to be sent."""
-        self._retired: list[Way] = []
-        """Lanes that nobody will go on with."""
+        self._left: dict[int, dict[tuple[bytes, str], Way]] = {}
+        """By peer, and publisher gid and topic, what publishers that have gone have left to be sent."""
+        self._retired: dict[int, list[Way]] = {}
+        """By peer, lanes that nobody will go on with."""
         self._count = 0
         self._settle_at = SETTLE_LANES
         self._settled = Tally()
@@ -44,34 +44,36 @@ class DepartedLanes:
     def leave(self, peer: int, gid: bytes, lane: Lane, topic: TopicRecord) -> None:
         """A publisher has gone; what is in its lane is still wanted."""
         lanes = self._left.setdefault(peer, {})
-        if gid in lanes:
-            self._retired.append(lanes[gid])
-        lanes[gid] = Way(lane, topic, peer)
+        key = gid, topic.name
+        if key in lanes:
+            self._retired.setdefault(peer, []).append(lanes[key])
+        lanes[key] = Way(lane, topic, peer)
         self._count += 1
 
     def retire(self, peer: int, lane: Lane, topic: TopicRecord) -> None:
         """Nobody wants what is in a lane any more; the caller has it discarded."""
-        self._retired.append(Way(lane, topic, peer))
+        self._retired.setdefault(peer, []).append(Way(lane, topic, peer))
         self._count += 1
 
-    def waiting(self, peer: int, gid: bytes) -> Lane | None:
+    def waiting(self, peer: int, gid: bytes, topic: str) -> Lane | None:
         """Return the lane in which an earlier life of a publisher has left something to be sent."""
-        way = self._left.get(peer, {}).get(gid)
+        way = self._left.get(peer, {}).get((gid, topic))
         return None if way is None or way.lane.empty else way.lane
 
-    def take_back(self, peer: int, gid: bytes) -> Lane | None:
+    def take_back(self, peer: int, gid: bytes, topic: str) -> Lane | None:
         """Return that lane for its publisher to go on with: it is not among those departed any more."""
-        lane = self.waiting(peer, gid)
+        lane = self.waiting(peer, gid, topic)
         if lane is not None:
-            del self._left[peer][gid]
+            del self._left[peer][gid, topic]
             self._count -= 1
         return lane
 
     def forget(self, peer: int) -> list[Lane]:
-        """Nothing can be sent to a peer any more; return its lanes, for the caller to have them discarded."""
-        lanes = list(self._left.pop(peer, {}).values())
-        self._retired += lanes
-        return [way.lane for way in lanes]
+        """Nothing can be sent to a peer any more; return what waits, for the caller to have it discarded."""
+        ways = [*self._retired.pop(peer, ()), *self._left.pop(peer, {}).values()]
+        if ways:
+            self._retired[peer] = ways
+        return [way.lane for way in ways if not way.lane.empty]
 
     def settle_some(self) -> None:
         """Forget what is empty, now and then. Not while something for such a lane is being delivered."""
@@ -80,13 +82,18 @@ class DepartedLanes:
 
     def _settle(self) -> None:
         for peer, lanes in tuple(self._left.items()):
-            kept = {gid: way for gid, way in lanes.items() if not self._is_over(way)}
+            kept = {key: way for key, way in lanes.items() if not self._is_over(way)}
             if kept:
                 self._left[peer] = kept
             else:
                 del self._left[peer]
-        self._retired = [way for way in self._retired if not self._is_over(way)]
-        self._count = len(self._retired) + sum(map(len, self._left.values()))
+        for peer, ways in tuple(self._retired.items()):
+            left = [way for way in ways if not self._is_over(way)]
+            if left:
+                self._retired[peer] = left
+            else:
+                del self._retired[peer]
+        self._count = sum(map(len, self._left.values())) + sum(map(len, self._retired.values()))
         # Twice what has stayed: asking too often would cost the square of it.
         self._settle_at = max(SETTLE_LANES, 2 * self._count)
 
@@ -99,7 +106,7 @@ class DepartedLanes:
 
     def all(self) -> Iterator[Way]:
         """Return every lane, and what it belongs to."""
-        return chain(*(lanes.values() for lanes in self._left.values()), self._retired)
+        return chain(*(lanes.values() for lanes in self._left.values()), *self._retired.values())
 
     def tallies(self, in_use: Iterable[Way]) -> tuple[Tally, dict[TopicRecord, Tally]]:
         """Return what has become of all copies, and the same by topic, for topics that have lanes.

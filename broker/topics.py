@@ -109,7 +109,7 @@ class Topics:
         peer = subscription.peer.id
         frame = frames.Detached(publisher.key, (subscription.id,), DetachReason.GONE)
         # Behind what it has said, and behind the word that it is suspended.
-        lane = self._departed.waiting(peer, publisher.gid)
+        lane = self._departed.waiting(peer, publisher.gid, publisher.name)
         self._emit(Send(peer, frame) if lane is None else Queue(peer, lane, encode(frame)))
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:
@@ -227,7 +227,7 @@ class Topics:
         A publisher that is back goes on in the lane of its earlier life if that has not been emptied yet:
         its messages must not overtake those it sent before.
         """
-        lane = self._departed.take_back(peer, publisher.gid)
+        lane = self._departed.take_back(peer, publisher.gid, publisher.name)
         if lane is None:
             return Lane(publisher.key, depth)
         lane.publisher = 0

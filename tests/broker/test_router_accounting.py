@@ -190,6 +190,33 @@ def test_two_lanes_of_one_gid_are_both_accounted_for() -> None:
     assert (stats.queued, stats.accounted) == (7, 7)
 
 
+def test_no_lane_outlives_its_link() -> None:
+    """Not even one of two publishers with one gid, which have both gone."""
+    switch = Switch()
+    talker, listener, number = talk(switch)
+    second = switch.publisher(talker, make.publisher(2))
+    switch.send(talker, make.run(number, 0, 4), make.run(second, 0, 3))
+    switch.leave(talker)
+    switch.leave(listener)
+    stats = collect(0, [switch.router])
+    assert (stats.queued, stats.lost_on_break, stats.accounted) == (0, 7, 7)
+    assert all(way.lane.empty for way in switch.router.topics.ways())
+
+
+def test_a_gid_names_a_publisher_of_one_topic() -> None:
+    """What one has left on a topic is no matter of another with its gid on another topic."""
+    switch = Switch()
+    talker, listener, number = talk(switch)
+    switch.send(listener, make.subscription(2, "/other"))
+    switch.send(talker, make.run(number, 0, 5))
+    switch.leave(talker)
+    another = switch.join("/another")
+    second = switch.publisher(another, make.publisher(1, "/other"))
+    switch.send(another, make.run(second, 0))
+    _, topics = switch.router.topics.tallies()
+    assert {topic.name: tally.queued for topic, tally in topics.items()} == {"/t": 5, "/other": 1}
+
+
 def test_a_link_that_is_taken_over_loses_what_waited_for_it() -> None:
     """It has ended, not unsubscribed."""
     switch = Switch()
