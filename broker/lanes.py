@@ -21,12 +21,20 @@ SETTLE_LANES: Final = 1000
 """Lanes without a publisher or a reader, before those that are empty are forgotten."""
 
 
+MAX_LIVES: Final = 100
+"""Earlier lives of a publisher that are remembered while its lane never gets empty: the latest."""
+
+
 class Way(NamedTuple):
-    """A lane, the topic that it counts for, and the peer that it leads to."""
+    """A lane, the topic that it counts for, and the peer that it leads to.
+
+    `lives` are the ids under which its publisher has gone and come back: their DETACHED may still be in it.
+    """
 
     lane: Lane
     topic: TopicRecord
     peer: int
+    lives: tuple[int, ...] = ()
 
 
 class DepartedLanes:
@@ -41,13 +49,15 @@ class DepartedLanes:
         self._settle_at = SETTLE_LANES
         self._settled = Tally()
 
-    def leave(self, peer: int, gid: bytes, lane: Lane, topic: TopicRecord) -> None:
-        """A publisher has gone; what is in its lane is still wanted."""
+    def leave(self, gid: bytes, publisher: int, way: Way) -> None:
+        """A publisher, of this gid and id, has gone; what is in its lane is still wanted."""
+        peer = way.peer
         lanes = self._left.setdefault(peer, {})
-        key = gid, topic.name
+        key = gid, way.topic.name
         if key in lanes:
             self._retired.setdefault(peer, []).append(lanes[key])
-        lanes[key] = Way(lane, topic, peer)
+        lives = (*(life for life in way.lives if life != publisher), publisher)
+        lanes[key] = way._replace(lives=lives[-MAX_LIVES:])
         self._count += 1
 
     def retire(self, peer: int, lane: Lane, topic: TopicRecord) -> None:
@@ -60,13 +70,12 @@ class DepartedLanes:
         way = self._left.get(peer, {}).get((gid, topic))
         return None if way is None or way.lane.empty else way.lane
 
-    def take_back(self, peer: int, gid: bytes, topic: str) -> Lane | None:
+    def take_back(self, peer: int, gid: bytes, topic: str) -> Way | None:
         """Return that lane for its publisher to go on with: it is not among those departed any more."""
-        lane = self.waiting(peer, gid, topic)
-        if lane is not None:
-            del self._left[peer][gid, topic]
-            self._count -= 1
-        return lane
+        if self.waiting(peer, gid, topic) is None:
+            return None
+        self._count -= 1
+        return self._left[peer].pop((gid, topic))
 
     def forget(self, peer: int) -> list[Lane]:
         """Nothing can be sent to a peer any more; return what waits, for the caller to have it discarded."""
@@ -116,7 +125,7 @@ class DepartedLanes:
         """
         total = self._settled.copy()
         topics: dict[TopicRecord, Tally] = {}
-        for lane, topic, _ in chain(in_use, self.all()):
+        for lane, topic, *_ in chain(in_use, self.all()):
             tally = topics.get(topic)
             if tally is None:
                 tally = topics[topic] = topic.settled.copy()

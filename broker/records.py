@@ -192,6 +192,8 @@ class Route:
     subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
     depths: Counter[int | None] = field(default_factory=Counter["int | None"])
     """How many of the subscriptions have which depth: the lane has the greatest."""
+    lives: tuple[int, ...] = ()
+    """Ids of the publisher's earlier lives whose DETACHED may wait in the lane."""
 
     def add(self, subscription: SubscriptionRecord) -> None:
         """The runs are for this subscription, too."""

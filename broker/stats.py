@@ -133,7 +133,7 @@ def link_stats(
     """
     queued: Counter[int] = Counter()
     queued_bytes: Counter[int] = Counter()
-    for lane, _, number in router.topics.ways():
+    for lane, _, number, _ in router.topics.ways():
         queued[number] += lane.pending
         queued_bytes[number] += lane.pending_bytes
     for number, connection in joined.items():

@@ -120,7 +120,8 @@ class Topics:
             for readers in _slices(tuple(route.subscriptions), READERS_PER_FRAME):
                 detached = encode(frames.Detached(publisher.key, readers, reason))
                 self._emit(Queue(route.peer.id, route.lane, detached))
-            self._departed.leave(route.peer.id, publisher.gid, route.lane, route.topic)
+            way = Way(route.lane, route.topic, route.peer.id, route.lives)
+            self._departed.leave(publisher.gid, publisher.key, way)
         publisher.routes.clear()
         for subscription in publisher.matched.values():
             subscription.matched.pop(publisher.key, None)
@@ -157,8 +158,10 @@ class Topics:
         peer = subscription.peer
         route = publisher.routes[peer.id]
         if peer.suspended:
-            # It lives on, and when it is back the publisher may have gone without a word.
-            self._emit(Send(peer.id, frames.Detached(publisher.key, (subscription.id,), DetachReason.GONE)))
+            # It lives on, and when it is back the publisher may have gone without a word. What its earlier
+            # lives have left in the lane goes unread.
+            for life in dict.fromkeys((*route.lives, publisher.key)):
+                self._emit(Send(peer.id, frames.Detached(life, (subscription.id,), DetachReason.GONE)))
         route.remove(subscription)
         if route.subscriptions:
             return
@@ -202,8 +205,7 @@ class Topics:
         peer = subscription.peer
         route = publisher.routes.get(peer.id)
         if route is None:
-            lane = self._lane(peer.id, publisher, subscription.depth)
-            route = publisher.routes[peer.id] = Route(peer, lane, self._topic(publisher.name))
+            route = publisher.routes[peer.id] = self._route(peer, publisher, subscription.depth)
         route.add(subscription)
         attached = frames.Attached(
             publisher.key,
@@ -221,17 +223,18 @@ class Topics:
             credit.allow(publisher, subscription)
             self._credit(publisher)
 
-    def _lane(self, peer: int, publisher: PublisherRecord, depth: int | None) -> Lane:
-        """Return the lane for a publisher's runs to a peer.
+    def _route(self, peer: Peer, publisher: PublisherRecord, depth: int | None) -> Route:
+        """Return a way for a publisher's runs to a peer.
 
         A publisher that is back goes on in the lane of its earlier life if that has not been emptied yet:
         its messages must not overtake those it sent before.
         """
-        lane = self._departed.take_back(peer, publisher.gid, publisher.name)
-        if lane is None:
-            return Lane(publisher.key, depth)
-        lane.publisher = 0
-        return lane
+        topic = self._topic(publisher.name)
+        left = self._departed.take_back(peer.id, publisher.gid, publisher.name)
+        if left is None:
+            return Route(peer, Lane(publisher.key, depth), topic)
+        left.lane.publisher = 0
+        return Route(peer, left.lane, topic, lives=left.lives)
 
     def forget_peer(self, peer: int) -> None:
         """Nothing can be sent to a peer any more."""

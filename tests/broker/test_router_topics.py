@@ -389,6 +389,23 @@ def test_a_reader_that_is_suspended_as_well_hears_how_that_ends() -> None:
     assert [frame.reason for frame in switch.read(listener, frames.Detached)] == [DetachReason.GONE]
 
 
+def test_a_reader_that_is_suspended_hears_of_the_end_of_earlier_lives() -> None:
+    """The lane in which a publisher goes on is discarded, and with it the word that the earlier one went."""
+    switch = Switch()
+    talker, listener, first = talk(switch)
+    lives = [first]
+    for life in range(3):
+        switch.send(talker, make.run(lives[-1], 3 * life, 3))
+        switch.leave(talker)
+        talker = switch.join("/talker")
+        lives.append(switch.publisher(talker, make.publisher(1, next_sequence=3 * life + 3)))
+    switch.suspend(listener)
+    detached = switch.read(listener, frames.Detached)
+    assert [(frame.publisher, frame.reason) for frame in detached] == [
+        (life, DetachReason.GONE) for life in lives
+    ]
+
+
 def test_only_who_knew_of_a_publisher_hears_that_it_has_gone() -> None:
     """Not who has come since it fell silent, nor who has gone."""
     switch = Switch()

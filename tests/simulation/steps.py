@@ -138,7 +138,7 @@ class Steps:
         """Each copy is delivered, dropped, abandoned, lost with its link, on its way or queued."""
         topics = router.topics
         tally, _ = topics.tallies()
-        for lane, _, _ in topics.ways():
+        for lane, *_ in topics.ways():
             self._keeps_its_depth(host, lane)
         known = tally.delivered + tally.dropped + tally.abandoned + tally.lost_on_break
         if topics.copies != known + tally.leaving + tally.queued:

@@ -56,7 +56,7 @@ def of_router(router: Router) -> Wrongs:
     for peer in peers:
         yield from _of_peer(peer)
     yield from _of_calls(router, endpoints)
-    for lane, _, _ in router.topics.ways():
+    for lane, *_ in router.topics.ways():
         yield from of_lane(lane)
 
 
