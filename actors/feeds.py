@@ -55,6 +55,7 @@ class Inflow:
         watched: Whether somebody wants to know that a run has come; kept by the reader.
         first_sequence: Live runs are for this subscription from here on.
         expected: The next sequence number; anything below has been seen.
+        due: The number of the first message that was for this subscription, over all attachments.
         received: The number after the last one that has come, latched ones included.
         missed: Messages counted as lost at the attachment; latched ones may still come.
         granted_sequence, granted_bytes: Credit given so far (KEEP_ALL).
@@ -63,6 +64,7 @@ class Inflow:
     """
 
     __slots__ = (
+        "due",
         "expected",
         "first_sequence",
         "gid",
@@ -92,6 +94,7 @@ class Inflow:
         self.first_sequence = attached.first_sequence
         self.expected = attached.first_sequence
         self.missed = 0
+        self.due = attached.first_sequence
         self.received = 0
         self.granted_sequence = 0
         self.granted_bytes = 0

@@ -1,8 +1,8 @@
 """What of each publisher's messages has come to one subscription: nothing twice, and no gap uncounted.
 
-Numbers are the publisher's. They go on over reconnects, so a publisher that comes back is held to what was
-seen of it, and what is missing then was lost on the break. Latched messages may still make that good until
-the first live run comes.
+Numbers are the publisher's, and go on over reconnects. A publisher that comes back is held to what has come
+of it: what is missing until its runs begin anew was lost on the break. For a subscription that wants latched
+messages that is open until the first live run comes: they may make it good, now or at the next attachment.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ REMEMBERED_PUBLISHERS: Final = 1024
 class Known(NamedTuple):
     """What is remembered of a publisher that is not attached."""
 
-    covered: int
-    """The number after the last one that has come or is counted where it was lost."""
     received: int
-    """The number after the last one that has come: latched ones between the two may still come ..."""
-    given_up: bool
-    """... unless they have been counted as lost."""
+    """The number after the last message that has come, or that can come no more."""
+    due: int
+    """The number of the first message that was for this subscription."""
+    missed: int
+    """Messages counted as lost that may still come."""
 
 
 class Ledger:
@@ -61,29 +61,31 @@ class Ledger:
         """A publisher's runs will come. A known one goes on where it stopped."""
         before = self.inflows.get(inflow.gid)
         if before is not None:
-            self._remember(before, given_up=before.missed > 0)
+            self._remember(before)
         self.inflows[inflow.gid] = inflow
         known = self.known.get(inflow.gid)
-        if known is not None:
-            inflow.missed = max(0, inflow.first_sequence - known.covered)
-            self.lost_on_break += inflow.missed
-            # What a broker that has restarted gets again comes as live: latched messages, too.
-            seen = known.covered if known.given_up or not self._wants_latched else known.received
-            inflow.expected = max(seen, inflow.first_sequence)
-            inflow.received = known.received
+        if known is None:
+            return
+        inflow.received, inflow.due = known.received, known.due
+        inflow.expected = max(known.received, inflow.first_sequence)
+        inflow.missed = max(0, inflow.first_sequence - max(known.received, known.due))
+        self.lost_on_break += inflow.missed - known.missed
 
     def detached(self, inflow: Inflow) -> bool:
         """No more runs of this publisher will come; return whether its inflow counted."""
-        given_up = inflow.missed > 0
-        self._give_up_missed(inflow)
         if not self.counts(inflow):
             return False
         del self.inflows[inflow.gid]
-        self._remember(inflow, given_up=given_up)
+        self._remember(inflow)
         return True
 
-    def _remember(self, inflow: Inflow, *, given_up: bool) -> None:
-        self.known[inflow.gid] = Known(inflow.expected, inflow.received, given_up)
+    def _remember(self, inflow: Inflow) -> None:
+        if self._wants_latched:
+            known = Known(inflow.received, inflow.due, inflow.missed)
+        else:
+            self._give_up_missed(inflow, inflow.missed)
+            known = Known(inflow.expected, inflow.due, 0)
+        self.known[inflow.gid] = known
         self.known.move_to_end(inflow.gid)
         while len(self.known) > max(REMEMBERED_PUBLISHERS, len(self.inflows)):
             self.known.popitem(last=False)
@@ -91,7 +93,7 @@ class Ledger:
     def live(self, inflow: Inflow, run: Run) -> int:
         """A live run has come; return how many of its messages have been seen."""
         if inflow.missed:
-            self._give_up_missed(inflow)
+            self._give_up_missed(inflow, inflow.missed)
         gap = run.first_sequence - inflow.expected
         if gap > 0:
             self.lost += gap
@@ -103,14 +105,16 @@ class Ledger:
         """Latched messages have come; return how many of them have been seen."""
         end = replay.first_sequence + replay.length
         first_new = max(inflow.received, replay.first_sequence)
-        first_missed = inflow.first_sequence - inflow.missed
-        found = max(0, min(end, inflow.first_sequence) - max(first_new, first_missed))
+        # The oldest come first: what was missed before them will not come.
+        older = max(0, min(first_new, inflow.first_sequence) - max(inflow.received, inflow.due))
+        self._give_up_missed(inflow, older)
+        found = max(0, min(end, inflow.first_sequence) - max(first_new, inflow.due))
         inflow.missed -= found
         self.lost_on_break -= found
         inflow.received = max(inflow.received, end)
         return first_new - replay.first_sequence
 
-    def _give_up_missed(self, inflow: Inflow) -> None:
-        """What latched messages could still have made good is lost: live ones follow, or nothing."""
-        self._message_lost.add(inflow.missed)
-        inflow.missed = 0
+    def _give_up_missed(self, inflow: Inflow, count: int) -> None:
+        """So many of those that latched messages could have made good are lost."""
+        self._message_lost.add(count)
+        inflow.missed -= count

@@ -199,8 +199,7 @@ def _adds_up(world: World, heard: Heard) -> None:
             world.complain(f"{heard.name} covers {told.name} up to {covered}, not {told.published}")
         numbers = heard.numbers.get(told.name, [])
         lossless = keep_all(subscription.qos_profile) and keep_all(told.publisher.qos_profile)
-        known = subscription._ledger.known.get(gid)
-        end = told.published if not told.gone else first if known is None else known.covered
+        end = heard.ends[gid] if told.gone else told.published
         right = list(range(first, end))
         if world.calm and lossless and [n for n in numbers if n >= first] != right:
             world.complain(f"{heard.name} has lost something of {told.name}, though both keep all")

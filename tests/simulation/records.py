@@ -91,6 +91,7 @@ class Heard:
         first: By publisher gid, the sequence number from which live messages had to come.
         numbers: By publisher name, the numbers of the messages received.
         early: By publisher gid, latched messages from before `first` that have come.
+        ends: By publisher gid, the number up to which all have come, or are counted where they were lost.
         moved: Whether something has come since somebody looked at its sums.
     """
 
@@ -102,6 +103,7 @@ class Heard:
     first: dict[bytes, int] = field(default_factory=dict)
     numbers: dict[str, list[int]] = field(default_factory=dict)
     early: dict[bytes, set[int]] = field(default_factory=dict)
+    ends: dict[bytes, int] = field(default_factory=dict)
     moved: bool = False
 
     def __post_init__(self) -> None:
@@ -111,6 +113,7 @@ class Heard:
             self.first.setdefault(inflow.gid, inflow.first_sequence)
             self.moved = True
             attached(inflow)
+            self.ends[inflow.gid] = inflow.expected
 
         def noting_receive(inflow: Inflow, run: Run | Replay) -> None:
             self.moved = True
@@ -120,6 +123,8 @@ class Heard:
                 end = min(run.first_sequence + run.length, self.first[inflow.gid])
                 self.early.setdefault(inflow.gid, set()).update(range(start, end))
             receive(inflow, run)
+            if self.subscription._ledger.counts(inflow):
+                self.ends[inflow.gid] = inflow.expected
 
         self.subscription.attached = noting_attached  # type: ignore[method-assign]
         self.subscription.receive = noting_receive  # type: ignore[method-assign]
@@ -138,12 +143,7 @@ class Heard:
     @property
     def due(self) -> int:
         """Messages that its inflows have covered so far: each has come, or is counted where it was lost."""
-        subscription, due = self.subscription, 0
-        for gid, first in self.first.items():
-            inflow = subscription._ledger.inflows.get(gid)
-            end = subscription._ledger.known[gid].covered if inflow is None else inflow.expected
-            due += end - first + len(self.early.get(gid, ()))
-        return due
+        return sum(self.ends[gid] - first + len(self.early.get(gid, ())) for gid, first in self.first.items())
 
     def leave(self) -> None:
         """Nothing more should come."""

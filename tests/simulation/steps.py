@@ -187,7 +187,9 @@ class Steps:
             self._world.complain(f"{heard.name}: {due} messages were due, and there are {counts}")
         # What latched messages may still make good is not told yet.
         told = subscription._events.message_lost.counts[0]
-        open_ = sum(inflow.missed for inflow in subscription._ledger.inflows.values())
+        ledger = subscription._ledger
+        away = (known.missed for gid, known in ledger.known.items() if gid not in ledger.inflows)
+        open_ = sum(inflow.missed for inflow in ledger.inflows.values()) + sum(away)
         if told + open_ != subscription.dropped + subscription.lost + subscription.lost_on_break:
             counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
             self._world.complain(f"{heard.name}: {told} lost messages were told, {open_} are open: {counts}")

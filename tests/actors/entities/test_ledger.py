@@ -68,7 +68,7 @@ def test_a_publisher_that_comes_back_goes_on_where_it_was() -> None:
 
 
 def test_latched_messages_make_a_break_good() -> None:
-    """What comes as latched is not lost; the rest is, when live messages follow or the publisher goes."""
+    """What comes as latched is not lost; the rest is, when live messages follow."""
     ledger, event = ledger_and_event()
     first = inflow(0)
     ledger.attached(first)
@@ -80,7 +80,7 @@ def test_latched_messages_make_a_break_good() -> None:
     assert ledger.latched(again, replay(8, 7)) == 2
     assert (ledger.lost_on_break, event.lost) == (5, 0)
     assert ledger.latched(again, replay(10, 5)) == 5
-    ledger.detached(again)
+    ledger.live(again, run(20, 1))
     assert (ledger.lost_on_break, event.lost) == (5, 5)
 
 
@@ -124,9 +124,42 @@ def test_what_a_new_broker_gets_again_is_new_to_those_who_never_had_it() -> None
         assert ledger.live(again, run(0, 5)) == skipped
 
 
-def test_what_was_counted_as_lost_does_not_come_after_all() -> None:
-    """A message is received or lost, never both."""
+def test_a_message_is_received_or_lost_never_both() -> None:
+    """What a break has cost, and latched messages make good two attachments later, is not lost any more."""
     ledger, event = ledger_and_event()
+    first, second, third = inflow(0), inflow(10), inflow(12)
+    ledger.attached(first)
+    ledger.live(first, run(0, 5))
+    ledger.detached(first)
+    ledger.attached(second)
+    ledger.detached(second)
+    ledger.attached(third)
+    assert (ledger.lost_on_break, event.lost) == (7, 0)
+    assert ledger.latched(third, replay(7, 4)) == 0
+    assert (ledger.lost_on_break, event.lost) == (3, 2)
+    assert ledger.live(third, run(12, 1)) == 0
+    assert (ledger.lost_on_break, event.lost) == (3, 3)
+
+
+def test_a_new_broker_takes_back_what_a_break_has_cost() -> None:
+    """If the publisher sends its latched messages again as live ones, they were not lost."""
+    ledger, event = ledger_and_event()
+    first, second, third = inflow(0), inflow(10), inflow(3)
+    ledger.attached(first)
+    ledger.live(first, run(0, 5))
+    ledger.detached(first)
+    ledger.attached(second)
+    assert ledger.lost_on_break == 5
+    ledger.detached(second)
+    ledger.attached(third)
+    assert ledger.lost_on_break == 0
+    assert ledger.live(third, run(3, 9)) == 2
+    assert (ledger.lost, ledger.lost_on_break, event.lost) == (0, 0, 0)
+
+
+def test_a_volatile_subscription_is_not_made_good() -> None:
+    """Nothing can bring it what it has missed, so that is told at once when the publisher goes again."""
+    ledger, event = ledger_and_event(latched=False)
     first, second = inflow(0), inflow(10)
     ledger.attached(first)
     ledger.live(first, run(0, 5))
@@ -134,7 +167,7 @@ def test_what_was_counted_as_lost_does_not_come_after_all() -> None:
     ledger.attached(second)
     ledger.detached(second)
     assert (ledger.lost_on_break, event.lost) == (5, 5)
-    again = inflow(0)
-    ledger.attached(again)
-    assert ledger.live(again, run(0, 12)) == 10
+    third = inflow(3)
+    ledger.attached(third)
+    assert ledger.live(third, run(3, 9)) == 7
     assert ledger.lost_on_break == 5
