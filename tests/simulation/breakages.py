@@ -27,6 +27,7 @@ from broker.topics import Topics
 from proto.frames import Replay, ReplyEntry
 from proto.lane import Lane
 from proto.liveness import Finding, Liveness
+from proto.outbox import Outbox
 from tests.simulation.histories import History, live
 
 if TYPE_CHECKING:
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from actors.feeds import Inflow
     from broker.records import Endpoint, Peer
     from proto.frames import Run
-    from proto.outbox import Outbox
 
 
 def does_nothing(owner: Any, name: str) -> Callable[[], AbstractContextManager[object]]:
@@ -210,6 +210,13 @@ def overlooks_a_gap() -> Iterator[None]:
 
 
 @contextmanager
+def has_no_ceiling() -> Iterator[None]:
+    """However much waits for a link, nothing goes."""
+    with mock.patch.object(Outbox, "_make_room"), mock.patch.object(broker.server, "_cut_off"):
+        yield
+
+
+@contextmanager
 def relies_on_the_gone() -> Iterator[None]:
     """A broker goes on looking closely at links that are gone."""
     remove = Router._remove_peer
@@ -256,6 +263,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "at most once across a reconnect": (takes_what_it_has_seen, False),
     "drops are counted": (drops_in_silence, False),
     "depth in the broker and the publisher": (does_nothing(Lane, "trim"), False),
+    "links have a ceiling": (has_no_ceiling, False),
     "depth in the node": (does_nothing(Subscription, "_trim"), True),
     "KEEP_ALL loses nothing": (keeps_all_like_one, True),
     "gaps are counted": (overlooks_a_gap, False),

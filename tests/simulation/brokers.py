@@ -51,7 +51,8 @@ class BrokerProcess:
             await self._task
 
     async def _run(self) -> None:
-        async with Broker(BrokerOptions(port=self._port)) as self.broker:
+        options = BrokerOptions(port=self._port, max_link_bytes=self._world.max_link_bytes)
+        async with Broker(options) as self.broker:
             self._up.set()
             await self._stop.wait()
 

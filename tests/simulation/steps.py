@@ -105,6 +105,8 @@ class Steps:
             for host, broker in self._brokers():
                 for router in broker._routers.values():
                     self._routed_is_accounted_for(host, router)
+                for connection in broker._connections:
+                    self._keeps_its_ceiling(host, connection.channel)
         if self._nodes_moved:
             self._nodes_moved = False
             for told in tuple(self._told):
@@ -156,6 +158,12 @@ class Steps:
         most = self._depths[lane] = max(depth, self._depths.get(lane, 0))
         if lane.pending > most:
             self._world.complain(f"{host}: {lane.pending} messages wait where {most} may")
+
+    def _keeps_its_ceiling(self, host: str, channel: Channel) -> None:
+        """More than may does not wait on a link that goes on."""
+        outbox = channel.outbox
+        if outbox.held_bytes > outbox.max_held_bytes and channel.connected:
+            self._world.complain(f"{host}: {outbox.held_bytes} bytes wait where {outbox.max_held_bytes} may")
 
     def _published_is_accounted_for(self, told: Told) -> None:
         """Each message, and each that was queued anew for a new broker, is sent, dropped or waits."""

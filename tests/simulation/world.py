@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 from unittest import mock
 
 from actors.entities import publisher, window
+from broker.options import BrokerOptions
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
 from tests.simulation.member import Member
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
 
 CHAOS_SEC: Final = 15.0
 """How long the world publishes and calls, and suffers."""
+
+CEILINGS: Final = (65_536, 200_000)
+"""Bytes that may wait for one link, in some troubled histories: queues lose messages, and links end."""
 
 WEATHERS: Final = (
     Weather(),
@@ -78,6 +82,7 @@ class World:
         active: Whether members begin new things.
         home: The broker that everybody prefers.
         standby: A second one, for those that do not reach the first; in some histories.
+        max_link_bytes: What may wait in a broker for one link.
         steps: What is checked all the time.
     """
 
@@ -94,6 +99,10 @@ class World:
         self._stalled = 0.0
         self._frozen_since: dict[str, float] = {}
         self._frozen_for: dict[str, float] = {}
+        self.max_link_bytes = BrokerOptions().max_link_bytes
+        chance = Random(f"{seed} ceiling")
+        if not calm and chance.random() < 0.4:
+            self.max_link_bytes = chance.choice(CEILINGS)
         self.home = BrokerProcess(self, BROKER, 7411)
         self.standby: BrokerProcess | None = None
         if not calm and self.random.random() < 0.25:
