@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from proto.limits import MAX_U64
+
 if TYPE_CHECKING:
     from actors.feeds import Inflow
 
@@ -64,13 +66,14 @@ class Windows:
         """A publisher has been attached: it has what was declared."""
         messages, size = self._declared
         inflow.taken_sequence = inflow.first_sequence
-        inflow.granted_sequence = inflow.first_sequence + messages
+        inflow.granted_sequence = min(inflow.first_sequence + messages, MAX_U64)
         inflow.granted_bytes = size
 
     def open(self, inflow: Inflow) -> bool:
         """Let a publisher have the whole window; tell whether to send a GRANT, which the inflow says."""
         before = inflow.granted_sequence, inflow.granted_bytes
-        inflow.granted_sequence = max(inflow.granted_sequence, inflow.taken_sequence + self.messages)
+        limit = min(inflow.taken_sequence + self.messages, MAX_U64)  # a stranger's numbers may be there
+        inflow.granted_sequence = max(inflow.granted_sequence, limit)
         inflow.granted_bytes = max(inflow.granted_bytes, inflow.taken_bytes + self.bytes)
         return (inflow.granted_sequence, inflow.granted_bytes) != before
 

@@ -13,7 +13,9 @@ from actors.entities.window import (
     Windows,
 )
 from actors.feeds import Inflow
-from proto.frames import Attached
+from proto.codec import encode
+from proto.frames import Attached, Grant
+from proto.limits import MAX_U64
 
 
 class Nobody:
@@ -81,3 +83,12 @@ def test_nobody_adds_to_what_waits_from_before() -> None:
     assert (flow.granted_sequence, flow.granted_bytes) == (10, 0)
     assert windows.open(flow)
     assert flow.granted_sequence == 10 + WINDOW_MESSAGES
+
+
+def test_a_grant_fits_its_frame_whatever_the_publishers_numbers_are() -> None:
+    """Near the end of 64 bits the limit is the greatest number there is."""
+    windows, flow = Windows(), inflow(MAX_U64 - 5)
+    windows.attached(flow)
+    windows.open(flow)
+    assert flow.granted_sequence <= MAX_U64
+    encode(Grant(1, 1, flow.granted_sequence, flow.granted_bytes))
