@@ -66,8 +66,10 @@ class Ledger:
         known = self.known.get(inflow.gid)
         if known is None:
             return
-        inflow.received, inflow.due = known.received, known.due
+        inflow.received = known.received
         inflow.expected = max(known.received, inflow.first_sequence)
+        # From a new broker latched messages come as live ones: they are for it, too.
+        inflow.due = min(known.due, inflow.expected)
         inflow.missed = max(0, inflow.first_sequence - max(known.received, known.due))
         self.lost_on_break += inflow.missed - known.missed
 

@@ -113,6 +113,7 @@ class Heard:
             self.first.setdefault(inflow.gid, inflow.first_sequence)
             self.moved = True
             attached(inflow)
+            self.first[inflow.gid] = min(self.first[inflow.gid], inflow.due)
             self.ends[inflow.gid] = inflow.expected
 
         def noting_receive(inflow: Inflow, run: Run | Replay) -> None:

@@ -122,6 +122,7 @@ def test_what_a_new_broker_gets_again_is_new_to_those_who_never_had_it() -> None
         again = inflow(0)
         ledger.attached(again)
         assert ledger.live(again, run(0, 5)) == skipped
+        assert (again.due, again.expected) == (skipped, 5)
 
 
 def test_a_message_is_received_or_lost_never_both() -> None:
