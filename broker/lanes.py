@@ -78,11 +78,14 @@ class DepartedLanes:
         return self._left[peer].pop((gid, topic))
 
     def forget(self, peer: int) -> list[Lane]:
-        """Nothing can be sent to a peer any more; return what waits, for the caller to have it discarded."""
+        """Nothing can be sent to a peer any more; return its lanes, for the caller to have them discarded.
+
+        The empty ones, too: what the peer's own publishers have told it as they went may not be in them yet.
+        """
         ways = [*self._retired.pop(peer, ()), *self._left.pop(peer, {}).values()]
         if ways:
             self._retired[peer] = ways
-        return [way.lane for way in ways if not way.lane.empty]
+        return [way.lane for way in ways]
 
     def settle_some(self) -> None:
         """Forget what is empty, now and then. Not while something for such a lane is being delivered."""

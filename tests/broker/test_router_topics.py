@@ -467,3 +467,14 @@ def test_texts_are_cut_to_what_a_receiver_must_take() -> None:
     switch.send(listener, make.subscription(1, topic))
     for peer in (talker, listener):
         assert [len(notice.text) for notice in switch.read(peer, frames.Notice)] == [limits.MAX_ERROR_TEXT]
+
+
+def test_a_link_that_is_taken_over_leaves_nothing_in_its_lanes() -> None:
+    """What its own publisher had to tell it as it went waits for nobody."""
+    switch = Switch()
+    peer = switch.join("/both", instance=b"i" * 16)
+    switch.publisher(peer, make.publisher(1))
+    switch.send(peer, make.subscription(2))
+    switch.read_all(peer)
+    switch.join("/both", instance=b"i" * 16)
+    assert [way for way in switch.router.topics.ways() if not way.lane.empty] == []
