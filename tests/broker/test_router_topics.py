@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from broker.records import Discard, Queue
 from broker.router import Router
 from proto import frames, limits
 from proto.errors import ErrorCode, ProtocolError
@@ -469,12 +470,13 @@ def test_texts_are_cut_to_what_a_receiver_must_take() -> None:
         assert [len(notice.text) for notice in switch.read(peer, frames.Notice)] == [limits.MAX_ERROR_TEXT]
 
 
-def test_a_link_that_is_taken_over_leaves_nothing_in_its_lanes() -> None:
-    """What its own publisher had to tell it as it went waits for nobody."""
+def test_what_a_link_is_told_by_its_own_publisher_as_it_goes_is_discarded() -> None:
+    """A link that is taken over has its lanes emptied last, although they are empty when it is removed."""
     switch = Switch()
     peer = switch.join("/both", instance=b"i" * 16)
     switch.publisher(peer, make.publisher(1))
     switch.send(peer, make.subscription(2))
     switch.read_all(peer)
-    switch.join("/both", instance=b"i" * 16)
-    assert [way for way in switch.router.topics.ways() if not way.lane.empty] == []
+    _, deliveries = switch.router.connect(b"i" * 16, b"t" * 16)
+    of_lanes = [delivery for delivery in deliveries if isinstance(delivery, Queue | Discard)]
+    assert [type(delivery) for delivery in of_lanes] == [Queue, Discard]
