@@ -188,7 +188,11 @@ class Channel(asyncio.BufferedProtocol):
         self._handler.closed(exc)
 
     def eof_received(self) -> bool:
-        """Called by asyncio; a half-closed connection is of no use to either side."""
+        """Called by asyncio; a half-closed connection is of no use to either side.
+
+        Left to itself the transport would wait for ever until a peer that does not read has taken what waits.
+        """
+        self.close()
         return False
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002

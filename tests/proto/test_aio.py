@@ -482,7 +482,10 @@ def test_a_connection_that_is_gone_takes_everything() -> None:
 
 def test_half_closed_means_closed() -> None:
     """§2: the end of the peer's stream ends the connection."""
-    assert Bench().channel.eof_received() is False
+    bench = Bench()
+    assert bench.channel.eof_received() is False
+    assert not bench.channel.connected
+    assert bench.channel._linger is not None  # a peer that does not read is not waited for
 
 
 def test_one_flush_is_scheduled_per_turn() -> None:
