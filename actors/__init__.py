@@ -104,6 +104,7 @@ if TYPE_CHECKING:
     from actors.supervision.specification import Strategy as Strategy
     from actors.supervision.supervisor import ChildStatus as ChildStatus
     from actors.supervision.supervisor import Supervisor as Supervisor
+    from proto.codes import EntryKind as EntryKind
     from proto.errors import CallboardError as CallboardError
     from proto.errors import InvalidNameError as InvalidNameError
     from proto.errors import InvalidNamespaceError as InvalidNamespaceError
@@ -111,7 +112,6 @@ if TYPE_CHECKING:
     from proto.errors import InvalidServiceNameError as InvalidServiceNameError
     from proto.errors import InvalidTopicNameError as InvalidTopicNameError
     from proto.errors import InvalidUrlError as InvalidUrlError
-    from proto.frames import EntryKind as EntryKind
     from proto.stats import BrokerRates as BrokerRates
     from proto.stats import BrokerStats as BrokerStats
     from proto.stats import LinkStats as LinkStats
@@ -200,7 +200,7 @@ _HOMES = {
         "InvalidTopicNameError",
         "InvalidUrlError",
     ),
-    "proto.frames": ("EntryKind",),
+    "proto.codes": ("EntryKind",),
     "proto.stats": ("BrokerRates", "BrokerStats", "LinkStats", "TopicStats"),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}

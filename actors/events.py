@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from actors.callbacks import ENDS_PROGRAM, as_coroutine, takes
 from actors.mailbox import Turn
 from actors.qos_compatibility import QoSPolicyKind
-from proto.frames import NoticeKind
+from proto.codes import NoticeKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Protocol
 
-from proto.frames import DetachReason
+from proto.codes import DetachReason
 
 if TYPE_CHECKING:
     from proto import frames

@@ -15,7 +15,8 @@ from actors.diagnostics import Size
 from actors.errors import BrokerUnreachable
 from actors.qos import QoSProfile
 from proto import frames
-from proto.frames import EntryKind, GraphEntry
+from proto.codes import EntryKind
+from proto.frames import GraphEntry
 from proto.names import split_node_name
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from actors.core import Core, Entity
 from actors.graph import GraphPicture
 from proto import frames
-from proto.frames import EntryKind
+from proto.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

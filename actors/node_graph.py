@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.graph_changes import GraphWatch
-from proto.frames import EntryKind
+from proto.codes import EntryKind
 from proto.names import expand_topic_name, full_node_name, split_node_name
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.records import Delivery, Endpoint
-    from proto.frames import NoticeKind
+    from proto.codes import NoticeKind
 
 MAX_NOTICES: Final = 16
 """Misfits that one declaration is told of one by one; one NOTICE more of each kind sums up the others.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from proto import limits
+from proto.codes import PolicyKind
 from proto.errors import ErrorCode
-from proto.frames import PolicyKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

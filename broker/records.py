@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from broker.allowances import Allowances
-from proto.frames import EntryKind, Frame, GraphEntry, Matched, Options, Run, Scalar
+from proto.frames import Frame, GraphEntry, Matched, Options, Run, Scalar
 
 if TYPE_CHECKING:
     from broker.pool import Pool
     from broker.qos import Qos
+    from proto.codes import EntryKind
     from proto.lane import Lane
 
 

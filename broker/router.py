@@ -26,8 +26,9 @@ from broker.records import (
 from broker.services import NONE, Services
 from broker.topics import Topics, subscription_depth
 from proto import frames, limits
+from proto.codes import EntryKind, NoticeKind, Status
 from proto.errors import ErrorCode, InvalidNameError, ProtocolError
-from proto.frames import EntryKind, Frame, NoticeKind, ReplyEntry, Status
+from proto.frames import Frame, ReplyEntry
 from proto.names import (
     full_node_name,
     split_node_name,

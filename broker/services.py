@@ -22,8 +22,9 @@ from broker.records import (
 )
 from proto import frames, limits
 from proto.codec import encode
+from proto.codes import NoticeKind, Status
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import NoticeKind, ReplyEntry, RequestEntry, Status
+from proto.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

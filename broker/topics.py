@@ -26,8 +26,8 @@ from broker.records import (
 )
 from proto import frames
 from proto.codec import encode
+from proto.codes import DetachReason, NoticeKind, PolicyKind
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import DetachReason, NoticeKind, PolicyKind, Run
 from proto.lane import Lane
 from proto.limits import MAX_U64
 from proto.runs import cut, message_bytes
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
     from broker.records import Delivery, Peer
+    from proto.frames import Run
 
 READERS_PER_FRAME: Final = 4000
 """Subscriptions named in one DETACHED frame."""

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 import msgpack
 
 from proto import limits
+from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import (
     OPCODES,
@@ -27,7 +28,6 @@ from proto.frames import (
     Frame,
     Graph,
     GraphEntry,
-    Op,
     Options,
     Replay,
     Reply,

@@ -12,7 +12,7 @@ from proto.names import is_hidden
 if TYPE_CHECKING:
     import argparse
 
-    from proto.frames import EntryKind
+    from proto.codes import EntryKind
 
 
 def list_names(

@@ -13,7 +13,7 @@ from actors.cli.session import graph_of, session
 from actors.cli.values import message_from_text, named_service
 from actors.errors import RemoteError
 from actors.interfaces.convert import message_to_ordereddict
-from proto.frames import EntryKind
+from proto.codes import EntryKind
 
 if TYPE_CHECKING:
     import argparse

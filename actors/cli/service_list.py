@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.cli.names_list import list_names
-from proto.frames import EntryKind
+from proto.codes import EntryKind
 
 if TYPE_CHECKING:
     import argparse

@@ -24,7 +24,7 @@ from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
 from actors.interfaces.message import Message, type_hash
 from actors.interfaces.registry import find_interface
 from actors.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from proto.frames import EntryKind
+from proto.codes import EntryKind
 
 if TYPE_CHECKING:
     import argparse

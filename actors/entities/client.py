@@ -21,7 +21,8 @@ from actors.mailbox import Turn, current_turn
 from actors.service_introspection import CallIdentity, EventKind, Introspectable, ServiceEvents
 from proto import frames, limits
 from proto.codec import encode
-from proto.frames import ReplyEntry, RequestEntry, Status
+from proto.codes import Status
+from proto.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -19,7 +19,8 @@ from actors.mailbox import Turn
 from actors.service_introspection import CallIdentity, EventKind, Introspectable
 from proto import frames
 from proto.codec import encode
-from proto.frames import ReplyEntry, RequestEntry, Status
+from proto.codes import Status
+from proto.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,7 +10,8 @@ import pytest
 import actors
 from actors.events import EntityEvents
 from actors.interfaces.std_msgs.msg import Int64, String
-from proto.frames import Notice, NoticeKind
+from proto.codes import NoticeKind
+from proto.frames import Notice
 from tests.actors.meeting import matched, turns, until
 
 if TYPE_CHECKING:

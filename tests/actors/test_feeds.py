@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.feeds import Feeds, Inflow
-from proto.frames import Assert, Attached, Detached, DetachReason, Replay, Run
+from proto.codes import DetachReason
+from proto.frames import Assert, Attached, Detached, Replay, Run
 
 if TYPE_CHECKING:
     from collections.abc import Callable

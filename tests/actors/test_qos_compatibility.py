@@ -16,7 +16,7 @@ from actors.qos_compatibility import (
     qos_check_compatible,
 )
 from broker.qos import disagreement, read
-from proto.frames import PolicyKind
+from proto.codes import PolicyKind
 from tests.actors.test_qos import PROFILES
 
 

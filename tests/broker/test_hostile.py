@@ -13,8 +13,9 @@ import pytest
 from broker import Broker, BrokerOptions
 from proto import frames, limits
 from proto.codec import encode
+from proto.codes import Op
 from proto.errors import ErrorCode
-from proto.frames import SPECS, Op
+from proto.frames import SPECS
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import GREETING_BYTES as GREETING
 from tests.broker.rawclient import RawClient, hello, link, stream, told, until

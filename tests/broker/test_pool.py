@@ -6,7 +6,7 @@ import random
 
 from broker.pool import Pool
 from broker.records import Peer, ServiceRecord
-from proto.frames import EntryKind
+from proto.codes import EntryKind
 
 
 def make_server(number: int) -> ServiceRecord:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from broker.qos import Refusal, disagreement, read
-from proto.frames import PolicyKind
+from proto.codes import PolicyKind
 
 MS = 1_000_000
 

@@ -6,8 +6,8 @@ import pytest
 
 from proto import frames, limits
 from proto.codec import encode
+from proto.codes import EntryKind
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import EntryKind
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
 

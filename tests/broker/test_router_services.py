@@ -6,8 +6,8 @@ import pytest
 
 from broker.router import Router
 from proto import frames
+from proto.codes import NoticeKind, Status
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import NoticeKind, Status
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
 

@@ -11,7 +11,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from broker.stats import collect
 from proto import frames
-from proto.frames import ReplyEntry, RequestEntry, Status
+from proto.codes import Status
+from proto.frames import ReplyEntry, RequestEntry
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
 from tests.simulation.structure import of_router

@@ -7,8 +7,8 @@ import pytest
 from broker.records import Discard, Queue
 from broker.router import Router
 from proto import frames, limits
+from proto.codes import DetachReason, NoticeKind, PolicyKind
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import DetachReason, NoticeKind, PolicyKind
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch, talk
 

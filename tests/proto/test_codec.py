@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 
 from proto import frames, kinds, limits
 from proto.codec import array_head, decode, encode, ends_from_bytes, ends_to_bytes
+from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import SPECS, Frame, GraphEntry, Op, ReplyEntry, RequestEntry
+from proto.frames import SPECS, Frame, GraphEntry, ReplyEntry, RequestEntry
 from proto.stats import LinkStats, TopicStats
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from typing import cast, get_args
 import pytest
 
 from proto import frames, kinds, limits
-from proto.frames import OPCODES, SPECS, Frame, Op
+from proto.codes import Op
+from proto.frames import OPCODES, SPECS, Frame
 
 PAYLOADS = {Op.RUN: ("payload", "raw"), Op.REPLAY: ("payload",), Op.FRAGMENT: ("payload",)}
 

@@ -18,8 +18,9 @@ from hypothesis.stateful import (
 
 from proto import limits
 from proto.codec import decode, encode
+from proto.codes import Op
 from proto.fragments import Reassembler, is_large
-from proto.frames import Abort, Cancel, Detached, Fragment, Op, Ping, Replay, Request, RequestEntry, Run
+from proto.frames import Abort, Cancel, Detached, Fragment, Ping, Replay, Request, RequestEntry, Run
 from proto.lane import Lane, Transfers
 from proto.outbox import Outbox
 from proto.runs import RunBuilder, messages

@@ -18,9 +18,10 @@ import pytest
 from actors.interfaces.arrays import ARRAYS
 from actors.interfaces.message import type_hash, type_name
 from actors.interfaces.std_msgs.msg import String
-from proto import errors, frames, limits
+from proto import codes, errors, frames, limits
 from proto.codec import decode, encode
-from proto.frames import SPECS, Frame, Op
+from proto.codes import Op
+from proto.frames import SPECS, Frame
 from proto.kinds import KINDS
 from proto.runs import RunBuilder
 from proto.session import FROM_BROKER, FROM_CLIENT, Role, Session, diagram
@@ -92,7 +93,7 @@ def body_of(module: ModuleType, name: str = "") -> list[ast.stmt]:
     return next(node.body for node in body if isinstance(node, ast.ClassDef) and node.name == name)
 
 
-def codes(module: ModuleType, name: str) -> str:
+def codes_block(module: ModuleType, name: str) -> str:
     """Return an enum's members as a table."""
     texts = documented(body_of(module, name))
     return table(
@@ -177,11 +178,11 @@ def example_block() -> str:
 
 CODES: dict[str, tuple[ModuleType, str]] = {
     "errors": (errors, "ErrorCode"),
-    "statuses": (frames, "Status"),
-    "notices": (frames, "NoticeKind"),
-    "policies": (frames, "PolicyKind"),
-    "reasons": (frames, "DetachReason"),
-    "entries": (frames, "EntryKind"),
+    "statuses": (codes, "Status"),
+    "notices": (codes, "NoticeKind"),
+    "policies": (codes, "PolicyKind"),
+    "reasons": (codes, "DetachReason"),
+    "entries": (codes, "EntryKind"),
 }
 BLOCKS: dict[str, Callable[[], str]] = {
     "diagram": lambda: "\n\n".join(
@@ -190,7 +191,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     ),
     "kinds": lambda: table(("kind", "value"), [(f"`{kind}`", KIND_TEXTS[kind]) for kind in KINDS]),
     "frames": frames_block,
-    **{name: partial(codes, *where) for name, where in CODES.items()},
+    **{name: partial(codes_block, *where) for name, where in CODES.items()},
     "elements": lambda: table(
         ("code", "element", "bytes"), [(cls.code, cls.element, cls().itemsize) for cls in ARRAYS]
     ),

@@ -11,8 +11,9 @@ import pytest
 import actors
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from proto.codes import Status
 from proto.errors import InvalidServiceNameError
-from proto.frames import ReplyEntry, Status
+from proto.frames import ReplyEntry
 from tests.actors.meeting import turns, until
 
 if TYPE_CHECKING:
