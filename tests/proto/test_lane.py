@@ -12,7 +12,7 @@ from proto.codec import decode
 from proto.frames import Run
 from proto.lane import Lane
 from proto.outbox import Outbox
-from tests.proto.test_outbox import drain, make_run, take_one
+from tests.proto.outboxes import drain, make_run, take_one
 
 if TYPE_CHECKING:
     import pytest

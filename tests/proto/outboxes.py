@@ -1,0 +1,40 @@
+"""What goes into an outbox, and comes out of it; for the tests of outboxes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from proto.codec import encode
+from proto.frames import Request, RequestEntry, Run
+from proto.runs import RunBuilder
+
+if TYPE_CHECKING:
+    from proto.outbox import Outbox
+
+
+def make_run(first: int, parts: list[bytes], publisher: int = 1) -> Run:
+    """Build a run of these messages."""
+    builder = RunBuilder(first)
+    for part in parts:
+        builder.add(part)
+    return builder.take(publisher, 0)
+
+
+def request(call: int, size: int) -> bytes:
+    """Encode a request whose body has this size."""
+    return encode(Request(1, (RequestEntry(call, None, None, bytes(size)),)))
+
+
+def take_one(outbox: Outbox) -> bytes | None:
+    """Take the next frame."""
+    parts, size = outbox.take(1)
+    assert size == sum(map(len, parts))
+    return b"".join(parts) or None
+
+
+def drain(outbox: Outbox) -> list[bytes]:
+    """Take everything that may go."""
+    found: list[bytes] = []
+    while (raw := take_one(outbox)) is not None:
+        found.append(raw)
+    return found

@@ -1,0 +1,312 @@
+"""The outbox against a model, with puts, pulls, trims, grants and restarts in any order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgpack
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+
+from proto import limits
+from proto.codec import decode, encode
+from proto.codes import Op
+from proto.fragments import Reassembler, is_large
+from proto.frames import Abort, Detached, Fragment, Ping, Replay, Run
+from proto.lane import Lane
+from proto.outbox import Outbox
+from proto.runs import messages
+from tests.proto.outboxes import make_run, request, take_one
+
+
+@dataclass(frozen=True)
+class Message:
+    """A message of the model."""
+
+    sequence: int
+    body: bytes
+
+
+@dataclass
+class ModelLane:
+    """What a lane must hold: messages, and encoded frames in order with them."""
+
+    lane: Lane
+    waiting: list[Message | bytes] = field(default_factory=list)
+    leaving: list[Message | bytes] = field(default_factory=list)
+    next_put: int = 0
+    next_sent: int = 0
+    dropped: int = 0
+    sent_bytes: int = 0
+
+    @property
+    def messages(self) -> list[Message]:
+        """The messages that wait."""
+        return [item for item in self.waiting if isinstance(item, Message)]
+
+    @property
+    def ordered_bytes(self) -> int:
+        """Bytes of the frames that wait in order with the messages."""
+        return sum(len(item) for item in (*self.waiting, *self.leaving) if isinstance(item, bytes))
+
+    def trim(self) -> None:
+        """Drop the oldest messages beyond the depth."""
+        if self.lane.depth is not None:
+            excess = max(0, len(self.messages) - self.lane.depth)
+            gone = self.messages[:excess]
+            self.waiting = [item for item in self.waiting if item not in gone]
+            self.dropped += excess
+
+    def leave(self, count: int) -> None:
+        """Messages have begun to leave: credit must allow each of them."""
+        self.leaving, self.waiting = self.waiting[:count], self.waiting[count:]
+        before, sent = self.next_sent, self.sent_bytes
+        for message in self.leaving:
+            assert isinstance(message, Message)
+            limit = self.lane.sequence_limit
+            assert limit is None or before < limit
+            assert self.lane.byte_limit is None or sent < self.lane.byte_limit
+            before = message.sequence + 1
+            sent += len(message.body)
+
+    def arrive(self, run: Run) -> None:
+        """A run has come whole: it holds what began to leave, in order and once."""
+        assert run.publisher == self.lane.publisher
+        got = [Message(run.first_sequence + index, bytes(body)) for index, body in enumerate(messages(run))]
+        assert got == self.leaving
+        self.sent_bytes += sum(len(message.body) for message in got)
+        self.next_sent = got[-1].sequence + 1
+        self.leaving = []
+
+
+class OutboxMachine(RuleBasedStateMachine):
+    """Puts, pulls, trims, grants and restarts in any order; every frame pulled is checked as a peer would."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.patch = pytest.MonkeyPatch()
+        self.patch.setattr(limits, "MAX_FRAME_BYTES", 150)
+        self.patch.setattr(limits, "FRAGMENT_BYTES", 100)
+        self.patch.setattr(limits, "MAX_TRANSFERS", 2)
+        self.links = 0
+        self.models = [ModelLane(Lane(index, depth)) for index, depth in enumerate((1, 3, None))]
+        self.next_token = 0
+        self.connect()
+
+    def connect(self) -> None:
+        """Begin a link with nothing under way."""
+        self.outbox = Outbox()
+        self.reassembler = Reassembler()
+        self.control: list[bytes] = []
+        self.calls: list[bytes] = []
+        self.large: dict[int, bytes] = {}
+        self.transfers: dict[int, tuple[int, Any]] = {}
+
+    def teardown(self) -> None:
+        """Lift all credit and take everything: nothing is left and the counts are even."""
+        try:
+            self.finish()
+        finally:
+            self.patch.undo()
+
+    def finish(self) -> None:
+        """Take everything that is left."""
+        for model in self.models:
+            model.lane.sequence_limit = model.lane.byte_limit = None
+            self.outbox.wake(model.lane)
+        while self.pull():
+            pass
+        assert all(model.lane.empty and not model.waiting and not model.leaving for model in self.models)
+        assert all(model.lane.pending_bytes == 0 for model in self.models)
+        assert (self.outbox.urgent_bytes, self.outbox.ordered_bytes) == (0, 0)
+
+    @rule(
+        which=st.integers(0, 2),
+        sizes=st.lists(st.one_of(st.integers(1, 20), st.integers(100, 250)), min_size=1, max_size=5),
+    )
+    def put_run(self, which: int, sizes: list[int]) -> None:
+        """Publish some messages."""
+        model = self.models[which]
+        parts = [bytes([(model.next_put + index) % 251]) * size for index, size in enumerate(sizes)]
+        self.outbox.put_lane(model.lane, make_run(model.next_put, parts, publisher=which))
+        model.waiting += [Message(model.next_put + index, part) for index, part in enumerate(parts)]
+        model.next_put += len(parts)
+
+    @rule(which=st.integers(0, 2), size=st.sampled_from([0, 0, 300]), first=st.booleans())
+    def put_ordered(self, which: int, size: int, first: bool) -> None:
+        """Queue a frame in order with the runs, or ahead of those that have not begun to leave."""
+        self.next_token += 1
+        raw = encode(Detached(which, (self.next_token,), 0))
+        if size:
+            run = make_run(0, [bytes(size)])
+            raw = encode(Replay(self.next_token, which, *run[1:7]))
+        model = self.models[which]
+        self.outbox.put_lane(model.lane, raw, first=first)
+        model.waiting.insert(0 if first else len(model.waiting), raw)
+
+    @rule()
+    def put_control(self) -> None:
+        """Queue a control frame."""
+        self.next_token += 1
+        raw = encode(Ping(self.next_token))
+        self.outbox.put_control(raw)
+        self.control.append(raw)
+
+    @rule(size=st.sampled_from([1, 300]))
+    def put_call(self, size: int) -> None:
+        """Queue a small or a large request."""
+        self.next_token += 1
+        raw = request(self.next_token, size)
+        self.outbox.put_calls(raw, (1, self.next_token))
+        if is_large(raw):
+            self.large[self.next_token] = raw
+        else:
+            self.calls.append(raw)
+
+    @rule(data=st.data())
+    def drop_call(self, data: st.DataObject) -> None:
+        """Take a large call back, or one that has left."""
+        call = data.draw(st.sampled_from([*self.large, -1]))
+        assert self.outbox.drop_call((1, call)) == (call in self.large)
+        self.large.pop(call, None)
+        for transfer, (op, key) in list(self.transfers.items()):
+            if op == Op.REQUEST and key == call:
+                self.control.append(encode(Abort(transfer)))
+
+    @rule(which=st.integers(0, 2), ahead=st.integers(0, 6), room=st.integers(0, 300))
+    def grant(self, which: int, ahead: int, room: int) -> None:
+        """Set a lane's credit, which may also end."""
+        model = self.models[which]
+        model.lane.sequence_limit = model.next_sent + ahead if ahead else None
+        model.lane.byte_limit = model.lane.sent_bytes + room if room else None
+        self.outbox.wake(model.lane)
+
+    @rule()
+    def trim(self) -> None:
+        """The transport is full, or nothing more may go."""
+        self.outbox.trim()
+        for model in self.models:
+            model.trim()
+
+    @precondition(lambda self: self.links < 3)
+    @rule()
+    def restart(self) -> None:
+        """The link breaks; the lanes go on with another."""
+        self.links += 1
+        self.connect()
+        for index, model in enumerate(self.models):
+            model.waiting = [item for item in (*model.leaving, *model.waiting) if isinstance(item, Message)]
+            model.leaving = []
+            model.lane.restart(10 * self.links + index)
+            assert model.lane.first_sequence == (model.messages[0].sequence if model.waiting else None)
+            model.sent_bytes = 0
+            model.next_sent = model.messages[0].sequence if model.waiting else model.next_put
+            model.lane.trim()
+            model.trim()
+            self.outbox.wake(model.lane)
+
+    @rule(count=st.integers(1, 6))
+    def pull_some(self, count: int) -> None:
+        """The transport has room for some frames."""
+        for _ in range(count):
+            if not self.pull():
+                break
+
+    def pull(self) -> bool:
+        """Take one frame and check it as its receiver would."""
+        raw = take_one(self.outbox)
+        for urgent in (self.control, self.calls):
+            if urgent:
+                assert raw == urgent.pop(0)
+                frame = decode(raw)
+                if isinstance(frame, Abort):
+                    self.reassembler.abort(frame)
+                    del self.transfers[frame.transfer]
+                return True
+        if raw is None:
+            self.check_idle()
+            return False
+        assert not is_large(raw)
+        frame = decode(raw)
+        if isinstance(frame, Fragment):
+            self.take_fragment(frame)
+            return True
+        if isinstance(frame, Run):
+            model = self.begin_run(frame.publisher, frame.length)
+            model.arrive(frame)
+        else:
+            assert isinstance(frame, Detached)
+            assert self.models[frame.publisher].waiting.pop(0) == raw
+        return True
+
+    def begin_run(self, publisher: int, count: int) -> ModelLane:
+        """A run begins to leave."""
+        model = next(model for model in self.models if model.lane.publisher == publisher)
+        assert not model.leaving
+        model.leave(count)
+        return model
+
+    def take_fragment(self, frame: Fragment) -> None:
+        """Put a piece of a large frame together with its others."""
+        if frame.total is not None:
+            unpacker: Any = msgpack.Unpacker()
+            unpacker.feed(frame.payload[5:])
+            unpacker.read_array_header()
+            op, key = unpacker.unpack(), unpacker.unpack()
+            if op == Op.RUN:
+                _, _, length = (unpacker.unpack() for _ in range(3))
+                self.begin_run(key, length)
+            elif op == Op.REPLAY:
+                model = self.models[unpacker.unpack()]
+                model.leaving = [model.waiting.pop(0)]
+            else:
+                unpacker.read_array_header()
+                unpacker.read_array_header()
+                key = unpacker.unpack()
+            self.transfers[frame.transfer] = op, key
+        whole = self.reassembler.add(frame)
+        if whole is None:
+            return
+        op, key = self.transfers.pop(frame.transfer)
+        arrived = decode(whole)
+        if isinstance(arrived, Run):
+            next(model for model in self.models if model.lane.publisher == key).arrive(arrived)
+        elif isinstance(arrived, Replay):
+            model = self.models[arrived.publisher]
+            assert model.leaving == [bytes(whole)]
+            model.leaving = []
+        else:
+            assert self.large.pop(key) == whole
+
+    def check_idle(self) -> None:
+        """Nothing may go now: what waits, waits for credit."""
+        assert not self.large
+        for model in self.models:
+            assert not model.leaving
+            if model.waiting:
+                assert isinstance(model.waiting[0], Message)
+                lane = model.lane
+                assert (lane.sequence_limit is not None and model.next_sent >= lane.sequence_limit) or (
+                    lane.byte_limit is not None and model.sent_bytes >= lane.byte_limit
+                )
+
+    @invariant()
+    def counts_are_right(self) -> None:
+        """Every number an owner looks at is the model's."""
+        for model in self.models:
+            assert model.lane.pending == len(model.messages)
+            assert model.lane.dropped == model.dropped
+            assert model.lane.sent_bytes == model.sent_bytes
+            assert model.lane.leaving == sum(isinstance(item, Message) for item in model.leaving)
+            assert model.lane.empty == (not model.waiting and not model.leaving)
+            assert model.lane.pending_bytes >= sum(len(message.body) for message in model.messages)
+        urgent = [*self.control, *self.calls, *self.large.values()]
+        assert self.outbox.urgent_bytes == sum(map(len, urgent))
+        assert self.outbox.ordered_bytes == sum(model.ordered_bytes for model in self.models)
+
+
+TestOutboxMachine = OutboxMachine.TestCase
+TestOutboxMachine.settings = settings(deadline=None, max_examples=120, stateful_step_count=40)
