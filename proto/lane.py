@@ -38,6 +38,7 @@ class Lane:
     """
 
     __slots__ = (
+        "_control_count",
         "_leaving",
         "_next_sequence",
         "_queue",
@@ -77,6 +78,8 @@ class Lane:
         self.scheduled = False
         self.counted_bytes = 0
         self._queue: deque[Run | bytes] = deque()
+        self._control_count = 0
+        """How many in the queue are no runs."""
         self._skip = 0
         """Messages of the first run in the queue that are dropped."""
         self._leaving: Run | bytes | None = None
@@ -95,6 +98,7 @@ class Lane:
                 self._next_sequence = item.first_sequence
         else:
             self.control_bytes += len(item)
+            self._control_count += 1
 
     def put_front(self, item: Run | bytes) -> None:
         """Queue something before everything that has not begun to leave.
@@ -109,6 +113,7 @@ class Lane:
                 self._next_sequence = item.first_sequence
         else:
             self.control_bytes += len(item)
+            self._control_count += 1
         self._queue.appendleft(item)
 
     @property
@@ -123,8 +128,12 @@ class Lane:
 
     @property
     def held_bytes(self) -> int:
-        """What is queued takes of memory, about: the messages, and what each run takes beside them."""
-        return self.pending_bytes + limits.RUN_HELD_BYTES * len(self._queue)
+        """What the queued runs take of memory, about: the messages, and what each run takes beside them.
+
+        Other frames count in `control_bytes` only. No `trim` looks at a lane that gets one, so what they take
+        would be noticed when the lane has its turn, and nobody looks at the ceiling then.
+        """
+        return self.pending_bytes + limits.RUN_HELD_BYTES * (len(self._queue) - self._control_count)
 
     def trim(self) -> None:
         """Drop the oldest messages beyond the depth (and the byte ceiling, but never the last message).
@@ -244,6 +253,8 @@ class Lane:
         if isinstance(item, Run):
             self.pending -= item.length
             self.pending_bytes -= message_bytes(item)
+        else:
+            self._control_count -= 1
 
     def _has_left(self) -> None:
         item = self._leaving
@@ -294,7 +305,7 @@ class Lane:
         self._next_sequence = self.first_sequence if next_sequence is None else next_sequence
         self.publisher = publisher
         self.sent_bytes = 0
-        self.control_bytes = 0
+        self.control_bytes = self._control_count = 0
         self.sequence_limit = None
         self.byte_limit = None
         self.scheduled = False
@@ -339,7 +350,7 @@ class Lane:
     def _clear(self) -> None:
         self._queue.clear()
         self._leaving = self._transfer = None
-        self.pending = self.pending_bytes = self.control_bytes = self._skip = 0
+        self.pending = self.pending_bytes = self.control_bytes = self._control_count = self._skip = 0
 
 
 class Transfers:

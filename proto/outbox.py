@@ -46,7 +46,7 @@ class Outbox:
         large_room: Bytes of large messages that may still leave before others get a turn; the owner sets it.
         urgent_bytes: Bytes of control frames and calls that wait.
         ordered_bytes: Bytes of control frames (REPLAY among them) that wait in lanes, in order with runs.
-        held_bytes: What the messages that wait in all lanes take, as of the last `trim`.
+        held_bytes: What the runs that wait in all lanes take, as of the last `trim`.
         max_held_bytes: What they may take, or the fullest lanes are cut; the owner sets it.
         dropped: Messages dropped here, in all, because the link was slow.
     """

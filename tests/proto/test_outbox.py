@@ -297,3 +297,19 @@ def test_a_restarted_lane_counts_on_its_new_link_only() -> None:
         assert outbox.held_bytes == lane.held_bytes > 0
     drain(outbox)
     assert outbox.held_bytes == 0
+
+
+def test_only_runs_count_for_the_ceiling() -> None:
+    """§6.4.3: what waits between runs counts elsewhere: a link with room never holds more than before."""
+    outbox, lane = Outbox(), Lane(1, None)
+    outbox.put_lane(lane, make_run(0, [b"x"]))
+    outbox.trim()
+    judged = outbox.held_bytes
+    assert judged == limits.RUN_HELD_BYTES + lane.pending_bytes
+    for index in range(100):
+        outbox.put_lane(lane, encode(Detached(1, (index,), 0)))
+        outbox.put_lane(lane, encode(Detached(2, (index,), 0)), first=True)
+    assert take_one(outbox) is not None
+    assert outbox.held_bytes == judged
+    drain(outbox)
+    assert outbox.held_bytes == lane.held_bytes == 0

@@ -35,6 +35,10 @@ def of_broker(broker: Broker) -> Wrongs:
         held = sum(lane.counted_bytes for lane in outbox._ready)
         if outbox.held_bytes != held:
             yield f"an outbox counts {outbox.held_bytes} bytes of messages, its lanes {held}"
+        if connection.channel.connected:
+            for lane in outbox._ready:  # what its ceiling was compared with is what waits
+                if lane.counted_bytes != lane.held_bytes:
+                    yield f"a lane counts for {lane.counted_bytes} bytes and holds {lane.held_bytes}"
 
 
 def of_node(node: actors.Node) -> Wrongs:
@@ -109,6 +113,9 @@ def of_lane(lane: Lane) -> Wrongs:
     control = sum(len(item) for item in (*lane._queue, lane._leaving or b"") if not isinstance(item, Run))
     if lane.control_bytes != control:
         yield f"a lane counts {lane.control_bytes} bytes of control frames and holds {control}"
+    others = len(lane._queue) - sum(isinstance(item, Run) for item in lane._queue)
+    if lane._control_count != others:
+        yield f"a lane counts {lane._control_count} control frames in its queue and holds {others}"
     number = 0
     for item in lane._queue:
         if not isinstance(item, Run):
