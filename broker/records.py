@@ -75,6 +75,9 @@ class Peer:
     endpoints: dict[int, Endpoint] = field(default_factory=dict["int", "Endpoint"])
     suspended: bool = False
     pending_calls: int = 0
+    """Calls of its clients that have no answer yet."""
+    owed_calls: int = 0
+    """Calls that its servers, retired ones included, have not answered."""
     latched_bytes: int = 0
     """Bytes kept for late joiners of its publishers."""
     matched: int = 0

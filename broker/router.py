@@ -169,7 +169,7 @@ class Router:
     def heard(self, peer_id: int) -> None:
         """A peer has given a sign of life: a question about it is answered."""
         peer = self._peers.get(peer_id)
-        if peer is not None and not peer.matched and not _owes_answers(peer):
+        if peer is not None and not peer.matched and not peer.owed_calls:
             self.relied_on.discard(peer_id)
 
     def suspend(self, peer_id: int) -> list[Delivery]:
@@ -388,8 +388,3 @@ class Router:
     def _describe(self, peer: Peer, frame: frames.Describe) -> None:
         answer = frames.Definition(frame.type_hash, self.definitions.get(frame.type_hash))
         self._out.append(Send(peer.id, answer))
-
-
-def _owes_answers(peer: Peer) -> bool:
-    """Tell whether callers wait for a peer: also for a server that is retired and has no counterparts."""
-    return any(isinstance(each, ServiceRecord) and each.pending for each in peer.endpoints.values())

@@ -29,7 +29,7 @@ from proto.frames import ReplyEntry, RequestEntry
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from broker.records import Delivery, Peer
+    from broker.records import Delivery
 
 TOO_LARGE = "with the broker's call id it is larger than a message may be"
 GONE = "the server has gone"
@@ -180,7 +180,7 @@ class Services:
         refused: list[ReplyEntry] = []
         group = self._groups.get(client.name)
         pool = None if group is None else group.pools.get((client.type_name, client.type_hash))
-        closed = self.closed and not _owes_answers(client.peer)
+        closed = self.closed and not client.peer.owed_calls
         for entry in entries:
             if entry.call in client.pending:
                 raise ProtocolError(ErrorCode.UNEXPECTED, f"REQUEST: the call id {entry.call} is in use")
@@ -220,11 +220,13 @@ class Services:
         server.pending[call] = pending
         client.pending[client_call] = pending
         client.peer.pending_calls += 1
+        server.peer.owed_calls += 1
         return call
 
     def _settle(self, pending: PendingCall) -> None:
         server = pending.server
         del server.pending[pending.call]
+        server.peer.owed_calls -= 1
         if server.pool is not None:
             server.pool.moved(server)
         self.pending -= 1
@@ -267,11 +269,6 @@ class Services:
 
 def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:
     return one.type_name == other.type_name and one.type_hash == other.type_hash
-
-
-def _owes_answers(peer: Peer) -> bool:
-    servers = (each for each in peer.endpoints.values() if isinstance(each, ServiceRecord))
-    return any(server.pending for server in servers)
 
 
 def _answer(call: int, status: Status, text: str) -> ReplyEntry:

@@ -10,7 +10,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from broker.records import NodeRecord, ServiceRecord
+from broker.records import NodeRecord
 from proto import frames
 from proto.lag import LoopLag
 from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
@@ -155,7 +155,7 @@ def link_stats(
             bytes_received=channel.bytes_received,
             bytes_sent=channel.bytes_sent,
             pending_calls=0 if peer is None else peer.pending_calls,
-            owed_calls=sum(len(server.pending) for server in endpoints if isinstance(server, ServiceRecord)),
+            owed_calls=0 if peer is None else peer.owed_calls,
         )
 
 

@@ -92,6 +92,9 @@ def _of_peer(peer: Peer) -> Wrongs:
     pending = sum(len(each.pending) for each in endpoints if isinstance(each, ClientRecord))
     if pending != peer.pending_calls:
         yield f"peer {peer.id} has {peer.pending_calls} calls pending, its clients {pending}"
+    owed = sum(len(each.pending) for each in endpoints if isinstance(each, ServiceRecord))
+    if owed != peer.owed_calls:
+        yield f"peer {peer.id} owes {peer.owed_calls} answers, its servers {owed}"
 
 
 def _of_calls(router: Router, endpoints: list[Endpoint]) -> Wrongs:
