@@ -54,12 +54,14 @@ class Router:
     """One graph: its peers, and everything they have declared.
 
     Args:
+        domain: The graph's number.
         max_endpoints: What one peer may declare.
         max_pending_calls: Unanswered calls of one peer.
         max_message_bytes: Size of one frame that a peer takes.
         max_lane_bytes: What may wait for a KEEP_ALL subscription whose credit allowed it.
 
     Attributes:
+        domain: The same number.
         relied_on: The peers to look at closely: somebody is matched with them, waits for an answer of theirs,
             or has asked who is there.
     """
@@ -67,11 +69,13 @@ class Router:
     def __init__(
         self,
         *,
+        domain: int = 0,
         max_endpoints: int = MAX_ENDPOINTS,
         max_pending_calls: int = MAX_PENDING_CALLS,
         max_lane_bytes: int = MAX_LANE_BYTES,
         max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
     ) -> None:
+        self.domain = domain
         self._out: list[Delivery] = []
         self._max_endpoints = max_endpoints
         self._keys = count(1)

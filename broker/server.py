@@ -91,15 +91,15 @@ class Broker:
 
     def topic_stats(self) -> list[TopicStats]:
         """Return the numbers of each topic of each domain."""
-        return [topic for domain, router in self._routers.items() for topic in topic_stats(domain, router)]
+        return [topic for router in self._routers.values() for topic in topic_stats(router)]
 
     def link_stats(self) -> list[LinkStats]:
         """Return the numbers of each link whose handshake is over."""
         now = self._now()
         return [
             link
-            for domain, router in self._routers.items()
-            for link in link_stats(now, domain, router, self._joined[router])
+            for router in self._routers.values()
+            for link in link_stats(now, router, self._joined[router])
         ]
 
     def tell_stats(self, connection: Connection, questions: Iterable[int]) -> None:
@@ -107,9 +107,8 @@ class Broker:
         router = connection.router
         if router is None:  # it has said goodbye meanwhile
             return
-        domain = next(number for number, each in self._routers.items() if each is router)
-        totals, topics = self.stats(), tuple(topic_stats(domain, router))
-        links = tuple(link_stats(self._now(), domain, router, self._joined[router]))
+        totals, topics = self.stats(), tuple(topic_stats(router))
+        links = tuple(link_stats(self._now(), router, self._joined[router]))
         for question in questions:
             pieces = answer(question, totals, topics, links)
             self.deliver(router, [Send(connection.peer, piece) for piece in pieces])
@@ -279,6 +278,7 @@ class Broker:
         router = self._routers.get(domain)
         if router is None:
             router = self._routers[domain] = Router(
+                domain=domain,
                 max_endpoints=self.options.max_endpoints,
                 max_pending_calls=self.options.max_pending_calls,
                 max_message_bytes=self.options.max_message_bytes,

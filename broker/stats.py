@@ -99,13 +99,13 @@ def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
     )
 
 
-def topic_stats(domain: int, router: Router) -> Iterator[TopicStats]:
+def topic_stats(router: Router) -> Iterator[TopicStats]:
     """Return the numbers of each topic of a graph."""
     _, tallies = router.topics.tallies()
     for topic in router.topics.records():
         tally = tallies.get(topic, topic.settled)
         yield TopicStats(
-            domain=domain,
+            domain=router.domain,
             name=topic.name,
             publishers=len(topic.publishers),
             subscriptions=len(topic.subscriptions),
@@ -120,14 +120,11 @@ def topic_stats(domain: int, router: Router) -> Iterator[TopicStats]:
         )
 
 
-def link_stats(
-    now: float, domain: int, router: Router, joined: Mapping[int, Connection]
-) -> Iterator[LinkStats]:
+def link_stats(now: float, router: Router, joined: Mapping[int, Connection]) -> Iterator[LinkStats]:
     """Return the numbers of each link of a graph.
 
     Args:
         now: Loop time.
-        domain: The graph's number.
         router: The graph.
         joined: The connections of its peers, by peer.
     """
@@ -141,7 +138,7 @@ def link_stats(
         endpoints = () if peer is None else tuple(peer.endpoints.values())
         nodes = [endpoint.name for endpoint in endpoints if isinstance(endpoint, NodeRecord)]
         yield LinkStats(
-            domain=domain,
+            domain=router.domain,
             session=connection.session,
             agent=connection.agent,
             nodes=tuple(nodes[:MAX_NODE_NAMES]),
