@@ -7,7 +7,7 @@ deadlines.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from broker.notices import Notices
 from broker.pool import Pool
@@ -24,12 +24,15 @@ from proto import frames, limits
 from proto.codec import encode
 from proto.codes import NoticeKind, Status
 from proto.errors import ErrorCode, ProtocolError
+from proto.fragments import is_large
 from proto.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from broker.records import Delivery
+
+EntryT = TypeVar("EntryT", RequestEntry, ReplyEntry)
 
 TOO_LARGE = "with the broker's call id it is larger than a message may be"
 GONE = "the server has gone"
@@ -200,18 +203,26 @@ class Services:
             self._send_replies(client, refused)
         for server, chosen in routed.items():
             self.calls += len(chosen)
-            raw = encode(frames.Request(server.id, tuple(chosen)))
-            if len(raw) > self._max_bytes:
-                self._take_back(server, chosen)
-            else:
-                self._emit(SendCalls(server.peer.id, raw, (server.id, chosen[0].call)))
+            self._send_requests(server, chosen)
 
-    def _take_back(self, server: ServiceRecord, entries: list[RequestEntry]) -> None:
-        for entry in entries:
-            pending = server.pending[entry.call]
-            self._settle(pending)
-            answer = _answer(pending.client_call, Status.UNAVAILABLE, TOO_LARGE)
-            self._send_replies(pending.client, [answer])
+    def _send_requests(self, server: ServiceRecord, entries: list[RequestEntry]) -> None:
+        raw = encode(frames.Request(server.id, tuple(entries)))
+        if len(entries) > 1 and self._too_much(raw):
+            for part in _cut(entries, len(raw)):
+                self._send_requests(server, part)
+        elif len(raw) > self._max_bytes:
+            self._take_back(server.pending[entries[0].call])
+        else:
+            self._emit(SendCalls(server.peer.id, raw, (server.id, entries[0].call)))
+
+    def _too_much(self, raw: bytes) -> bool:
+        """Tell whether a frame is to be cut: a large call travels alone, so that it is taken back alone."""
+        return is_large(raw) or len(raw) > self._max_bytes
+
+    def _take_back(self, pending: PendingCall) -> None:
+        self._settle(pending)
+        answer = _answer(pending.client_call, Status.UNAVAILABLE, TOO_LARGE)
+        self._send_replies(pending.client, [answer])
 
     def _open(self, client: ClientRecord, client_call: int, server: ServiceRecord) -> int:
         call = self._next_call = self._next_call + 1
@@ -248,12 +259,18 @@ class Services:
 
     def _send_replies(self, client: ClientRecord, entries: list[ReplyEntry]) -> None:
         for start in range(0, len(entries), limits.MAX_CALLS_PER_FRAME):
-            part = tuple(entries[start : start + limits.MAX_CALLS_PER_FRAME])
-            raw = encode(frames.Reply(client.id, part))
-            if len(raw) > self._max_bytes:
-                part = tuple(_answer(entry.call, Status.UNAVAILABLE, TOO_LARGE) for entry in part)
-                raw = encode(frames.Reply(client.id, part))
-            self._emit(SendCalls(client.peer.id, raw, (client.id, part[0].call)))
+            self._send_reply(client, entries[start : start + limits.MAX_CALLS_PER_FRAME])
+
+    def _send_reply(self, client: ClientRecord, entries: list[ReplyEntry]) -> None:
+        raw = encode(frames.Reply(client.id, tuple(entries)))
+        if len(entries) > 1 and self._too_much(raw):
+            for part in _cut(entries, len(raw)):
+                self._send_reply(client, part)
+            return
+        if len(raw) > self._max_bytes:
+            answer = _answer(entries[0].call, Status.UNAVAILABLE, TOO_LARGE)
+            raw = encode(frames.Reply(client.id, (answer,)))
+        self._emit(SendCalls(client.peer.id, raw, (client.id, entries[0].call)))
 
     def cancel(self, client: ClientRecord, calls: tuple[int, ...]) -> None:
         """A client no longer wants these; unknown ones have just been answered."""
@@ -269,6 +286,13 @@ class Services:
 
 def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:
     return one.type_name == other.type_name and one.type_hash == other.type_hash
+
+
+def _cut(entries: list[EntryT], size: int) -> list[list[EntryT]]:
+    """Return entries, of this size together, in parts that would be half a frame if all were of one size."""
+    half = min(size, limits.MAX_FRAME_BYTES) // 2
+    count = max(1, len(entries) * half // size)
+    return [entries[start : start + count] for start in range(0, len(entries), count)]
 
 
 def _answer(call: int, status: Status, text: str) -> ReplyEntry:
