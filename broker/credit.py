@@ -24,7 +24,7 @@ def allow(publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
     """A KEEP_ALL subscription has been attached: it starts with its windows."""
     publisher.credits.add(
         subscription.key,
-        publisher.next_sequence + subscription.window_messages,
+        publisher.first_for(subscription) + subscription.window_messages,
         subscription.window_bytes,
         publisher.bytes,
     )

@@ -150,6 +150,8 @@ class PublisherRecord(Endpoint):
     wants: Qos
     gid: bytes
     next_sequence: int
+    live_sequence: int
+    """Messages below it are latched ones that come again."""
     bytes: int = 0
     """Bytes of messages since the declaration: what credit counts."""
     topic: TopicRecord = field(init=False, repr=False)
@@ -170,6 +172,12 @@ class PublisherRecord(Endpoint):
     """The greatest credit that has been sent since it was unlimited; None while unlimited."""
     echoes_owed: int = 0
     """How many CREDIT frames that ended an unlimited time it has not confirmed yet."""
+
+    def first_for(self, subscription: SubscriptionRecord) -> int:
+        """Return the number from which on its runs are for a subscription that is attached now."""
+        if subscription.wants.latched:
+            return self.next_sequence
+        return max(self.next_sequence, self.live_sequence)
 
 
 @dataclass(slots=True, eq=False, kw_only=True)

@@ -297,6 +297,7 @@ class Router:
                 wants=qos,
                 gid=frame.gid,
                 next_sequence=frame.next_sequence,
+                live_sequence=frame.live_sequence,
                 keep=latched_depth(qos),
                 **common,
             )

@@ -212,7 +212,7 @@ class Topics:
             publisher.key,
             (subscription.id,),
             publisher.gid,
-            publisher.next_sequence,
+            publisher.first_for(subscription),
             publisher.node_name,
             publisher.qos,
         )

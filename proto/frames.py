@@ -98,7 +98,10 @@ class Node(NamedTuple):
 
 
 class Publisher(NamedTuple):
-    """Declares a publisher. `gid` names it for good; `next_sequence` goes on where an earlier link ended."""
+    """Declares a publisher. `gid` names it for good; `next_sequence` goes on where an earlier link ended.
+
+    Messages from `live_sequence` on are sent for the first time; those below are latched ones, sent again.
+    """
 
     id: int
     node: int
@@ -109,6 +112,7 @@ class Publisher(NamedTuple):
     gid: bytes
     next_sequence: int
     definition: bytes | None
+    live_sequence: int
 
 
 class Subscription(NamedTuple):
@@ -425,7 +429,9 @@ SPECS: Mapping[int, Spec] = {
     Op.PING: Spec(Ping, ("u64",)),
     Op.PONG: Spec(Pong, ("u64",)),
     Op.NODE: Spec(Node, ("u32", "str")),
-    Op.PUBLISHER: Spec(Publisher, ("u32", "u32", "str", "str", "str", "map", "bin16", "u64", "definition?")),
+    Op.PUBLISHER: Spec(
+        Publisher, ("u32", "u32", "str", "str", "str", "map", "bin16", "u64", "definition?", "u64")
+    ),
     Op.SUBSCRIPTION: Spec(Subscription, ("u32", "u32", "str", "str?", "str?", "map", "u64", "u64")),
     Op.SERVICE: Spec(Service, ("u32", "u32", "str", "str", "str", "definition?")),
     Op.CLIENT: Spec(Client, ("u32", "u32", "str", "str", "str")),

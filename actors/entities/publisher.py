@@ -331,6 +331,7 @@ class Publisher(Entity, Generic[T]):
             self.gid,
             self._declared,
             definition(self.msg_type),
+            first,
         )
 
     def accepted(self, number: int) -> None:

@@ -25,9 +25,12 @@ def publisher(
     qos: frames.Options | None = None,
     type_hash: str = HASH,
     next_sequence: int = 0,
+    live_sequence: int = 0,
 ) -> frames.Publisher:
     """Return the declaration of a publisher."""
-    return frames.Publisher(number, node, topic, TYPE, type_hash, qos or {}, GID, next_sequence, None)
+    return frames.Publisher(
+        number, node, topic, TYPE, type_hash, qos or {}, GID, next_sequence, None, live_sequence
+    )
 
 
 def subscription(

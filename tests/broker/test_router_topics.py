@@ -191,6 +191,37 @@ def test_a_volatile_subscription_gets_no_latched_messages() -> None:
     assert switch.read(listener, frames.Replay) == []
 
 
+@pytest.mark.parametrize("meanwhile", [False, True])
+def test_latched_messages_sent_again_are_not_for_volatile_subscriptions(*, meanwhile: bool) -> None:
+    """Whether there before the publisher returns or not, its runs begin with the live ones."""
+    switch = Switch()
+    talker = switch.join("/talker")
+    keen, plain = switch.join("/keen"), switch.join("/plain")
+    declaration = make.publisher(1, qos=make.LATCHED, next_sequence=3, live_sequence=8)
+    if not meanwhile:
+        switch.send(keen, make.subscription(5, qos=make.LATCHED))
+        switch.send(plain, make.subscription(5))
+    number = switch.publisher(talker, declaration)
+    switch.send(talker, make.run(number, 3, 2))
+    if meanwhile:
+        switch.send(keen, make.subscription(5, qos=make.LATCHED))
+        switch.send(plain, make.subscription(5))
+    keen_first = switch.read(keen, frames.Attached)[0].first_sequence
+    assert keen_first == (5 if meanwhile else 3)
+    assert switch.read(plain, frames.Attached)[0].first_sequence == 8
+
+
+def test_messages_of_a_publisher_that_has_sent_its_latched_ones_again_are_live() -> None:
+    """After them a volatile subscription is attached at the present, like any other."""
+    switch = Switch()
+    talker, listener = switch.join("/talker"), switch.join("/listener")
+    declaration = make.publisher(1, qos=make.LATCHED, next_sequence=3, live_sequence=8)
+    number = switch.publisher(talker, declaration)
+    switch.send(talker, make.run(number, 3, 5), make.run(number, 8, 2))
+    switch.send(listener, make.subscription(5))
+    assert switch.read(listener, frames.Attached)[0].first_sequence == 10
+
+
 def test_a_suspended_subscriber_leaves_and_comes_back_at_the_present() -> None:
     """While suspended it is not matched; restored, it is attached anew from the next message on."""
     switch = Switch()

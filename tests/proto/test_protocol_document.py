@@ -158,7 +158,7 @@ def example() -> list[tuple[str, Frame]]:
         (
             "client: PUBLISHER, id 2, of node 1",
             frames.Publisher(
-                2, 1, "/chatter", "std_msgs/msg/String", STRING_HASH, qos, b"\x44" * 16, 0, None
+                2, 1, "/chatter", "std_msgs/msg/String", STRING_HASH, qos, b"\x44" * 16, 0, None, 0
             ),
         ),
         ("broker: ACCEPTED, id 2, and the broker-wide publisher id 1", frames.Accepted(2, 1)),

@@ -240,6 +240,78 @@ def test_a_late_joiner_gets_the_latched_messages_once(*, restart: bool) -> None:
     play(scene)
 
 
+@pytest.mark.parametrize("keep_all", [False, True])
+def test_a_new_broker_brings_a_volatile_subscription_no_latched_messages(*, keep_all: bool) -> None:
+    """One made while there was no broker hears what is published from then on, and nothing else."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        history = actors.HistoryPolicy.KEEP_ALL if keep_all else actors.HistoryPolicy.KEEP_LAST
+        old: list[int] = []
+        fresh: list[int] = []
+        publisher = talker.create_publisher(
+            Note, "map", actors.QoSProfile(history=history, depth=400, durability=LATCHED)
+        )
+        volatile = actors.QoSProfile(history=history, depth=400)
+        before = listener.create_subscription(
+            Note, "map", lambda message: old.append(message.number), volatile
+        )
+        await matched(stage, publisher)
+        for number in range(300):  # more than a KEEP_ALL subscription's first window, in bytes
+            publisher.publish(Note(number=number, weight=bytes(1000)))
+        await stage.until(lambda: len(old) == 300)
+        await stage.crash_broker()
+        await asyncio.sleep(1)
+        meanwhile = listener.create_subscription(
+            Note, "map", lambda message: fresh.append(message.number), volatile
+        )
+        for number in range(300, 310):
+            publisher.publish(Note(number=number))
+        stage.network.block("talker", BROKER)  # the listener is back first
+        await stage.start_broker()
+        await stage.until(lambda: listener.connected)
+        stage.network.heal()
+        await matched(stage, publisher, 2)
+        publisher.publish(Note(number=310))
+        await stage.until(lambda: bool(fresh) and fresh[-1] == 310)
+        assert fresh == list(range(300, 311))
+        assert old == list(range(311))
+        for subscription in (before, meanwhile):
+            lost = subscription.dropped + subscription.lost + subscription.lost_on_break
+            assert (lost, subscription.received) == (0, len(old if subscription is before else fresh))
+
+    play(scene)
+
+
+def test_a_volatile_subscription_counts_what_broke_off_of_a_latched_publisher() -> None:
+    """What was on its way when the broker died comes again as latched only: it is lost, and counted."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        heard: list[int] = []
+        publisher = talker.create_publisher(Note, "map", actors.QoSProfile(depth=10, durability=LATCHED))
+        subscription = listener.create_subscription(
+            Note, "map", lambda message: heard.append(message.number), 10
+        )
+        await matched(stage, publisher)
+        publisher.publish(Note(number=0))
+        await stage.until(lambda: heard == [0])
+        stage.network.block("talker", BROKER)
+        publisher.publish(Note(number=1))
+        await asyncio.sleep(0.1)  # it has left, and never arrives
+        await stage.crash_broker()
+        await stage.start_broker()
+        await stage.until(lambda: listener.connected)
+        stage.network.heal()
+        await matched(stage, publisher)
+        publisher.publish(Note(number=2))
+        await stage.until(lambda: heard[-1] == 2)
+        assert heard == [0, 2]
+        assert (subscription.lost, subscription.lost_on_break) == (0, 1)
+
+    play(scene)
+
+
 def test_a_frozen_peer_leaves_the_graph_and_comes_back() -> None:
     """After the keepalive limit its calls fail and it is not matched; its next bytes restore it."""
 
