@@ -212,7 +212,8 @@ class MemoryTransport(asyncio.Transport):
         self.host = host
         self.peer = peer
         self.server: MemoryServer | None = None
-        self.reading = True
+        self.reading = False
+        """Not before it has a protocol: a frozen host accepts late."""
         self.closed = False
         self._network = network
         self._out = out
@@ -228,6 +229,7 @@ class MemoryTransport(asyncio.Transport):
     def start(self, protocol: asyncio.BufferedProtocol) -> None:
         """Give the end to its protocol."""
         self._protocol = protocol
+        self.reading = True
         protocol.connection_made(self)
         self._into.read_soon()
 

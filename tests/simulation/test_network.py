@@ -237,6 +237,28 @@ def test_a_slow_reader_reads_at_its_pace() -> None:
     connected(body)
 
 
+def test_a_connection_that_nobody_accepts_is_reset_and_its_bytes_are_nobodys() -> None:
+    """They have arrived at a frozen host, whose listener is closed when it goes on."""
+
+    async def main(loop: SimulatedLoop) -> None:
+        server, client = Recorder(), Recorder()
+        with on_host(BROKER):
+            listener = await loop.create_server(lambda: server, "127.0.0.1", 7)
+        loop.freeze(BROKER)
+        with on_host("client"):
+            await loop.create_connection(lambda: client, "127.0.0.1", 7)
+        client.transport.write(b"early")
+        await asyncio.sleep(5)
+        listener.close()
+        loop.thaw(BROKER)
+        await asyncio.sleep(5)
+        assert not server.received
+        assert [type(error) for error in client.lost] == [ConnectionResetError]
+        await listener.wait_closed()
+
+    simulate(main, 0)
+
+
 def test_bytes_may_be_cut_anywhere() -> None:
     """Weather decides the size of segments."""
 
