@@ -81,7 +81,7 @@ class Backlog:
     """The batches of one subscription, oldest first.
 
     Args:
-        finished: Told of each batch that is off our hands, in order.
+        finished: Told of each batch that is off our hands, in order; None if nobody wants to know.
 
     Attributes:
         batches: Those of which something waits.
@@ -90,7 +90,7 @@ class Backlog:
 
     __slots__ = ("_finished", "batches", "pending")
 
-    def __init__(self, finished: Callable[[Batch], None]) -> None:
+    def __init__(self, finished: Callable[[Batch], None] | None = None) -> None:
         self.batches: deque[Batch] = deque()
         self.pending = 0
         self._finished = finished
@@ -117,7 +117,9 @@ class Backlog:
 
     def finish(self) -> None:
         """All messages of the first batch have been taken."""
-        self._finished(self.batches.popleft())
+        batch = self.batches.popleft()
+        if self._finished is not None:
+            self._finished(batch)
 
     def trim(self, depth: int) -> int:
         """Drop the oldest messages beyond the depth; return how many that were."""

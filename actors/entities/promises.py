@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from actors.entities.deadline import Deadline
 from actors.qos import LivelinessPolicy
 from actors.watchdogs import Watchdog
 
@@ -33,20 +34,16 @@ class Promises:
         self._core = core
         self._events = events
         self.by_hand = qos.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
-        self._deadline_s = qos.deadline.nanoseconds / 1e9
+        self._deadline = Deadline(core, qos.deadline, events.deadline)
         self._lease_s = qos.liveliness_lease_duration.nanoseconds / 1e9 if self.by_hand else 0.0
-        self.any = self._deadline_s > 0 or self._lease_s > 0
-        self._deadline: Watchdog | None = None
+        self.any = self._deadline.wanted or self._lease_s > 0
         self._lease: Watchdog | None = None
         self._over = False
 
     def published(self) -> None:
         """A message has been published: from the first one on the deadline holds."""
-        loop = self._core.link.loop
-        if self._deadline is None and self._deadline_s and loop is not None:
-            self._deadline = Watchdog(loop, self._deadline_s, self._events.deadline.add)
-        if self._deadline is not None:
-            self._deadline.feed()
+        self._deadline.begin()
+        self._deadline.met()
         self.shown()
 
     def shown(self) -> None:
@@ -63,6 +60,6 @@ class Promises:
         """It is destroyed: nothing is promised any more."""
         self.any = False
         self._over = True
-        for watchdog in (self._deadline, self._lease):
-            if watchdog is not None:
-                watchdog.stop()
+        self._deadline.end()
+        if self._lease is not None:
+            self._lease.stop()

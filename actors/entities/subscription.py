@@ -16,22 +16,22 @@ from actors.callbacks import ENDS_PROGRAM, as_coroutine, takes
 from actors.core import Core, Entity
 from actors.diagnostics import SubscriptionDiagnostics
 from actors.entities.backlog import Backlog, Batch
+from actors.entities.deadline import Deadline
+from actors.entities.decoding import Decoder
+from actors.entities.grants import Grants
 from actors.entities.ledger import Ledger
 from actors.entities.liveliness import Liveliness
-from actors.entities.window import Windows
 from actors.events import SubscriptionEventCallbacks, SubscriptionEvents
-from actors.interfaces.codec import Codec, codec_for
-from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.codec import codec_for
 from actors.interfaces.message import Message, type_hash, type_name
 from actors.mailbox import Turn
 from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from actors.watchdogs import Watchdog
 from proto import frames
 from proto.frames import Replay, Run
-from proto.runs import cut, message_bytes, messages
+from proto.runs import cut, message_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
+    from collections.abc import AsyncIterator, Callable, Coroutine
 
     from actors.feeds import Inflow
 
@@ -55,7 +55,6 @@ class Subscription(Entity, Generic[M]):
         received: Messages handed to the callback or the iterator.
         dropped: Messages dropped here because the reader was slower than the depth allows.
         expired: Messages not handed over because they were older than their publisher's lifespan.
-        undecodable: Messages dropped because they were not valid.
     """
 
     def __init__(
@@ -70,7 +69,8 @@ class Subscription(Entity, Generic[M]):
         raw: bool,
         event_callbacks: SubscriptionEventCallbacks | None = None,
     ) -> None:
-        self._codec: Codec[Any] | None = None if raw or msg_type is None else codec_for(msg_type)
+        typed = None if raw or msg_type is None else msg_type
+        codec = None if typed is None else codec_for(typed)
         self._with_info = callback is not None and takes(callback, (1, 2), "subscription") == 2
         events = SubscriptionEvents(core, topic, event_callbacks or SubscriptionEventCallbacks())
         super().__init__(core, events)
@@ -78,27 +78,26 @@ class Subscription(Entity, Generic[M]):
         self.topic_name = topic
         self.qos_profile = qos
         self.posted = False
-        self.received = self.dropped = self.expired = self.undecodable = 0
+        self.received = self.dropped = self.expired = 0
+        self._typed = typed
+        self._decoder = Decoder(codec, topic, core.log)
         resolved = qos.resolved()
         keep_all = resolved.history == HistoryPolicy.KEEP_ALL
-        self._credit = keep_all and resolved.reliability == ReliabilityPolicy.RELIABLE
-        self._windows = Windows() if self._credit else None
+        self._ledger = Ledger(
+            events.message_lost, latched=resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        )
+        reliable = resolved.reliability == ReliabilityPolicy.RELIABLE
+        self._grants = Grants(self._ledger, self._grant) if keep_all and reliable else None
         self._depth = BEST_EFFORT_KEEP_ALL_DEPTH if keep_all else max(1, resolved.depth)
         self._callback = callback
         self.timing = core.watch.of(callback, f"the subscription to '{topic}'")
         self._concurrent = concurrent
-        self._backlog = Backlog(self._finished)
-        self._leftover: Batch | None = None
-        """The newest of what publishers have sent that are not attached any more, while some of it waits."""
+        self._backlog = Backlog(None if self._grants is None else self._grants.finished)
         self._running = 0
         self._events = events
         self._liveliness = Liveliness(core, events.liveliness)
-        self._deadline_s = resolved.deadline.nanoseconds / 1e9
-        self._deadline: Watchdog | None = None
+        self._deadline = Deadline(core, resolved.deadline, events.deadline)
         self._waiter: asyncio.Future[None] | None = None
-        self._ledger = Ledger(
-            events.message_lost, latched=resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
-        )
         core.link.add(self)
         core.link.feeds.add_reader(self.id, self)
 
@@ -116,6 +115,11 @@ class Subscription(Entity, Generic[M]):
     def lost_on_break(self) -> int:
         """Messages that never came because a link broke."""
         return self._ledger.lost_on_break
+
+    @property
+    def undecodable(self) -> int:
+        """Messages dropped because they were not valid."""
+        return self._decoder.failed
 
     @property
     def calls(self) -> int:
@@ -137,12 +141,9 @@ class Subscription(Entity, Generic[M]):
         """Reader: a publisher's runs will come. Known publishers go on where they stopped."""
         self._ledger.attached(inflow)
         leased = self._liveliness.attached(inflow)
-        inflow.watched = leased or self._deadline_s > 0
-        if self._windows is not None:
-            self._windows.attached(inflow)
-            self._windows.divide(len(self._ledger.inflows))
-            if self._leftover is None and self._windows.open(inflow):
-                self._grant(inflow)
+        inflow.watched = leased or self._deadline.wanted
+        if self._grants is not None:
+            self._grants.attached(inflow)
 
     def asserted(self, inflow: Inflow) -> None:
         """Reader: a publisher is alive."""
@@ -156,24 +157,16 @@ class Subscription(Entity, Generic[M]):
     def detached(self, inflow: Inflow, *, silent: bool = False) -> None:
         """Reader: no more runs of this publisher; what is queued stays."""
         self._liveliness.detached(inflow, silent=silent)
-        if self._ledger.detached(inflow) and self._windows is not None:
-            self._windows.divide(len(self._ledger.inflows))
-            self._leftover = self._backlog.newest
+        if self._ledger.detached(inflow) and self._grants is not None:
+            self._grants.detached(self._backlog.newest)
 
     def matched(self, peers: int, total: int) -> None:
         """Endpoint: the number of publishers; the deadline holds while there is one."""
         super().matched(peers, total)
-        loop = self.core.link.loop
-        if not peers:
-            self._stop_deadline()
-        elif self._deadline is None and self._deadline_s and loop is not None:
-            self._deadline = Watchdog(loop, self._deadline_s, self._events.deadline.add)
-            self._deadline.feed()
-
-    def _stop_deadline(self) -> None:
-        if self._deadline is not None:
-            self._deadline.stop()
-            self._deadline = None
+        if peers:
+            self._deadline.begin()
+        else:
+            self._deadline.end()
 
     def receive(self, inflow: Inflow, run: Run | Replay) -> None:
         """Reader: a run, or latched messages. What has been seen is discarded, gaps are counted."""
@@ -181,37 +174,42 @@ class Subscription(Entity, Generic[M]):
             return
         if isinstance(run, Run):
             if inflow.watched:
-                self._shown(inflow)
+                self._shown(inflow, run)
             start, size = self._ledger.live(inflow, run), message_bytes(run)
         else:
             start, size = self._ledger.latched(inflow, run), 0
         stop = run.length
         end = run.first_sequence + stop
-        if start >= stop:
-            self._taken(inflow, end, size)
-            return
-        if not self._credit and not self._idle and stop - start > self._depth:
+        if start < stop and self._keep(inflow, run, start, size):
+            self._wake()
+        elif self._grants is not None:
+            self._grants.taken(inflow, end, size)
+
+    def _keep(self, inflow: Inflow, run: Run | Replay, start: int, size: int) -> bool:
+        """Put the messages of a run from `start` on into the backlog; return whether there are any."""
+        stop = run.length
+        end = run.first_sequence + stop
+        if self._grants is None and not self._idle and stop - start > self._depth:
             self._drop(stop - start - self._depth)
             start = stop - self._depth
         if start:
             run = cut(_as_run(run), start, stop)
-        decoded, numbers = self._decode(run)
+        decoded, numbers = self._decoder.decode(run)
         if not decoded:
-            self._taken(inflow, end, size)
-            return
+            return False
         batch = Batch(inflow, run, decoded, numbers, time.time_ns())
         batch.end, batch.size = end, size
         if inflow.lifespan_s:
             age_s = max(0, batch.received_ns - batch.stamp_ns) / 1e9
             batch.expires_at = self.core.require_loop().time() + inflow.lifespan_s - age_s
         self._backlog.put(batch)
-        self._wake()
+        return True
 
-    def _shown(self, inflow: Inflow) -> None:
-        """A publisher has published."""
+    def _shown(self, inflow: Inflow, run: Run) -> None:
+        """A publisher has published; latched messages that come again keep no deadline."""
         self._liveliness.heard(inflow)
-        if self._deadline is not None:
-            self._deadline.feed()
+        if run.first_sequence + run.length > inflow.first_sequence:
+            self._deadline.met()
 
     def _drop(self, count: int) -> None:
         self.dropped += count
@@ -224,32 +222,6 @@ class Subscription(Entity, Generic[M]):
         if self._backlog.pending:
             return False
         return not self._running and (self._concurrent or self.core.mailbox.free)
-
-    def _decode(self, run: Run | Replay) -> tuple[list[Any], Sequence[int]]:
-        """Return the messages of a run, and their numbers."""
-        numbers = range(run.first_sequence, run.first_sequence + run.length)
-        codec = self._codec
-        if codec is None:
-            return [bytes(message) for message in messages(run)], numbers
-        try:
-            return codec.decode_run(run.payload), numbers
-        except InvalidMessageError:
-            return self._decode_each(codec, run)
-
-    def _decode_each(self, codec: Codec[Any], run: Run | Replay) -> tuple[list[Any], Sequence[int]]:
-        """A run with bad messages in it: keep the good ones."""
-        good: list[Any] = []
-        numbers: list[int] = []
-        for number, message in enumerate(messages(run), run.first_sequence):
-            try:
-                good.append(codec.decode(message))
-                numbers.append(number)
-            except InvalidMessageError as error:
-                self.undecodable += 1
-                self.core.log.warning(
-                    f"Dropped an invalid message on '{self.topic_name}': {error}", throttle_duration_sec=1.0
-                )
-        return good, numbers
 
     # What goes out
 
@@ -267,27 +239,12 @@ class Subscription(Entity, Generic[M]):
 
     def _trim(self) -> None:
         """Drop the oldest beyond the depth."""
-        if not self._credit and self._backlog.pending > self._depth:
+        if self._grants is None and self._backlog.pending > self._depth:
             self._drop(self._backlog.trim(self._depth))
 
     def _expire(self) -> None:
         """Throw away what is at the front and too old."""
         self.expired += self._backlog.expire(self.core.require_loop().time())
-
-    def _finished(self, batch: Batch) -> None:
-        self._taken(batch.inflow, batch.end, batch.size)
-        if batch is self._leftover and self._windows is not None:
-            self._leftover = None
-            for inflow in self._ledger.inflows.values():
-                if self._windows.open(inflow):
-                    self._grant(inflow)
-
-    def _taken(self, inflow: Inflow, end: int, size: int) -> None:
-        """A whole run is off our hands: give its publisher new credit when half of the old is used up."""
-        if self._windows is None or not self._ledger.counts(inflow):
-            return  # to grant after the session's end would be to grant to another publisher
-        if self._windows.taken(inflow, end, size):
-            self._grant(inflow)
 
     def _grant(self, inflow: Inflow) -> None:
         channel = self.core.link.channel
@@ -389,27 +346,24 @@ class Subscription(Entity, Generic[M]):
         self.core.link.feeds.remove_reader(self.id)
         self._backlog.clear()
         self._liveliness.stop()
-        self._stop_deadline()
+        self._deadline.end()
         if self._waiter is not None and not self._waiter.done():
             self._waiter.set_result(None)
 
     def link_lost(self) -> None:
         """Endpoint: the session has ended, and with it every publisher."""
         super().link_lost()
-        self._stop_deadline()
+        self._deadline.end()
 
     def diagnostics(self) -> SubscriptionDiagnostics:
         """Say how it is doing."""
-        limit = self._depth
-        if self._windows is not None:
-            limit = self._windows.messages * max(1, len(self._ledger.inflows))
         return SubscriptionDiagnostics(
             id=self.id,
             topic=self.topic_name,
             matched=self.peers,
             received=self.received,
             queued=self.queued,
-            queue_limit=limit,
+            queue_limit=self._depth if self._grants is None else self._grants.limit,
             running=self._running,
             dropped=self.dropped,
             expired=self.expired,
@@ -421,16 +375,15 @@ class Subscription(Entity, Generic[M]):
 
     def declaration(self) -> frames.Frame:
         """Endpoint: declare the subscription."""
-        typed = self._codec is not None and self.msg_type is not None
-        windows = self._windows
+        typed, grants = self._typed, self._grants
         return frames.Subscription(
             self.id,
             self.core.id,
             self.topic_name,
-            type_name(self.msg_type) if typed and self.msg_type else None,
-            type_hash(self.msg_type) if typed and self.msg_type else None,
+            None if typed is None else type_name(typed),
+            None if typed is None else type_hash(typed),
             self.qos_profile.to_wire(),
-            *((0, 0) if windows is None else windows.declare(crowded=self._leftover is not None)),
+            *((0, 0) if grants is None else grants.declare()),
         )
 
 

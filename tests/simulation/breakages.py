@@ -15,6 +15,7 @@ import broker.topics
 from actors.core import Core
 from actors.deadlines import Deadlines
 from actors.entities.client import Client
+from actors.entities.grants import Grants
 from actors.entities.publisher import Publisher
 from actors.entities.subscription import Subscription
 from broker.graph import Graph
@@ -269,7 +270,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "gaps are counted": (overlooks_a_gap, False),
     "breaks are counted": (miscounts_a_break, False),
     "links that end are accounted for": (does_nothing(broker.server, "lose"), False),
-    "credit comes": (does_nothing(Subscription, "_taken"), True),
+    "credit comes": (does_nothing(Grants, "taken"), True),
     "replies go to their caller": (answers_somebody_else, True),
     "requests come once": (answers_twice, True),
     "deadlines end calls": (does_nothing(Deadlines, "_ring"), True),

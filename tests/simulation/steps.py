@@ -201,7 +201,11 @@ class Steps:
         if told + open_ != subscription.dropped + subscription.lost + subscription.lost_on_break:
             counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
             self._world.complain(f"{heard.name}: {told} lost messages were told, {open_} are open: {counts}")
-        if subscription.queued > subscription._depth and not subscription._credit and not heard.about_to_take:
+        if (
+            subscription.queued > subscription._depth
+            and subscription._grants is None
+            and not heard.about_to_take
+        ):
             self._world.complain(
                 f"{heard.name}: {subscription.queued} messages wait where {subscription._depth} may"
             )
