@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 from actors.callbacks import error_text
 from actors.errors import NodeDestroyed, WaitTimeout
-from actors.mailbox import Mailbox, current_turn
+from actors.mailbox import Mailbox
 from actors.timing import SLOW_CALLBACK_SEC, Stopwatch
+from actors.turn import current_turn
 from proto import frames
 from proto.names import full_node_name
 

@@ -70,6 +70,7 @@ class PublisherDiagnostics:
         queued_bytes: Their size, those of this loop turn aside.
         queue_limit: The most that may wait.
         credit: Messages that may leave before the slowest KEEP_ALL reader must give credit; None: unlimited.
+        events: The callbacks of its events, those that it has.
     """
 
     id: int
@@ -81,6 +82,7 @@ class PublisherDiagnostics:
     queued_bytes: int
     queue_limit: int
     credit: int | None
+    events: tuple[CallbackDiagnostics, ...]
 
     @property
     def name(self) -> str:
@@ -106,6 +108,7 @@ class SubscriptionDiagnostics:
         lost_on_break: Messages that never came because a link broke.
         undecodable: Messages dropped because they were not valid.
         callback: None for a subscription that is iterated over.
+        events: The callbacks of its events, those that it has.
     """
 
     id: int
@@ -121,6 +124,7 @@ class SubscriptionDiagnostics:
     lost_on_break: int
     undecodable: int
     callback: CallbackDiagnostics | None
+    events: tuple[CallbackDiagnostics, ...]
 
     @property
     def name(self) -> str:
@@ -317,6 +321,8 @@ class NodeDiagnostics:
             ),
             *(service.callback for service in self.services),
             *(timer.callback for timer in self.timers),
+            *(event for publisher in self.publishers for event in publisher.events),
+            *(event for subscription in self.subscriptions for event in subscription.events),
         ]
         return tuple(sorted(found, key=lambda callback: callback.busy_sec, reverse=True))
 

@@ -11,14 +11,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from actors.callbacks import ENDS_PROGRAM, as_coroutine, takes
-from actors.mailbox import Turn
 from actors.qos_compatibility import QoSPolicyKind
+from actors.turn import Turn
 from proto.codes import NoticeKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.core import Core
+    from actors.diagnostics import CallbackDiagnostics
     from proto import frames
 
 EventCallback: TypeAlias = "Callable[[Any], Any]"
@@ -172,6 +173,10 @@ class Event:
         """Whether somebody has given a callback."""
         return self._callback is not None
 
+    def diagnostics(self) -> CallbackDiagnostics:
+        """Say how long the callback takes, where there is one."""
+        return self.timing.diagnostics(self.calls)
+
     def add(self, *changes: int) -> None:
         """The counts have changed by these."""
         if not any(changes):
@@ -271,6 +276,10 @@ class EntityEvents:
             event.add(notice.peers)
         if event is None or (self._log_misfits and not event.is_wanted):
             self._core.log.warning(notice.text)
+
+    def diagnostics(self) -> tuple[CallbackDiagnostics, ...]:
+        """Say how long each callback takes."""
+        return tuple(event.diagnostics() for event in self._all() if event.is_wanted)
 
     def stop(self) -> None:
         """The entity has been destroyed: nobody is told of anything any more."""

@@ -17,8 +17,8 @@ from actors.errors import CallFailed, RemoteError, ServiceOverloaded, ServiceTim
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
-from actors.mailbox import Turn, current_turn
 from actors.service_introspection import CallIdentity, EventKind, Introspectable, ServiceEvents
+from actors.turn import Turn, current_turn
 from proto import frames, limits
 from proto.codec import encode
 from proto.codes import Status

@@ -56,6 +56,7 @@ class Publisher(Entity, Generic[T]):
         self._codec: Codec[T] = codec_for(msg_type)
         events = PublisherEvents(core, topic, event_callbacks or PublisherEventCallbacks())
         super().__init__(core, events)
+        self._events = events
         self.msg_type = msg_type
         self.topic_name = topic
         self.qos_profile = qos
@@ -310,6 +311,7 @@ class Publisher(Entity, Generic[T]):
             queued_bytes=lane.pending_bytes,
             queue_limit=KEEP_ALL_MESSAGES if lane.depth is None else lane.depth,
             credit=credit,
+            events=self._events.diagnostics(),
         )
 
     # Endpoint

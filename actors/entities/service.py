@@ -15,8 +15,8 @@ from actors.entities.request_queue import MAX_QUEUED, RequestQueue
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, definition, type_hash, type_name
-from actors.mailbox import Turn
 from actors.service_introspection import CallIdentity, EventKind, Introspectable
+from actors.turn import Turn
 from proto import frames
 from proto.codec import encode
 from proto.codes import Status

@@ -24,8 +24,8 @@ from actors.entities.liveliness import Liveliness
 from actors.events import SubscriptionEventCallbacks, SubscriptionEvents
 from actors.interfaces.codec import codec_for
 from actors.interfaces.message import Message, type_hash, type_name
-from actors.mailbox import Turn
 from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from actors.turn import Turn
 from proto import frames
 from proto.frames import Replay, Run
 from proto.runs import cut, message_bytes
@@ -371,6 +371,7 @@ class Subscription(Entity, Generic[M]):
             lost_on_break=self.lost_on_break,
             undecodable=self.undecodable,
             callback=None if self._callback is None else self.timing.diagnostics(self.received),
+            events=self._events.diagnostics(),
         )
 
     def declaration(self) -> frames.Frame:

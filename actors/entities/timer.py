@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from actors.callbacks import ENDS_PROGRAM, as_coroutine, takes
 from actors.diagnostics import TimerDiagnostics
 from actors.errors import NodeDestroyed
-from actors.mailbox import Turn
+from actors.turn import Turn
 
 if TYPE_CHECKING:
     from collections.abc import Callable

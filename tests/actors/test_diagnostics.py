@@ -69,6 +69,36 @@ async def test_published_is_received_or_dropped(meeting: Meeting) -> None:
     assert 0 < came.callback.longest_sec <= came.callback.busy_sec
 
 
+async def test_callbacks_of_events_are_timed_like_others(meeting: Meeting) -> None:
+    """Plain and async ones, at both ends; those that are not given are not there."""
+    both = await meeting.node("both")
+    told: list[str] = []
+
+    def plain(info: actors.MatchedInfo) -> None:
+        told.append(f"publisher {info.current_count}")
+
+    async def asynchronous(info: actors.MatchedInfo) -> None:
+        await asyncio.sleep(0)
+        told.append(f"subscription {info.current_count}")
+
+    publisher = both.create_publisher(
+        String, "t", 10, event_callbacks=actors.PublisherEventCallbacks(matched=plain)
+    )
+    both.create_subscription(
+        String, "t", qos=10, event_callbacks=actors.SubscriptionEventCallbacks(matched=asynchronous)
+    )
+    await matched(publisher)
+    await until(lambda: sorted(told) == ["publisher 1", "subscription 1"])
+    look = both.diagnostics()
+    (of_publisher,), (of_subscription,) = look.publishers[0].events, look.subscriptions[0].events
+    for known, name in ((of_publisher, "plain"), (of_subscription, "asynchronous")):
+        assert name in known.name
+        assert known.calls == 1
+        assert 0 < known.longest_sec <= known.busy_sec
+        assert known in look.callbacks
+    assert of_subscription.longest_elapsed_sec >= of_subscription.longest_sec
+
+
 async def test_drops_are_shown_where_they_happen(meeting: Meeting) -> None:
     """A publisher without a broker, and a reader that does not read, each keep to their depth and count."""
     absent = meeting.absent("absent")
@@ -206,6 +236,7 @@ def publisher(number: int, topic: str, published: int) -> PublisherDiagnostics:
         queued_bytes=0,
         queue_limit=10,
         credit=None,
+        events=(),
     )
 
 

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.core import in_flight
-from actors.mailbox import IDLE_WORKERS, Mailbox, Turn
+from actors.mailbox import IDLE_WORKERS, Mailbox
 from actors.timing import Stopwatch
+from actors.turn import Turn
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
