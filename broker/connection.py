@@ -207,6 +207,8 @@ class Connection:
             what, limit = "calls and control frames", options.max_queue_bytes
         elif outbox.held_bytes > options.max_link_bytes:
             what, limit = "messages that must not be dropped", options.max_link_bytes
+        elif outbox.bulk_bytes > options.max_bulk_bytes:
+            what, limit = "latched messages and large calls", options.max_bulk_bytes
         else:
             return None
         return f"more than {limit} bytes of {what} wait for this link: it reads too slowly"

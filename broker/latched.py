@@ -18,10 +18,10 @@ LATCHED_MESSAGES: Final = 1000
 """What is kept for late joiners of a KEEP_ALL + TRANSIENT_LOCAL publisher."""
 
 LATCHED_BYTES: Final = 64 * 1024 * 1024
-"""What is kept for late joiners of one publisher, whatever its depth: beyond it the oldest go."""
+"""What is kept for late joiners of one publisher: beyond it the oldest go, whatever the depth."""
 
 LATCHED_BYTES_PER_LINK: Final = 256 * 1024 * 1024
-"""The same for all publishers of one link."""
+"""The same for all publishers of one link: beyond it the oldest go of whoever publishes."""
 
 
 def latched_depth(qos: Qos) -> int:
@@ -31,26 +31,37 @@ def latched_depth(qos: Qos) -> int:
     return LATCHED_MESSAGES if qos.history == KEEP_ALL else qos.depth
 
 
-def latch(publisher: PublisherRecord, run: Run) -> None:
-    """Keep a run; the oldest messages go beyond the limits."""
+def latch(publisher: PublisherRecord, run: Run) -> int:
+    """Keep a run; the oldest messages go beyond the limits.
+
+    Returns:
+        How many late joiners will miss: those that the depth had room for, and a limit in bytes had not.
+    """
     keep = publisher.keep
     publisher.latched.append(run)
     publisher.latched_messages += run.length
     _count(publisher, message_bytes(run))
+    while publisher.latched_messages > keep:
+        _unlatch_oldest(publisher, publisher.latched_messages - keep)
+    missed = 0
     while publisher.latched and (
-        publisher.latched_messages > keep
-        or publisher.latched_bytes > LATCHED_BYTES
-        or publisher.peer.latched_bytes > LATCHED_BYTES_PER_LINK
+        publisher.latched_bytes > LATCHED_BYTES or publisher.peer.latched_bytes > LATCHED_BYTES_PER_LINK
     ):
-        oldest = publisher.latched.popleft()
-        over = publisher.latched_messages - keep
-        publisher.latched_messages -= oldest.length
-        _count(publisher, -message_bytes(oldest))
-        if 0 < over < oldest.length:
-            rest = cut(oldest, over, oldest.length)
-            publisher.latched.appendleft(rest)
-            publisher.latched_messages += rest.length
-            _count(publisher, message_bytes(rest))
+        missed += _unlatch_oldest(publisher, publisher.latched_messages)
+    return missed
+
+
+def _unlatch_oldest(publisher: PublisherRecord, most: int) -> int:
+    """Forget the oldest run, but no more than so many messages; return how many."""
+    oldest = publisher.latched.popleft()
+    gone = min(oldest.length, most)
+    publisher.latched_messages -= gone
+    _count(publisher, -message_bytes(oldest))
+    if gone < oldest.length:
+        rest = cut(oldest, gone, oldest.length)
+        publisher.latched.appendleft(rest)
+        _count(publisher, message_bytes(rest))
+    return gone
 
 
 def unlatch(publisher: PublisherRecord) -> None:

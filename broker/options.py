@@ -90,7 +90,7 @@ class BrokerOptions:
     max_queue_bytes: int = field(
         default=64 * 1024 * 1024,
         metadata={
-            "help": "bytes of calls and control frames that may wait for one connection",
+            "help": "bytes of small calls and control frames that may wait for one connection",
             "least": 65_536,
             "most": 2**40,
         },
@@ -100,6 +100,14 @@ class BrokerOptions:
         metadata={
             "help": "bytes of messages that may wait for one connection; beyond it the oldest of the"
             " fullest KEEP_LAST queues go, and if that is not enough, the connection",
+            "least": 65_536,
+            "most": 2**40,
+        },
+    )
+    max_bulk_bytes: int = field(
+        default=256 * 1024 * 1024,
+        metadata={
+            "help": "bytes of latched messages and large calls that may wait for one connection",
             "least": 65_536,
             "most": 2**40,
         },

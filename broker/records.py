@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from broker.allowances import Allowances
-from proto.frames import Frame, GraphEntry, Matched, Options, Run, Scalar
+from proto.frames import Frame, GraphEntry, Matched, Options, Replay, Run, Scalar
 
 if TYPE_CHECKING:
     from broker.pool import Pool
@@ -40,11 +40,11 @@ class CancelCalls(NamedTuple):
 
 
 class Queue(NamedTuple):
-    """Deliver a run, or a control frame that belongs between runs, in a lane."""
+    """Deliver a run, or latched messages or a control frame that belong between runs, in a lane."""
 
     peer: int
     lane: Lane
-    item: Run | bytes
+    item: Run | Replay | bytes
 
 
 class Discard(NamedTuple):
@@ -273,6 +273,8 @@ class TopicRecord:
     """Their size."""
     settled: Tally = field(default_factory=Tally)
     """What became of the messages of lanes that are forgotten."""
+    latched_dropped: int = 0
+    """Messages that late joiners do not get, because what is latched was more than may be."""
     publishers: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
     subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
 

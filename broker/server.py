@@ -299,7 +299,8 @@ class Broker:
 
     def deliver(self, router: Router, deliveries: list[Delivery]) -> None:
         """Put deliveries into their links' outboxes; `flush` sends them."""
-        joined, dirty, most = self._joined[router], self._dirty, self.options.max_queue_bytes
+        joined, dirty = self._joined[router], self._dirty
+        most, most_bulk = self.options.max_queue_bytes, self.options.max_bulk_bytes
         for delivery in deliveries:
             connection = joined.get(delivery.peer)
             if connection is None or not connection.channel.connected:
@@ -308,7 +309,7 @@ class Broker:
             dirty[connection] = None
             outbox = connection.channel.outbox
             _put(connection, outbox, delivery)
-            if outbox.firm_bytes > most:
+            if outbox.firm_bytes > most or outbox.bulk_bytes > most_bulk:
                 connection.channel.flush()
                 _cut_off(connection)
 

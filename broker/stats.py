@@ -88,6 +88,7 @@ def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
         queued=sum(tally.queued for tally in tallies),
         latched=sum(publisher.latched_messages for publisher in publishers),
         latched_bytes=sum(publisher.latched_bytes for publisher in publishers),
+        latched_dropped=sum(topic.latched_dropped for topic in topics),
         unmatched=sum(topic.unmatched for topic in topics),
         stale=sum(topic.stale for topic in topics),
         calls=sum(service.calls for service in services),
@@ -117,6 +118,7 @@ def topic_stats(router: Router) -> Iterator[TopicStats]:
             lost_on_break=tally.lost_on_break,
             leaving=tally.leaving,
             queued=tally.queued,
+            latched_dropped=topic.latched_dropped,
         )
 
 

@@ -54,6 +54,7 @@ class Topics:
         copies: Messages times links they were routed to: `tallies` says what has become of them.
         unmatched: Messages that nobody was there to hear.
         stale: Messages discarded because their numbers had been seen.
+        latched_dropped: Messages that late joiners will miss: too many bytes are latched.
     """
 
     def __init__(self, emit: Callable[[Delivery], None], *, max_lane_bytes: int) -> None:
@@ -66,7 +67,7 @@ class Topics:
         """Whether the broker stops: every publisher is held."""
         self._departed = DepartedLanes()
         self._notices = Notices(emit)
-        self.routed = self.copies = self.unmatched = self.stale = 0
+        self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
 
     # Declarations
 
@@ -219,7 +220,7 @@ class Topics:
         self._emit(Queue(peer.id, route.lane, encode(attached)))
         if subscription.wants.latched:
             for replay in replays(publisher, subscription):
-                self._emit(Queue(peer.id, route.lane, encode(replay)))
+                self._emit(Queue(peer.id, route.lane, replay))
         if subscription.depth is None:
             credit.allow(publisher, subscription)
             self._credit(publisher)
@@ -309,7 +310,9 @@ class Topics:
         topic.messages += run.length
         topic.bytes += size
         if publisher.keep:
-            latch(publisher, run)
+            missed = latch(publisher, run)
+            topic.latched_dropped += missed
+            self.latched_dropped += missed
         routes = publisher.routes
         if not routes:
             self.unmatched += run.length

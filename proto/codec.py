@@ -120,7 +120,7 @@ def _entries(kind: type[Any], width: int) -> Callable[[Any], tuple[Any, ...]]:
 _requests: Final = _entries(RequestEntry, 4)
 _replies: Final = _entries(ReplyEntry, 5)
 _graph_entries: Final = _entries(GraphEntry, 7)
-_topics: Final = _entries(TopicStats, 12)
+_topics: Final = _entries(TopicStats, 13)
 _links: Final = _entries(LinkStats, 15)
 
 

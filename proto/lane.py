@@ -7,12 +7,13 @@ and what may leave is cut off.
 from __future__ import annotations
 
 from collections import deque
+from itertools import chain
 from typing import cast
 
 from proto import limits
 from proto.codec import encode
 from proto.fragments import Transfer, is_large
-from proto.frames import Abort, Buffer, Run
+from proto.frames import Abort, Buffer, Replay, Run
 from proto.runs import cut, fitting, message_bytes, readdress
 
 
@@ -26,6 +27,7 @@ class Lane:
         pending: Messages that wait; one that has begun to leave does not count.
         pending_bytes: What holding them takes: dropped messages count until their whole run is gone.
         control_bytes: Bytes of other frames that wait in order with the runs; they are never dropped.
+        bulk_bytes: Those of them that are latched messages or large.
         sent: Messages that have left whole: handed to the transport.
         dropped: Messages dropped so far, because the link was slower than the publisher.
         dropped_for_bytes: Those of them that the depth had room for, and a byte ceiling had not.
@@ -38,13 +40,15 @@ class Lane:
     """
 
     __slots__ = (
-        "_control_count",
+        "_front",
         "_leaving",
         "_next_sequence",
         "_queue",
+        "_runs",
         "_skip",
         "_transfer",
         "abandoned",
+        "bulk_bytes",
         "byte_limit",
         "control_bytes",
         "counted_bytes",
@@ -67,6 +71,7 @@ class Lane:
         self.pending: int = 0
         self.pending_bytes: int = 0
         self.control_bytes = 0
+        self.bulk_bytes = 0
         self.sent: int = 0
         self.dropped: int = 0
         self.dropped_for_bytes: int = 0
@@ -77,44 +82,58 @@ class Lane:
         self.byte_limit: int | None = None
         self.scheduled = False
         self.counted_bytes = 0
-        self._queue: deque[Run | bytes] = deque()
-        self._control_count = 0
-        """How many in the queue are no runs."""
+        self._front: deque[Replay | bytes] = deque()
+        """Frames that stood before dropped messages: they go first, and no later drop has to pass them."""
+        self._queue: deque[Run | Replay | bytes] = deque()
+        self._runs = 0
+        """How many in the queue are runs."""
         self._skip = 0
         """Messages of the first run in the queue that are dropped."""
-        self._leaving: Run | bytes | None = None
+        self._leaving: Run | Replay | bytes | None = None
         """The item whose fragments are on their way; it is not in the queue any more."""
         self._transfer: Transfer | None = None
         self._next_sequence: int | None = None
         """The number after the last message that has left on this link; before that, the one declared."""
 
-    def put(self, item: Run | bytes) -> None:
-        """Queue a run, or an encoded control frame that must stay behind the runs before it."""
+    def put(self, item: Run | Replay | bytes) -> None:
+        """Queue a run, or something else that must stay behind the runs before it.
+
+        That is latched messages, which are encoded when they leave, or an encoded frame.
+        """
         self._queue.append(item)
         if isinstance(item, Run):
+            self._runs += 1
             self.pending += item.length
             self.pending_bytes += message_bytes(item)
             if self._next_sequence is None:
                 self._next_sequence = item.first_sequence
         else:
-            self.control_bytes += len(item)
-            self._control_count += 1
+            self._count_control(item, 1)
 
-    def put_front(self, item: Run | bytes) -> None:
+    def put_front(self, item: Run | Replay | bytes) -> None:
         """Queue something before everything that has not begun to leave.
 
         A run only before anything has left on this link; a control frame at any time.
         """
-        if isinstance(item, Run):
-            self._cut_skipped()
-            self.pending += item.length
-            self.pending_bytes += message_bytes(item)
-            if self._next_sequence is None or item.first_sequence < self._next_sequence:
-                self._next_sequence = item.first_sequence
-        else:
-            self.control_bytes += len(item)
-            self._control_count += 1
+        if not isinstance(item, Run):
+            self._count_control(item, 1)
+            self._front.appendleft(item)
+            return
+        self._cut_skipped()
+        self._runs += 1
+        self.pending += item.length
+        self.pending_bytes += message_bytes(item)
+        if self._next_sequence is None or item.first_sequence < self._next_sequence:
+            self._next_sequence = item.first_sequence
+        self._queue.extendleft(reversed(self._front))
+        self._front.clear()
         self._queue.appendleft(item)
+
+    def _count_control(self, item: Replay | bytes, change: int) -> None:
+        size = change * (len(item.payload) if isinstance(item, Replay) else len(item))
+        self.control_bytes += size
+        if isinstance(item, Replay) or is_large(item):
+            self.bulk_bytes += size
 
     @property
     def first_sequence(self) -> int | None:
@@ -133,21 +152,19 @@ class Lane:
         Other frames count in `control_bytes` only. No `trim` looks at a lane that gets one, so what they take
         would be noticed when the lane has its turn, and nobody looks at the ceiling then.
         """
-        return self.pending_bytes + limits.RUN_HELD_BYTES * (len(self._queue) - self._control_count)
+        return self.pending_bytes + limits.RUN_HELD_BYTES * self._runs
 
     def trim(self) -> None:
         """Drop the oldest messages beyond the depth (and the byte ceiling, but never the last message).
 
-        Control frames keep their place between the runs that stay.
+        Other frames keep their place between the runs that stay.
         """
         if self.depth is None or (self.pending <= self.depth and self.pending_bytes <= limits.LANE_BYTES):
             return
-        kept: list[bytes] = []
         while self.pending > self.depth:
-            self._drop_first(self.pending - self.depth, kept)
+            self._drop_first(self.pending - self.depth)
         while self.pending_bytes > limits.LANE_BYTES and self.pending > 1:
-            self.dropped_for_bytes += self._drop_first(self.pending - 1, kept)
-        self._queue.extendleft(reversed(kept))
+            self.dropped_for_bytes += self._drop_first(self.pending - 1)
 
     def drop_oldest_run(self) -> int:
         """Drop the oldest run to make room on the link, but not the last message. Needs `pending` > 1.
@@ -155,24 +172,20 @@ class Lane:
         Returns:
             How many messages that were.
         """
-        kept: list[bytes] = []
-        while not (gone := self._drop_first(self.pending - 1, kept)):
-            pass
+        gone = self._drop_first(self.pending - 1)
         self.dropped_for_bytes += gone
-        self._queue.extendleft(reversed(kept))
         return gone
 
-    def _drop_first(self, most: int, kept: list[bytes]) -> int:
-        """Drop at most `most` messages of the first run; return how many. A control frame goes to `kept`."""
-        head = self._queue.popleft()
-        if not isinstance(head, Run):
-            kept.append(head)
-            return 0
+    def _drop_first(self, most: int) -> int:
+        """Drop at most `most` messages of the first run; return how many. Needs a run in the queue."""
+        while not isinstance(head := self._queue.popleft(), Run):
+            self._front.append(head)
         left = head.length - self._skip
         gone = min(left, most)
         self.pending -= gone
         self.dropped += gone
         if gone == left:
+            self._runs -= 1
             self.pending_bytes -= message_bytes(head)
             self._skip = 0
         else:
@@ -194,7 +207,7 @@ class Lane:
     @property
     def sendable(self) -> bool:
         """Whether the next item may go now: there is one, and credit allows it."""
-        if self._leaving is not None:
+        if self._leaving is not None or self._front:
             return True
         if not self._queue:
             return False
@@ -211,7 +224,9 @@ class Lane:
         """Whether what is next is a large message, or a piece of one."""
         if self._transfer is not None:
             return True
-        head = self._queue[0] if self._queue else b""
+        head = next(chain(self._front, self._queue), b"")
+        if isinstance(head, Replay):
+            return is_large(head.payload)
         return is_large(head.raw if isinstance(head, Run) else head)
 
     @property
@@ -222,13 +237,13 @@ class Lane:
     @property
     def empty(self) -> bool:
         """Whether everything put in has left."""
-        return not self._queue and self._leaving is None
+        return not self._queue and not self._front and self._leaving is None
 
     def _prepare(self) -> Buffer:
         """Make the head of the queue exactly what may leave now and return its encoded frame."""
-        head = self._queue[0]
+        head = self._front[0] if self._front else self._queue[0]
         if not isinstance(head, Run):
-            return head
+            return encode(head) if isinstance(head, Replay) else head
         start, stop = self._skip, head.length
         if self.sequence_limit is not None:
             stop = min(stop, max(self.sequence_limit - head.first_sequence, start + 1))
@@ -242,6 +257,7 @@ class Lane:
             self.pending_bytes -= message_bytes(head) - message_bytes(run)
             if stop < head.length:
                 rest = cut(head, stop, head.length)
+                self._runs += 1
                 self.pending_bytes += message_bytes(rest)
                 self._queue.appendleft(rest)
             self._queue.appendleft(run)
@@ -249,12 +265,11 @@ class Lane:
         return run.raw
 
     def _start_leaving(self) -> None:
-        item = self._leaving = self._queue.popleft()
+        item = self._leaving = self._front.popleft() if self._front else self._queue.popleft()
         if isinstance(item, Run):
+            self._runs -= 1
             self.pending -= item.length
             self.pending_bytes -= message_bytes(item)
-        else:
-            self._control_count -= 1
 
     def _has_left(self) -> None:
         item = self._leaving
@@ -264,7 +279,7 @@ class Lane:
             self.sent_bytes += message_bytes(item)
             self._next_sequence = item.first_sequence + item.length
         elif item is not None:
-            self.control_bytes -= len(item)
+            self._count_control(item, -1)
 
     def next_piece(self, transfers: Transfers, parts: list[Buffer]) -> int:
         """Append the next frame to send to `parts`; return its size, or 0 when no transfer may start now.
@@ -272,6 +287,8 @@ class Lane:
         Needs `sendable`.
         """
         if self._transfer is None:
+            if transfers.full and self.is_large:  # not encoded in vain, again and again
+                return 0
             raw = self._prepare()
             if is_large(raw):
                 self._transfer = transfers.start(raw)
@@ -297,15 +314,17 @@ class Lane:
         """
         self._cut_skipped()
         if isinstance(self._leaving, Run):
+            self._runs += 1
             self.pending += self._leaving.length
             self.pending_bytes += message_bytes(self._leaving)
             self._queue.appendleft(self._leaving)
+        self._front.clear()
         self._queue = deque(item for item in self._queue if isinstance(item, Run))
         self._leaving = self._transfer = None
         self._next_sequence = self.first_sequence if next_sequence is None else next_sequence
         self.publisher = publisher
         self.sent_bytes = 0
-        self.control_bytes = self._control_count = 0
+        self.control_bytes = self.bulk_bytes = 0
         self.sequence_limit = None
         self.byte_limit = None
         self.scheduled = False
@@ -318,9 +337,10 @@ class Lane:
         """
         self._cut_skipped()
         before = self.dropped
-        kept: deque[Run | bytes] = deque()
+        kept: deque[Run | Replay | bytes] = deque()
         for item in self._queue:
             if isinstance(item, Run) and message_bytes(item) > most:
+                self._runs -= 1
                 self.pending -= item.length
                 self.pending_bytes -= message_bytes(item)
                 self.dropped += item.length
@@ -348,30 +368,37 @@ class Lane:
         self._clear()
 
     def _clear(self) -> None:
+        self._front.clear()
         self._queue.clear()
         self._leaving = self._transfer = None
-        self.pending = self.pending_bytes = self.control_bytes = self._control_count = self._skip = 0
+        self.pending = self.pending_bytes = self.control_bytes = self.bulk_bytes = self._skip = self._runs = 0
 
 
 class Transfers:
-    """The fragmented frames under way on one link: how many, and their ids."""
+    """The fragmented frames under way on one link: how many, and their ids.
 
-    __slots__ = ("_next_id", "_open")
+    `full` says whether there may be no more.
+    """
+
+    __slots__ = ("_next_id", "_open", "full")
 
     def __init__(self) -> None:
+        self.full = False
         self._next_id = 0
         self._open: set[int] = set()
 
     def start(self, raw: Buffer) -> Transfer | None:
         """Begin a transfer, unless as many as allowed are under way."""
-        if len(self._open) >= limits.MAX_TRANSFERS:
+        if self.full:
             return None
         self._next_id = (self._next_id + 1) & limits.MAX_U32
         while self._next_id in self._open:
             self._next_id = (self._next_id + 1) & limits.MAX_U32
         self._open.add(self._next_id)
+        self.full = len(self._open) >= limits.MAX_TRANSFERS
         return Transfer(self._next_id, raw)
 
     def end(self, transfer: Transfer) -> None:
         """A transfer is over."""
         self._open.discard(transfer.id)
+        self.full = False

@@ -3,7 +3,8 @@
 Control frames go first, then requests and replies, then the *lanes* in turn. A lane is one publisher's queue:
 its depth bounds the messages in it, exactly, by dropping the oldest when they cannot leave; its credit, where
 it has one, holds them back. Large frames leave in fragments, one at each turn of their lane, so they hold up
-nobody. All lanes together have a ceiling in bytes.
+nobody. The messages of all lanes together have a ceiling in bytes; what is never dropped is counted for the
+owner to cap: small frames, and apart from them large calls and latched messages, a few of which are much.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING
 from proto import limits
 from proto.codec import encode
 from proto.fragments import is_large
-from proto.frames import Cancel, Run
+from proto.frames import Cancel, Replay, Run
 from proto.lane import Lane, Transfers
 
 if TYPE_CHECKING:
@@ -45,8 +46,9 @@ class Outbox:
     Attributes:
         large_room: Bytes of large messages that may still leave before others get a turn; the owner sets it.
         urgent_bytes: Bytes of control frames and calls that wait.
-        ordered_bytes: Bytes of control frames (REPLAY among them) that wait in lanes, in order with runs.
-        held_bytes: What the runs that wait in all lanes take, as of the last `trim`.
+        ordered_bytes: Bytes of control frames and latched messages that wait in lanes, in order with runs.
+        bulk_bytes: What large calls and latched messages are of these.
+        held_bytes: What the messages that wait in all lanes take, as of the last `trim`.
         max_held_bytes: What they may take, or the fullest lanes are cut; the owner sets it.
         dropped: Messages dropped here, in all, because the link was slow.
     """
@@ -58,6 +60,7 @@ class Outbox:
         "_ready",
         "_touched",
         "_transfers",
+        "bulk_bytes",
         "dropped",
         "held_bytes",
         "large_room",
@@ -76,14 +79,19 @@ class Outbox:
         self.large_room = sys.maxsize
         self.urgent_bytes = 0
         self.ordered_bytes = 0
+        self.bulk_bytes = 0
         self.held_bytes = 0
         self.max_held_bytes = sys.maxsize
         self.dropped = 0
 
     @property
     def firm_bytes(self) -> int:
-        """Bytes of what is never dropped, control frames and calls: the owner must cap them."""
-        return self.urgent_bytes + self.ordered_bytes
+        """Bytes of control frames and small calls, which are never dropped: the owner must cap them.
+
+        So are large calls and latched messages, which `bulk_bytes` counts: a few of them are more than would
+        ever wait of small ones for a peer that reads.
+        """
+        return self.urgent_bytes + self.ordered_bytes - self.bulk_bytes
 
     def put_control(self, raw: bytes) -> None:
         """Queue a frame that goes before everything else. Never a large one."""
@@ -102,6 +110,7 @@ class Outbox:
         lane = _LargeCall(raw, key)
         if key is not None:
             self._large_calls[key] = lane
+        self.bulk_bytes += len(raw)
         self._schedule(lane)
 
     def drop_call(self, key: tuple[int, int]) -> bool:
@@ -110,6 +119,7 @@ class Outbox:
         if lane is None:
             return False
         self.urgent_bytes -= lane.control_bytes
+        self.bulk_bytes -= lane.bulk_bytes
         abort = lane.discard(self._transfers)
         if abort is not None:
             self.put_control(abort)
@@ -122,25 +132,27 @@ class Outbox:
             part = tuple(left[start : start + limits.MAX_CALLS_PER_FRAME])
             self.put_calls(encode(Cancel(endpoint, part)))
 
-    def put_lane(self, lane: Lane, item: Run | bytes, *, first: bool = False) -> None:
-        """Queue a run, or a control frame that must stay in order with it, in its lane.
+    def put_lane(self, lane: Lane, item: Run | Replay | bytes, *, first: bool = False) -> None:
+        """Queue a run, or what must stay in order with it, in its lane.
 
         With `first` it goes before everything in the lane that has not begun to leave.
         """
-        if first:
-            lane.put_front(item)
-        else:
-            lane.put(item)
+        put = lane.put_front if first else lane.put
         if isinstance(item, Run):
+            put(item)
             self._touched.append(lane)
         else:
-            self.ordered_bytes += len(item)
+            control, bulk = lane.control_bytes, lane.bulk_bytes
+            put(item)
+            self.ordered_bytes += lane.control_bytes - control
+            self.bulk_bytes += lane.bulk_bytes - bulk
         self._schedule(lane)
 
     def drop_lane(self, lane: Lane) -> int:
         """Take back everything that waits in a lane; return how many messages that were."""
         pending = lane.pending
         self.ordered_bytes -= lane.control_bytes
+        self.bulk_bytes -= lane.bulk_bytes
         abort = lane.discard(self._transfers)
         self._recount(lane)
         if abort is not None:
@@ -191,13 +203,14 @@ class Outbox:
             lane.scheduled = False
             if not lane.sendable:
                 continue
-            before, count = lane.control_bytes, len(parts)
+            before, bulk, count = lane.control_bytes, lane.bulk_bytes, len(parts)
             size = lane.next_piece(self._transfers, parts)
             if len(parts) - count > 1:  # the head and the payload of a fragment
                 self.large_room -= size
             if lane.counted_bytes:
                 self._recount(lane)
             if lane.control_bytes != before:
+                self.bulk_bytes -= bulk - lane.bulk_bytes
                 self._control_has_left(lane, before - lane.control_bytes)
             self._schedule(lane)
             if size:

@@ -93,12 +93,14 @@ class BrokerStats:
     queued_bytes: int = 0
     """What they take, about; what waits for several links is counted for each."""
     urgent_bytes: int = 0
-    """Control frames and calls that wait."""
+    """Control frames and calls that wait, large calls included."""
     ordered_bytes: int = 0
     """Control frames and latched messages that wait in order with messages."""
     latched: int = 0
     """Messages kept for late joiners."""
     latched_bytes: int = 0
+    latched_dropped: int = 0
+    """Messages that late joiners will miss, because more bytes were latched than may be."""
     unmatched: int = 0
     """Messages that nobody was there to hear."""
     stale: int = 0
@@ -160,6 +162,7 @@ class TopicStats(NamedTuple):
         bytes: Their size.
         delivered, dropped, abandoned, lost_on_break, leaving, queued: What has become of their copies, as in
             BrokerStats.
+        latched_dropped: Messages that late joiners will miss: too many bytes were latched.
     """
 
     domain: int
@@ -174,6 +177,7 @@ class TopicStats(NamedTuple):
     lost_on_break: int
     leaving: int
     queued: int
+    latched_dropped: int
 
 
 class LinkStats(NamedTuple):

@@ -155,7 +155,7 @@ async def test_two_reports_give_rates(meeting: Meeting) -> None:
 
 def test_a_topic_that_came_again_counts_from_zero() -> None:
     """Its counts began anew: no rate is negative."""
-    topic = TopicStats(0, "/t", 1, 1, 90, 900, 90, 0, 0, 0, 0, 0)
+    topic = TopicStats(0, "/t", 1, 1, 90, 900, 90, 0, 0, 0, 0, 0, 0)
     totals = BrokerStats(broker="aa", stamp_sec=1.0)
     before = BrokerReport(totals=totals, topics={"/t": topic}, links={})
     later = topic._replace(messages=20, bytes=2000, delivered=20)

@@ -95,3 +95,72 @@ async def test_keep_all_beyond_the_ceiling_ends_the_link_and_no_other(
         assert all(numbers == list(range(sent)) for numbers in heard.values())
         for writer, _ in sources:
             await writer.synchronise()
+
+
+LARGE: Final = 1_000_000
+
+
+@pytest.fixture
+async def narrow() -> AsyncIterator[Broker]:
+    """A broker of which few small frames may wait for one link, and some large ones."""
+    options = BrokerOptions(port=0, max_queue_bytes=LARGE, max_bulk_bytes=8 * LARGE, drain_timeout_sec=0.2)
+    async with Broker(options) as running:
+        yield running
+
+
+async def test_a_reader_gets_all_latched_messages(narrow: Broker) -> None:
+    """Together they are more than may wait of small frames, and no reader is too slow for that."""
+    async with AsyncExitStack() as stack:
+        talker = await stack.enter_async_context(link(narrow, "/talker"))
+        for index in range(5):
+            talker.send(make.publisher(index + 1, f"/t{index}", qos=make.LATCHED))
+            number = (await talker.next(frames.Accepted)).number
+            talker.send(make.run(number, 0, 1, size=LARGE))
+        await until(lambda: narrow.stats().latched == 5)
+        late = await stack.enter_async_context(link(narrow, "/late"))
+        late.send(*(make.subscription(index + 1, f"/t{index}", qos=make.LATCHED) for index in range(5)))
+        got = [await late.next(frames.Replay) for _ in range(5)]
+        assert sorted(replay.subscription for replay in got) == [1, 2, 3, 4, 5]
+        assert narrow.stats().connections == 2
+
+
+async def test_latched_messages_beyond_the_ceiling_end_the_link(narrow: Broker) -> None:
+    """Who subscribes again and again without reading what is latched costs no more than others."""
+    async with link(narrow, "/talker") as talker, link(narrow, "/deaf") as deaf:
+        talker.send(make.publisher(1, qos=make.LATCHED))
+        number = (await talker.next(frames.Accepted)).number
+        talker.send(make.run(number, 0, 1, size=LARGE))
+        await until(lambda: narrow.stats().latched == 1)
+        deaf.stop_reading()
+        deaf.send(*(make.subscription(index, qos=make.LATCHED) for index in range(1, 100)))
+        await until(lambda: narrow.stats().connections == 1)
+        await talker.synchronise()
+
+
+async def test_a_caller_gets_all_large_answers(narrow: Broker) -> None:
+    """Answers that come at the same time may be more together than may wait of small ones."""
+    async with link(narrow, "/server") as server, link(narrow, "/caller") as caller:
+        server.send(make.service(1))
+        await server.synchronise()
+        caller.send(make.client(1), make.request(1, 1, 2, 3, 4, 5))
+        calls: list[int] = []
+        while len(calls) < 5:
+            calls += [entry.call for entry in (await server.next(frames.Request)).entries]
+        server.send(*(make.reply(1, call, body=bytes(LARGE)) for call in calls))
+        got = [(await caller.next(frames.Reply)).entries[0] for _ in range(5)]
+        assert [(entry.call, len(entry.body)) for entry in got] == [(n, LARGE) for n in range(1, 6)]
+
+
+async def test_large_answers_beyond_the_ceiling_end_the_link(narrow: Broker) -> None:
+    """A caller that asks and does not read is cut off."""
+    async with link(narrow, "/server") as server, link(narrow, "/caller") as caller:
+        server.send(make.service(1))
+        await server.synchronise()
+        caller.send(make.client(1), make.request(1, *range(1, 31)))
+        calls: list[int] = []
+        while len(calls) < 30:
+            calls += [entry.call for entry in (await server.next(frames.Request)).entries]
+        caller.stop_reading()
+        server.send(*(make.reply(1, call, body=bytes(LARGE)) for call in calls))
+        await until(lambda: narrow.stats().connections == 1)
+        await server.synchronise()

@@ -54,7 +54,7 @@ KIND_STRATEGIES: dict[str, st.SearchStrategy[Any]] = {
     "graph": st.lists(st.builds(GraphEntry, U64, U32, TEXT, TEXT, TEXT, TEXT, FLAT_MAP), max_size=3).map(
         tuple
     ),
-    "topics": st.lists(st.builds(TopicStats, U32, TEXT, *[U64] * 10), max_size=3).map(tuple),
+    "topics": st.lists(st.builds(TopicStats, U32, TEXT, *[U64] * 11), max_size=3).map(tuple),
     "links": st.lists(
         st.builds(LinkStats, U32, U64, TEXT, st.lists(TEXT).map(tuple), U64, st.booleans(), *[U64] * 9),
         max_size=3,
@@ -79,7 +79,7 @@ GOOD: dict[str, object] = {
     "requests": ((1, 1000, None, b"a"), (2, None, {"k": 1}, b"")),
     "replies": ((1, 0, False, None, b"a"),),
     "graph": ((1, 0, "/n", "", "", "", {}),),
-    "topics": ((0, "/t", *range(10)),),
+    "topics": ((0, "/t", *range(11)),),
     "links": ((0, 1, "test", ("/n",), 2, False, *range(9)),),
 }
 ANYTHING: tuple[object, ...] = (
@@ -253,7 +253,7 @@ def test_extra_fields_in_entries_are_ignored() -> None:
     assert decode(raw) == frames.Reply(5, (ReplyEntry(1, 0, False, None, b"body"),))
     raw = header_of(Op.GRAPH, [5, False, ((1, 0, "/n", "", "", "", {}, None),), (), ()])
     assert decode(raw) == frames.Graph(5, False, (GraphEntry(1, 0, "/n", "", "", "", {}),), (), ())
-    topic, link = (0, "/t", *range(10)), (0, 1, "test", ("/n",), 2, False, *range(9))
+    topic, link = (0, "/t", *range(11)), (0, 1, "test", ("/n",), 2, False, *range(9))
     raw = header_of(Op.STATS, [5, False, {}, ((*topic, "later"),), ((*link, "later"),)])
     assert decode(raw) == frames.Stats(5, False, {}, (TopicStats(*topic),), (LinkStats(*link),))
 

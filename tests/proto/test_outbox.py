@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import TYPE_CHECKING
 
 from hypothesis import given
@@ -10,12 +11,14 @@ from hypothesis import strategies as st
 from proto import limits
 from proto.codec import decode, encode
 from proto.fragments import Reassembler
-from proto.frames import Cancel, Detached, Fragment, Ping, Run
+from proto.frames import Cancel, Detached, Fragment, Ping, Replay, Run
 from proto.lane import Lane, Transfers
 from proto.outbox import Outbox
 from tests.proto.outboxes import drain, make_run, request, take_one
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     import pytest
 
 
@@ -313,3 +316,73 @@ def test_only_runs_count_for_the_ceiling() -> None:
     assert outbox.held_bytes == judged
     drain(outbox)
     assert outbox.held_bytes == lane.held_bytes == 0
+
+
+def test_latched_messages_and_large_calls_count_apart() -> None:
+    """They may be a few of the largest that there are: a limit for small frames would cut off any reader."""
+    outbox, lane = Outbox(), Lane(1, 1)
+    outbox.put_control(encode(Ping(1)))
+    small = outbox.firm_bytes
+    size = 2 * limits.MAX_FRAME_BYTES
+    outbox.put_calls(request(1, size), (1, 1))
+    outbox.put_calls(request(2, size), (1, 2))
+    outbox.put_lane(lane, Replay(1, *make_run(0, [bytes(size)])[:-1]))
+    assert outbox.firm_bytes == small
+    assert 3 * size <= outbox.bulk_bytes < 4 * size
+    outbox.drop_call((1, 2))
+    assert 2 * size <= outbox.bulk_bytes < 3 * size
+    found = [decode(raw) for raw in drain(outbox)]
+    assert sum(not piece.more for piece in found if isinstance(piece, Fragment)) == 2
+    assert (outbox.firm_bytes, outbox.bulk_bytes, outbox.held_bytes) == (0, 0, 0)
+
+
+def test_latched_messages_wait_for_a_free_transfer() -> None:
+    """A ninth large one is not begun, nor encoded, before one of eight has left."""
+    outbox = Outbox()
+    replay = Replay(1, *make_run(0, [bytes(limits.MAX_FRAME_BYTES)])[:-1])
+    for number in range(limits.MAX_TRANSFERS + 3):
+        outbox.put_lane(Lane(number, 1), replay)
+    reassembler, whole = Reassembler(), 0
+    for raw in drain(outbox):
+        piece = decode(raw)
+        assert isinstance(piece, Fragment)
+        whole += reassembler.add(piece) is not None
+    assert whole == limits.MAX_TRANSFERS + 3
+
+
+def test_a_drop_does_not_pass_the_frames_before_it_again() -> None:
+    """However many frames stand before a lane's runs, each drop looks at its run only."""
+    outbox, lane = Outbox(), Lane(1, 1)
+    ahead = [encode(Detached(1, (number,), 0)) for number in range(50)]
+    for raw in ahead:
+        outbox.put_lane(lane, raw)
+    outbox.put_lane(lane, make_run(0, [b"x"] * 2))
+    outbox.trim()
+    moved = _CountingDeque(lane._queue)
+    lane._queue = moved
+    behind = encode(Detached(1, (99,), 0))
+    for first in range(2, 20):
+        outbox.put_lane(lane, make_run(first, [b"x"]))
+        outbox.trim()
+    assert moved.moves <= 18
+    outbox.put_lane(lane, behind)
+    *heads, last, end = drain(outbox)
+    assert (heads, end) == (ahead, behind)
+    frame = decode(last)
+    assert isinstance(frame, Run)
+    assert (frame.first_sequence, frame.length, lane.dropped) == (19, 1, 19)
+
+
+class _CountingDeque(deque[Run | Replay | bytes]):
+    """Counts what is taken from its left and put there."""
+
+    moves = 0
+
+    def popleft(self) -> Run | Replay | bytes:
+        self.moves += 1
+        return super().popleft()
+
+    def extendleft(self, iterable: Iterable[Run | Replay | bytes], /) -> None:
+        items = list(iterable)
+        self.moves += len(items)
+        super().extendleft(items)

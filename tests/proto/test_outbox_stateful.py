@@ -30,6 +30,18 @@ class Message:
     body: bytes
 
 
+def _replayed(item: Message | bytes) -> Replay | None:
+    frame = None if isinstance(item, Message) else decode(item)
+    return frame if isinstance(frame, Replay) else None
+
+
+def _size(item: Message | bytes) -> int:
+    replay = _replayed(item)
+    if replay is not None:
+        return len(replay.payload)
+    return 0 if isinstance(item, Message) else len(item)
+
+
 @dataclass
 class ModelLane:
     """What a lane must hold: messages, and encoded frames in order with them."""
@@ -50,7 +62,12 @@ class ModelLane:
     @property
     def ordered_bytes(self) -> int:
         """Bytes of the frames that wait in order with the messages."""
-        return sum(len(item) for item in (*self.waiting, *self.leaving) if isinstance(item, bytes))
+        return sum(map(_size, (*self.waiting, *self.leaving)))
+
+    @property
+    def replay_bytes(self) -> int:
+        """The part of them that are latched messages."""
+        return sum(_size(item) for item in (*self.waiting, *self.leaving) if _replayed(item))
 
     def trim(self) -> None:
         """Drop the oldest messages beyond the depth."""
@@ -139,12 +156,12 @@ class OutboxMachine(RuleBasedStateMachine):
     def put_ordered(self, which: int, size: int, first: bool) -> None:
         """Queue a frame in order with the runs, or ahead of those that have not begun to leave."""
         self.next_token += 1
-        raw = encode(Detached(which, (self.next_token,), 0))
+        item: Replay | bytes = encode(Detached(which, (self.next_token,), 0))
         if size:
-            run = make_run(0, [bytes(size)])
-            raw = encode(Replay(self.next_token, which, *run[1:7]))
+            item = Replay(self.next_token, which, *make_run(0, [bytes(size)])[1:7])
+        raw = encode(item) if isinstance(item, Replay) else item
         model = self.models[which]
-        self.outbox.put_lane(model.lane, raw, first=first)
+        self.outbox.put_lane(model.lane, item, first=first)
         model.waiting.insert(0 if first else len(model.waiting), raw)
 
     @rule()
@@ -306,6 +323,8 @@ class OutboxMachine(RuleBasedStateMachine):
         urgent = [*self.control, *self.calls, *self.large.values()]
         assert self.outbox.urgent_bytes == sum(map(len, urgent))
         assert self.outbox.ordered_bytes == sum(model.ordered_bytes for model in self.models)
+        replayed = sum(model.replay_bytes for model in self.models)
+        assert self.outbox.bulk_bytes == sum(map(len, self.large.values())) + replayed
 
 
 TestOutboxMachine = OutboxMachine.TestCase

@@ -237,6 +237,7 @@ def _nothing_waits_in_outboxes(world: World) -> None:
         held = (
             outbox.urgent_bytes,
             outbox.ordered_bytes,
+            outbox.bulk_bytes,
             len(outbox._large_calls),
             len(outbox._transfers._open),
         )

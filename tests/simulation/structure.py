@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeAlias
 
 from broker.records import ClientRecord, PublisherRecord, ServiceRecord, SubscriptionRecord
-from proto.frames import Run
+from proto.fragments import is_large
+from proto.frames import Replay, Run
 from proto.runs import message_bytes
 
 if TYPE_CHECKING:
@@ -113,12 +114,19 @@ def of_lane(lane: Lane) -> Wrongs:
     size = sum(map(message_bytes, runs))
     if lane.pending_bytes != size:
         yield f"a lane counts {lane.pending_bytes} bytes of messages and holds {size}"
-    control = sum(len(item) for item in (*lane._queue, lane._leaving or b"") if not isinstance(item, Run))
-    if lane.control_bytes != control:
-        yield f"a lane counts {lane.control_bytes} bytes of control frames and holds {control}"
-    others = len(lane._queue) - sum(isinstance(item, Run) for item in lane._queue)
-    if lane._control_count != others:
-        yield f"a lane counts {lane._control_count} control frames in its queue and holds {others}"
+    others = [
+        item.payload if isinstance(item, Replay) else item
+        for item in (*lane._front, *lane._queue, lane._leaving or b"")
+        if not isinstance(item, Run)
+    ]
+    if lane.control_bytes != sum(map(len, others)):
+        yield f"a lane counts {lane.control_bytes} bytes of control frames and holds {sum(map(len, others))}"
+    count = sum(isinstance(item, Run) for item in lane._queue)
+    if lane._runs != count:
+        yield f"a lane counts {lane._runs} runs in its queue and holds {count}"
+    large = sum(len(item) for item in others if is_large(item))
+    if not large <= lane.bulk_bytes <= lane.control_bytes:
+        yield f"a lane counts {lane.bulk_bytes} of {lane.control_bytes} bytes as large, and holds {large}"
     number = 0
     for item in lane._queue:
         if not isinstance(item, Run):
@@ -141,6 +149,9 @@ def of_outbox(outbox: Outbox) -> Wrongs:
         yield f"an outbox counts {outbox.urgent_bytes} urgent bytes and holds {small + large + unnamed}"
     if outbox.ordered_bytes < 0 or outbox.urgent_bytes < 0:
         yield f"an outbox counts {outbox.urgent_bytes} and {outbox.ordered_bytes} bytes"
+    bulk = sum(lane.bulk_bytes for lane in outbox._ready)
+    if outbox.bulk_bytes < bulk or outbox.firm_bytes < 0:
+        yield f"an outbox counts {outbox.bulk_bytes} bytes as large and holds {bulk}"
     for lane in outbox._ready:
         if not lane.scheduled:
             yield "a lane waits for its turn and does not know it"

@@ -1,0 +1,65 @@
+"""What is kept for late joiners has limits in bytes, and what they miss for it is counted."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from broker import latched
+from proto import frames
+from tests.broker import frame_makers as make
+from tests.broker.switch import Switch
+
+if TYPE_CHECKING:
+    import pytest
+
+MANY: frames.Options = {**make.LATCHED, "depth": 100}
+
+
+def heard_late(switch: Switch, topic: str = "/t", node: str = "/late") -> list[int]:
+    """Return the numbers of the messages that a new subscription gets."""
+    listener = switch.join(node)
+    switch.send(listener, make.subscription(1, topic, qos=MANY))
+    return [
+        number
+        for replay in switch.read(listener, frames.Replay)
+        for number in range(replay.first_sequence, replay.first_sequence + replay.length)
+    ]
+
+
+def test_the_depth_counts_messages_and_misses_none() -> None:
+    """Beyond the depth the oldest go, also from the middle of a run, and that is no loss."""
+    switch = Switch()
+    talker = switch.join("/talker")
+    number = switch.publisher(talker, make.publisher(1, qos={**make.LATCHED, "depth": 5}))
+    switch.send(talker, make.run(number, 0, 4), make.run(number, 4, 3))
+    assert heard_late(switch) == [2, 3, 4, 5, 6]
+    assert switch.router.topics.latched_dropped == 0
+
+
+def test_the_bytes_of_a_publisher_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The oldest runs go, and each message that the depth had room for is counted."""
+    monkeypatch.setattr(latched, "LATCHED_BYTES", 100)
+    switch = Switch()
+    talker = switch.join("/talker")
+    number = switch.publisher(talker, make.publisher(1, qos=MANY))
+    switch.send(talker, *(make.run(number, first, 4) for first in (0, 4, 8)))
+    assert heard_late(switch) == [4, 5, 6, 7, 8, 9, 10, 11]
+    topics = switch.router.topics
+    assert [topic.latched_dropped for topic in topics.records()] == [4]
+    assert topics.latched_dropped == 4
+    switch.send(talker, make.run(number, 12, 11))
+    assert (heard_late(switch, node="/later"), topics.latched_dropped) == ([], 4 + 8 + 11)
+
+
+def test_the_bytes_of_a_link_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever publishes beyond it loses the oldest of its own; room that another gives back is used."""
+    monkeypatch.setattr(latched, "LATCHED_BYTES_PER_LINK", 100)
+    switch = Switch()
+    talker = switch.join("/talker")
+    first = switch.publisher(talker, make.publisher(1, "/a", qos=MANY))
+    second = switch.publisher(talker, make.publisher(2, "/b", qos=MANY))
+    switch.send(talker, make.run(first, 0, 7), make.run(second, 0, 2), make.run(second, 2, 2))
+    assert heard_late(switch, "/a") == list(range(7))
+    assert (heard_late(switch, "/b", "/later"), switch.router.topics.latched_dropped) == ([2, 3], 2)
+    switch.send(talker, frames.Undeclare(1), make.run(second, 4, 8))
+    assert heard_late(switch, "/b", "/last") == [2, 3, *range(4, 12)]
