@@ -17,7 +17,9 @@ from actors.deadlines import Deadlines
 from actors.entities.client import Client
 from actors.entities.grants import Grants
 from actors.entities.publisher import Publisher
+from actors.entities.service import Service
 from actors.entities.subscription import Subscription
+from broker.drain import Drain
 from broker.graph import Graph
 from broker.lanes import DepartedLanes
 from broker.records import Queue, Route
@@ -29,6 +31,7 @@ from proto.frames import Replay, ReplyEntry
 from proto.lane import Lane
 from proto.liveness import Finding, Liveness
 from proto.outbox import Outbox
+from tests.simulation import faults
 from tests.simulation.histories import History, live
 
 if TYPE_CHECKING:
@@ -38,11 +41,29 @@ if TYPE_CHECKING:
     from actors.feeds import Inflow
     from broker.records import Endpoint, Peer
     from proto.frames import Run
+    from tests.simulation.faults import Fault
 
 
 def does_nothing(owner: Any, name: str) -> Callable[[], AbstractContextManager[object]]:
     """Return a breakage: this method does nothing."""
     return lambda: mock.patch.object(owner, name, return_value=None)
+
+
+def among(
+    breakage: Callable[[], AbstractContextManager[object]], network: Fault, processes: Fault
+) -> Callable[[], AbstractContextManager[object]]:
+    """Return the breakage in histories that only these faults befall: those in which it can show."""
+
+    @contextmanager
+    def broken() -> Iterator[None]:
+        with (
+            breakage(),
+            mock.patch.object(faults, "OF_THE_NETWORK", (network,)),
+            mock.patch.object(faults, "OF_PROCESSES", (processes,)),
+        ):
+            yield
+
+    return broken
 
 
 @contextmanager
@@ -255,6 +276,87 @@ def leaves_its_ticker() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def restores_nobody() -> Iterator[None]:
+    """A link that was suspended stays out of the graph."""
+    with mock.patch.object(Router, "restore", return_value=[]):
+        yield
+
+
+@contextmanager
+def holds_nobody() -> Iterator[None]:
+    """A broker that stops lets its publishers go on."""
+    with mock.patch.object(Topics, "hold"):
+        yield
+
+
+@contextmanager
+def stops_in_silence() -> Iterator[None]:
+    """A node that stops does not say that its servers take no more calls."""
+    retire = Service.retire
+
+    def silent(service: Service[Any, Any]) -> None:
+        if not service._running:
+            retire(service)
+
+    with mock.patch.object(Service, "retire", silent):
+        yield
+
+
+@contextmanager
+def says_that_all_are_gone() -> Iterator[None]:
+    """Readers of a suspended publisher are told that it has gone for good."""
+    with mock.patch.object(broker.topics, "DetachReason", mock.Mock(SUSPENDED=0, GONE=0)):
+        yield
+
+
+@contextmanager
+def says_that_all_are_silent() -> Iterator[None]:
+    """Readers of a publisher that has gone for good are told that it is suspended."""
+    with mock.patch.object(broker.topics, "DetachReason", mock.Mock(SUSPENDED=1, GONE=1)):
+        yield
+
+
+@contextmanager
+def forgets_its_own() -> Iterator[None]:
+    """A broker does not know the node again whose earlier link is still there."""
+    connect = Router.connect
+
+    def forgetful(router: Router, instance: bytes, token: bytes) -> Any:
+        router._instances.pop(instance, None)
+        return connect(router, instance, token)
+
+    with mock.patch.object(Router, "connect", forgetful):
+        yield
+
+
+@contextmanager
+def keeps_names_of_the_silent() -> Iterator[None]:
+    """A broker keeps a name for a node that is suspended."""
+    make = Router._make_node
+
+    def loyal(router: Router, peer: Peer, frame: Any) -> Any:
+        holder = router._names.get(frame.name)
+        if holder is None:
+            return make(router, peer, frame)
+        with mock.patch.object(holder.peer, "suspended", new=False):
+            return make(router, peer, frame)
+
+    with mock.patch.object(Router, "_make_node", loyal):
+        yield
+
+
+@contextmanager
+def stops_without_drain() -> Iterator[None]:
+    """A broker that stops drops everything at once."""
+
+    async def nothing(_: Drain, timeout_sec: float) -> None:
+        return
+
+    with mock.patch.object(Drain, "run", nothing):
+        yield
+
+
 BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], bool]]] = {
     "order of latched messages": (latches_backwards, True),
     "latched messages come": (latches_too_little, True),
@@ -287,6 +389,21 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "suspensions are forgotten": (remembers_suspensions, False),
     "lanes that are empty are forgotten": (does_nothing(DepartedLanes, "_is_over"), True),
     "a stopped broker leaves nothing": (leaves_its_ticker, True),
+    "the suspended come back": (among(restores_nobody, faults.freeze, faults.stop), False),
+    "those that are gone are not waited for": (says_that_all_are_silent, False),
+    "the suspended are waited for": (says_that_all_are_gone, False),
+    "a stopping server gets no more calls": (
+        among(does_nothing(Services, "retire"), faults.drop, faults.stop),
+        False,
+    ),
+    "a stopping server says so": (among(stops_in_silence, faults.drop, faults.stop), False),
+    "a node takes its own name back": (among(forgets_its_own, faults.partition, faults.drop), False),
+    "the suspended give way to their name's next bearer": (
+        among(keeps_names_of_the_silent, faults.drop, faults.usurp),
+        False,
+    ),
+    "a stopping broker drains": (stops_without_drain, False),
+    "a stopping broker holds its publishers": (holds_nobody, False),
 }
 """By promise: how to break it, and whether calm histories show it."""
 

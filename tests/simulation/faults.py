@@ -94,6 +94,14 @@ async def intrude(world: World, member: Member, lasting: float) -> None:
         world.complain(f"a second node called {member.name} was met with {outcomes}")
 
 
+async def usurp(world: World, member: Member, lasting: float) -> None:
+    """Start a process that has the name of one that is stopped, and suspended if somebody relies on it."""
+    world.freeze(member.host)
+    await asyncio.sleep(5.0)
+    await intrude(world, member, lasting)
+    world.thaw(member.host)
+
+
 async def _connected(world: World, member: Member) -> None:
     """In calm weather: wait until the member has its name."""
     while world.calm and not member.node.connected:
@@ -123,7 +131,8 @@ async def stall(world: World, member: Member, lasting: float) -> None:
 
 OF_THE_NETWORK: tuple[Fault, ...] = (drop, half_open, partition, slow, stall, freeze)
 OF_PROCESSES: tuple[Fault, ...] = (kill, stop, crash_broker, restart_broker, intrude)
-"""Two kinds, because two of one kind at the same time make no sense, and one of each does."""
+"""Two kinds, because two of one kind at the same time make no sense, and one of each does. `usurp` is for
+histories that want nothing else (`breakages.py`)."""
 
 
 async def strike(world: World, faults: tuple[Fault, ...]) -> None:

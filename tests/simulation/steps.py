@@ -3,7 +3,8 @@
 The sums of the design: each copy that a broker has routed, each message that a publisher has published and
 each message that a subscription's publishers have sent it is where a counter says, at any moment and whatever
 breaks. Looking at everything after every turn would take most of the time, so the parts that have moved are
-looked at, and the structure behind the sums (`structure.py`) in every `DEEP`th such turn.
+looked at, and the structure behind the sums (`structure.py`) in every `DEEP`th such turn. Single frames are
+looked at as they are said (`talk.py`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from broker.server import Broker
 from proto.aio import Channel
 from proto.session import Role
 from tests.simulation import structure
+from tests.simulation.talk import Talk
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,6 +57,7 @@ class Steps:
         self._heard: dict[Heard, None] = {}
         self._depths: dict[Lane, float] = {}
         """By lane with messages in it, the greatest depth it has had since it last kept its depth."""
+        self._talk = Talk(world)
         self.looks = 0
 
     def told(self, told: Told) -> None:
@@ -86,6 +89,7 @@ class Steps:
             with (
                 mock.patch.object(Channel, "flush", noting_flush),
                 mock.patch.object(Broker, "deliver", noting_deliver),
+                self._talk.heard(),
             ):
                 yield
         finally:
@@ -107,8 +111,10 @@ class Steps:
                     self._routed_is_accounted_for(host, router)
                 for connection in broker._connections:
                     self._keeps_its_ceiling(host, connection.channel)
+                self._complain(host, structure.of_suspensions(broker))
         if self._nodes_moved:
             self._nodes_moved = False
+            self._talk.look()
             for told in tuple(self._told):
                 self._published_is_accounted_for(told)
         for heard in tuple(self._heard):

@@ -42,6 +42,15 @@ def of_broker(broker: Broker) -> Wrongs:
                     yield f"a lane counts for {lane.counted_bytes} bytes and holds {lane.held_bytes}"
 
 
+def of_suspensions(broker: Broker) -> Wrongs:
+    """Look at who is suspended: in the graph as on its link."""
+    for router, joined in broker._joined.items():
+        for number, connection in joined.items():
+            peer = router.peer(number)
+            if peer is not None and peer.suspended != (connection.suspended_at is not None):
+                yield f"{connection} is silent since {connection.suspended_at}, suspended: {peer.suspended}"
+
+
 def of_node(node: actors.Node) -> Wrongs:
     """Look at a node: what waits on its link."""
     channel = node._core.link.channel

@@ -1,0 +1,205 @@
+"""What must hold of single frames: as a broker takes them, says something about them, or a node sends them.
+
+The sums do not show that a reader was told the wrong reason, or that a call went to a server that is leaving.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING, Any, Final
+from unittest import mock
+
+from broker.drain import Drain
+from broker.records import Queue, Send, ServiceRecord
+from broker.router import Router
+from proto import frames, limits
+from proto.aio import Channel
+from proto.codec import decode
+from proto.codes import DetachReason, Op
+from proto.errors import ErrorCode
+from proto.runs import message_bytes
+from proto.session import State
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from broker.connection import Connection
+    from broker.records import Delivery
+    from tests.simulation.world import World
+
+CALLED_FOR_A_PEER: Final = ("disconnect", "suspend", "restore")
+"""The router's other methods that have something to say."""
+
+OP_AT: Final = 6
+"""Where in an encoded frame its opcode stands: behind the prefix and the header's head."""
+
+
+class Talk:
+    """Listens to a world's brokers and nodes."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._retired: set[ServiceRecord] = set()
+        """Servers whose RETIRE a broker has taken."""
+        self._said_so: set[tuple[Channel, int]] = set()
+        """Servers that have sent RETIRE."""
+        self._caught_up: set[Connection] = set()
+        """Links that have answered that they know that they are held."""
+
+    @contextmanager
+    def heard(self) -> Iterator[None]:
+        """Listen, while inside."""
+        send = Channel.send
+
+        def noting_send(channel: Channel, frame: frames.Frame) -> None:
+            if isinstance(frame, frames.Retire):
+                self._said_so.add((channel, frame.id))
+            send(channel, frame)
+
+        with mock.patch.object(Channel, "send", noting_send), self._routers_heard(), self._drains_heard():
+            yield
+
+    @contextmanager
+    def _routers_heard(self) -> Iterator[None]:
+        handle, connect = Router.handle, Router.connect
+
+        def noting_handle(router: Router, peer: int, frame: frames.Frame) -> list[Delivery]:
+            if isinstance(frame, frames.Run):
+                self._is_not_held(router, peer, frame)
+            gives_way = isinstance(frame, frames.Node) and _is_suspended(router, frame.name)
+            out = handle(router, peer, frame)
+            if gives_way and any(map(_is_refused, out)):
+                self._world.complain(f"{frame} is refused for the sake of a suspended node")
+            if isinstance(frame, frames.Retire):
+                self._note_retired(router, peer, frame)
+            self._reasons_are_right(router, out)
+            return out
+
+        def noting_connect(router: Router, instance: bytes, token: bytes) -> tuple[int, list[Delivery]]:
+            peer, out = connect(router, instance, token)
+            if sum((each.instance, each.token) == (instance, token) for each in router._peers.values()) > 1:
+                self._world.complain(f"link {peer} does not take over from its node's earlier one")
+            self._reasons_are_right(router, out)
+            return peer, out
+
+        with ExitStack() as stack:
+            stack.enter_context(mock.patch.object(Router, "handle", noting_handle))
+            stack.enter_context(mock.patch.object(Router, "connect", noting_connect))
+            for name in CALLED_FOR_A_PEER:
+                noting = self._noting(getattr(Router, name))
+                stack.enter_context(mock.patch.object(Router, name, noting))
+            yield
+
+    @contextmanager
+    def _drains_heard(self) -> Iterator[None]:
+        run, caught_up = Drain.run, Drain.caught_up
+
+        def noting_caught_up(drain: Drain, connection: Connection) -> None:
+            self._caught_up.add(connection)
+            caught_up(drain, connection)
+
+        async def noting_run(drain: Drain, timeout_sec: float) -> None:
+            links = _whole(drain._connections)
+            await run(drain, timeout_sec)
+            self._goodbye_was_said(links)
+
+        with (
+            mock.patch.object(Drain, "caught_up", noting_caught_up),
+            mock.patch.object(Drain, "run", noting_run),
+        ):
+            yield
+
+    def _noting(self, method: Callable[[Router, int], list[Delivery]]) -> Callable[..., list[Delivery]]:
+        def noting(router: Router, peer: int) -> list[Delivery]:
+            out = method(router, peer)
+            self._reasons_are_right(router, out)
+            return out
+
+        return noting
+
+    def look(self) -> None:
+        """Look at those that are leaving."""
+        for server in self._retired:
+            if server.pool is not None:
+                self._world.complain(
+                    f"the server {server.key} of {server.node_name} gets calls, and is retired"
+                )
+        for member in self._world.members:
+            if not member.alive:
+                continue
+            core = member.node._core
+            channel = core.link.channel
+            if not core.stopping or channel is None or channel.session.state is not State.OPEN:
+                continue
+            for service in member.services:
+                if service._running and not service.destroyed and (channel, service.id) not in self._said_so:
+                    self._world.complain(f"{member.host}!{service.srv_name} stops, and does not say so")
+
+    def _note_retired(self, router: Router, peer: int, frame: frames.Retire) -> None:
+        record = router._peers.get(peer)
+        server = None if record is None else record.endpoints.get(frame.id)
+        if isinstance(server, ServiceRecord):
+            self._retired.add(server)
+
+    def _reasons_are_right(self, router: Router, out: list[Delivery]) -> None:
+        """Readers wait for publishers that are suspended, and for no others."""
+        for delivery in out:
+            frame = _detached(delivery)
+            if frame is None:
+                continue
+            publisher = router.topics._publishers.get(frame.publisher)
+            silent = publisher is not None and publisher.peer.suspended
+            reader = router._peers.get(delivery.peer)
+            if frame.reason == DetachReason.SUSPENDED and not silent:
+                self._world.complain(
+                    f"readers are to wait for the publisher {frame.publisher}, which is gone"
+                )
+            if frame.reason == DetachReason.GONE and silent and reader is not None and not reader.suspended:
+                self._world.complain(f"readers do not wait for the publisher {frame.publisher}: {frame}")
+
+    # A broker that stops
+
+    def _is_not_held(self, router: Router, peer: int, run: frames.Run) -> None:
+        """Who has caught up with a stopping broker publishes no more; the rest of large messages may come."""
+        if router.services.closed and message_bytes(run) < limits.FRAGMENT_BYTES:
+            for connection in self._caught_up:
+                if connection.router is router and connection.peer == peer:
+                    self._world.complain(f"{connection} has been held, and publishes {run.first_sequence}")
+
+    def _goodbye_was_said(self, links: list[Connection]) -> None:
+        """A stop leaves no link without a goodbye."""
+        for connection in links:
+            if connection.channel.connected and connection.channel.session.state is State.OPEN:
+                self._world.complain(f"{connection} is not told that the broker stops")
+
+
+def _whole(connections: Iterable[Connection]) -> list[Connection]:
+    """Return those that are open, and not silent."""
+    return [
+        each for each in connections if each.channel.session.state is State.OPEN and each.suspended_at is None
+    ]
+
+
+def _is_suspended(router: Router, name: str) -> bool:
+    """Tell whether the holder of a name is suspended."""
+    holder = router._names.get(name)
+    return holder is not None and holder.peer.suspended
+
+
+def _is_refused(delivery: Any) -> bool:
+    frame = delivery.frame if isinstance(delivery, Send) else None
+    return isinstance(frame, frames.Refused) and frame.code == ErrorCode.NAME_TAKEN
+
+
+def _detached(delivery: Delivery) -> frames.Detached | None:
+    if isinstance(delivery, Send):
+        return delivery.frame if isinstance(delivery.frame, frames.Detached) else None
+    if (
+        isinstance(delivery, Queue)
+        and isinstance(delivery.item, bytes)
+        and delivery.item[OP_AT] == Op.DETACHED
+    ):
+        frame = decode(delivery.item)
+        assert isinstance(frame, frames.Detached)
+        return frame
+    return None
