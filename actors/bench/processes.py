@@ -8,7 +8,6 @@ kills and reaps them all.
 from __future__ import annotations
 
 import asyncio
-import ctypes
 import json
 import os
 import signal
@@ -39,17 +38,25 @@ _LOG_LINES: Final = 5
 """Last lines of a process's log that an error shows."""
 
 
-_PR_SET_PDEATHSIG: Final = 1
-_prctl: Final = getattr(ctypes.CDLL(None), "prctl", None) if sys.platform == "linux" else None
+_LAUNCHER: Final = """
+import ctypes, os, signal, sys
+PR_SET_PDEATHSIG = 1
+ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+if os.getppid() != int(sys.argv[1]):
+    sys.exit("whoever has started it has gone")
+os.execvp(sys.argv[2], sys.argv[2:])
+"""
 
 
-def _die_with_parent() -> None:
-    """In a new child: have the kernel end it when we end without a chance to, by SIGKILL or SIGHUP.
+def _dies_with_us(command: Sequence[str]) -> Sequence[str]:
+    """Return a command that has the kernel end it when we end without a chance to, by SIGKILL or SIGHUP.
 
-    Roles notice that by their stdin; servers, ours and others', do not.
+    Roles notice that by their stdin; servers, ours and others', do not. A program that says so of itself and
+    then becomes the command needs no code between fork and exec, which threads of ours could make hang.
     """
-    assert _prctl is not None
-    _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if sys.platform != "linux":
+        return command
+    return (sys.executable, "-I", "-S", "-c", _LAUNCHER, str(os.getpid()), *command)
 
 
 class Child:
@@ -67,12 +74,11 @@ class Child:
         log = scratch / f"{name}.log"
         with log.open("wb") as file:
             process = await asyncio.create_subprocess_exec(
-                *command,
+                *_dies_with_us(command),
                 stdin=subprocess.PIPE if talks else subprocess.DEVNULL,
                 stdout=subprocess.PIPE if talks else file,
                 stderr=file,
                 start_new_session=True,
-                preexec_fn=_die_with_parent if _prctl is not None else None,
             )
         return cls(name, process, log)
 
