@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from collections import deque
 from typing import TYPE_CHECKING
 
@@ -300,6 +301,33 @@ def test_a_restarted_lane_counts_on_its_new_link_only() -> None:
         assert outbox.held_bytes == lane.held_bytes > 0
     drain(outbox)
     assert outbox.held_bytes == 0
+
+
+def test_many_small_runs_reach_the_ceiling_by_what_holds_them() -> None:
+    """§6.4.3: a message of one byte takes hundreds while it waits: fifty KiB are no room for a thousand."""
+    outbox, lane = Outbox(), Lane(1, 10_000)
+    outbox.max_held_bytes = 100 * 512
+    for sequence in range(1000):
+        outbox.put_lane(lane, make_run(sequence, [b"x"]))
+    outbox.trim()
+    assert 0 < lane.pending <= 100
+    assert lane.dropped_for_bytes == 1000 - lane.pending
+
+
+def test_what_a_waiting_run_takes_is_about_what_is_counted() -> None:
+    """Measured: neither half as much nor thrice."""
+    raws = [make_run(sequence, [b"x"]).raw for sequence in range(2000)]
+    lane = Lane(1, 10_000)
+    tracemalloc.start()
+    try:
+        for raw in raws:
+            run = decode(bytes(bytearray(raw)))
+            assert isinstance(run, Run)
+            lane.put(run)
+        taken = tracemalloc.get_traced_memory()[0] / len(raws)
+    finally:
+        tracemalloc.stop()
+    assert limits.RUN_HELD_BYTES / 3 < taken < 2 * limits.RUN_HELD_BYTES
 
 
 def test_only_runs_count_for_the_ceiling() -> None:

@@ -95,6 +95,54 @@ def test_a_deadline_holds_only_while_there_is_a_publisher() -> None:
     play(scene)
 
 
+def test_nobody_is_late_while_there_is_no_broker() -> None:
+    """With the link every publisher has gone; the deadline holds anew when one is matched again."""
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        subscription = listener.create_subscription(Note, "red", ignore, qos(deadline=0.5))
+        publisher = talker.create_publisher(Note, "red")
+        await matched(stage, publisher)
+        await stage.crash_broker()
+        await stage.until(lambda: not listener.connected)
+        missed = subscription._events.deadline.counts
+        assert missed == [0]
+        await asyncio.sleep(10)
+        assert missed == [0]
+        await stage.start_broker()
+        await matched(stage, publisher)
+        await asyncio.sleep(0.7)
+        assert missed == [1]
+
+    play(scene)
+
+
+@pytest.mark.parametrize("whole_node", [False, True])
+def test_what_is_destroyed_counts_no_lease_and_no_deadline(*, whole_node: bool) -> None:
+    """Both ends are, while leases and deadlines run: nothing of it is missed afterwards."""
+
+    async def scene(stage: Stage) -> None:
+        both = await stage.enter("both")
+        profile = qos(deadline=2, liveliness=MANUAL, liveliness_lease_duration=2.0)
+        subscription = both.create_subscription(Note, "red", ignore, profile)
+        publisher = both.create_publisher(Note, "red", profile)
+        await matched(stage, publisher)
+        publisher.publish(Note())
+        await asyncio.sleep(1)
+        if whole_node:
+            both.destroy_node()
+        else:
+            both.destroy_subscription(subscription)
+            both.destroy_publisher(publisher)
+        heard, told = subscription._events, publisher._events
+        before = [list(event.counts) for event in (*heard._all(), *told._all())]
+        await asyncio.sleep(10)
+        assert [list(event.counts) for event in (*heard._all(), *told._all())] == before
+        assert (heard.liveliness.counts[1], heard.deadline.counts, told.deadline.counts) == (0, [0], [0])
+
+    play(scene)
+
+
 def test_a_subscription_gets_nothing_older_than_the_lifespan() -> None:
     """What waited too long, at a busy callback or for a late joiner, is expired and counted."""
 
