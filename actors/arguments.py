@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -61,6 +62,12 @@ class RosArguments:
     def parameters_for(self, full_node_name: str) -> dict[str, ParameterValue]:
         """Return the parameter values for one node."""
         return overrides_for(self.parameter_overrides, full_node_name)
+
+
+process_arguments: Final[ContextVar[RosArguments | None]] = ContextVar(
+    "callboard_process_arguments", default=None
+)
+"""What `actors.run` found on the command line; nodes take it unless `use_global_arguments=False`."""
 
 
 class _Builder:

@@ -6,11 +6,10 @@ is in its parts: publishers, subscriptions, services, clients, timers, parameter
 
 from __future__ import annotations
 
-from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
 from actors import environment
-from actors.arguments import RosArguments, parse_ros_arguments
+from actors.arguments import RosArguments, parse_ros_arguments, process_arguments
 from actors.broker_stats import BrokerView
 from actors.clock import Clock
 from actors.core import DEFAULT_CALL_TIMEOUT_SEC, Core
@@ -48,11 +47,6 @@ if TYPE_CHECKING:
 MessageT = TypeVar("MessageT", bound="Message")
 RequestT = TypeVar("RequestT", bound="Message")
 ResponseT = TypeVar("ResponseT", bound="Message")
-
-process_arguments: Final[ContextVar[RosArguments | None]] = ContextVar(
-    "callboard_process_arguments", default=None
-)
-"""What `actors.run` found on the command line; nodes take it unless `use_global_arguments=False`."""
 
 
 class Node(NodeGraph, NodeParameters):
@@ -275,13 +269,12 @@ class Node(NodeGraph, NodeParameters):
             NodeDestroyed: The node has been destroyed.
         """
         profile = qos_from(qos_profile if qos is None else qos)
-        name = self._names.resolve_topic(topic)
         if msg_type is None and not raw:
             raise TypeError("create_subscription needs a message class, unless raw=True")
         return Subscription(
             self._core,
             msg_type,
-            name,
+            self._names.resolve_topic(topic),
             callback,
             profile,
             concurrent=concurrent,

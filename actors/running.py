@@ -14,11 +14,15 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from actors import environment
-from actors.arguments import InvalidRosArgumentError, RosArguments, parse_ros_arguments
+from actors.arguments import (
+    InvalidRosArgumentError,
+    RosArguments,
+    parse_ros_arguments,
+    process_arguments,
+)
 from actors.lifetime import GRACE_SEC
 from actors.log_output import configure_logging
 from actors.logger import LoggingSeverity, get_logger
-from actors.node import process_arguments
 from actors.programs import run_program
 from proto import process
 from proto.errors import CallboardError

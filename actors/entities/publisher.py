@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-import sys
 import time
 from typing import Final, Generic, TypeVar
 
 from actors.core import Core, Entity, in_flight
 from actors.diagnostics import PublisherDiagnostics
+from actors.entities import room
 from actors.entities.promises import Promises
 from actors.entities.retained import Retained
 from actors.errors import PublisherFull, PublisherRefused, WaitTimeout
@@ -20,17 +20,9 @@ from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from proto import frames, limits
 from proto.codec import encode
 from proto.lane import Lane
-from proto.runs import HEAD_ROOM, RunBuilder, cut
+from proto.runs import HEAD_ROOM, RunBuilder
 
 T = TypeVar("T", bound=Message)
-
-KEEP_ALL_MESSAGES: Final = 100_000
-KEEP_ALL_BYTES: Final = 64 * 1024 * 1024
-"""What a KEEP_ALL publisher queues while its readers are slow, before `publish` raises PublisherFull."""
-
-READY_MESSAGES: Final = 10_000
-READY_BYTES: Final = 4 * 1024 * 1024
-"""Above this a KEEP_ALL publisher's `ready` waits, long before `publish` would raise."""
 
 LATCHED_MESSAGES: Final = 1000
 """What a KEEP_ALL + TRANSIENT_LOCAL publisher keeps for a broker restart, in messages."""
@@ -177,21 +169,15 @@ class Publisher(Entity, Generic[T]):
     def _require_room(self) -> None:
         """Look how many messages may be published before the next look; raise if none may."""
         self.require_alive()
-        if not self._keep_all:
-            self._room = sys.maxsize
-            return
-        self._room = KEEP_ALL_MESSAGES - self.queued
-        if self._room <= 0 or self._lane.pending_bytes >= KEEP_ALL_BYTES:
-            self._room = 0
+        self._room = room.left(self._lane, self.queued)
+        if not self._room:
             raise PublisherFull(
                 f"'{self.topic_name}': {self.queued} messages wait for slow readers; await publisher.ready()"
             )
 
     @property
     def _crowded(self) -> bool:
-        if self._keep_all:
-            return self.queued >= READY_MESSAGES or self._lane.pending_bytes >= READY_BYTES
-        return self._lane.depth is not None and self.queued >= self._lane.depth
+        return room.crowded(self._lane, self.queued)
 
     def flush_turn(self) -> None:
         """Put what this loop turn published into the lane. Called by the link."""
@@ -309,7 +295,7 @@ class Publisher(Entity, Generic[T]):
             dropped=self.dropped,
             queued=self.queued,
             queued_bytes=lane.pending_bytes,
-            queue_limit=KEEP_ALL_MESSAGES if lane.depth is None else lane.depth,
+            queue_limit=room.limit(lane),
             credit=credit,
             events=self._events.diagnostics(),
         )
@@ -383,11 +369,8 @@ class Publisher(Entity, Generic[T]):
 
     def _resend_retained(self) -> None:
         """Give a broker that does not have them the latched messages that had been sent before."""
-        first = self._lane.first_sequence
-        for run in self._retained.newest_first():
-            if first is None or run.first_sequence < first:
-                stop = run.length if first is None else min(run.length, first - run.first_sequence)
-                self._lane.put_front(cut(run, 0, stop))
+        for run in self._retained.newest_first(before=self._lane.first_sequence):
+            self._lane.put_front(run)
 
     def credit(self, frame: frames.Credit) -> None:
         """CREDIT came: what the slowest KEEP_ALL subscription allows."""

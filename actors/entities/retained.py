@@ -40,9 +40,13 @@ class Retained:
         """The number of the oldest message; None without any."""
         return self._runs[0].first_sequence if self._runs else None
 
-    def newest_first(self) -> Iterator[Run]:
-        """Iterate over the runs, the newest first."""
-        return reversed(self._runs)
+    def newest_first(self, *, before: int | None = None) -> Iterator[Run]:
+        """Iterate over the runs, the newest first; only over the messages below a number, if there is one."""
+        for run in reversed(self._runs):
+            if before is None or run.first_sequence + run.length <= before:
+                yield run
+            elif run.first_sequence < before:
+                yield cut(run, 0, before - run.first_sequence)
 
     def add(self, run: Run) -> None:
         """A run has been published."""

@@ -203,7 +203,7 @@ async def test_an_event_that_does_not_fit_is_lost_and_the_call_goes_on(
 
 async def test_a_full_topic_does_not_stop_calls(watch: Watch, monkeypatch: pytest.MonkeyPatch) -> None:
     """KEEP_ALL behind a reader that does not read: events are lost, calls are not."""
-    monkeypatch.setattr("actors.entities.publisher.KEEP_ALL_MESSAGES", 3)
+    monkeypatch.setattr("actors.entities.room.KEEP_ALL_MESSAGES", 3)
     await watch.open(add)
     await watch.tell(State.METADATA, State.OFF)
     calls = [watch.client.call_async(ASK) for _ in range(100)]

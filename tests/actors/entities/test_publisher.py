@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
-from actors.entities import publisher as publisher_module
+from actors.entities import room
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
@@ -210,8 +210,8 @@ async def test_keep_all_before_the_broker_is_there_keeps_all(meeting: Meeting) -
 
 async def test_a_full_keep_all_publisher_refuses(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> None:
     """At the limit `publish` raises PublisherFull; `ready` waits for room; nothing that was taken is lost."""
-    monkeypatch.setattr(publisher_module, "KEEP_ALL_MESSAGES", 300)
-    monkeypatch.setattr(publisher_module, "READY_MESSAGES", 100)
+    monkeypatch.setattr(room, "KEEP_ALL_MESSAGES", 300)
+    monkeypatch.setattr(room, "READY_MESSAGES", 100)
     monkeypatch.setattr("actors.entities.window.WINDOW_MESSAGES", 50)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     other = talker.create_publisher(Int64, "others", 10)

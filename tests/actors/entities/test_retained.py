@@ -39,6 +39,19 @@ def test_the_last_messages_are_kept(lengths: list[int], keep: int) -> None:
         assert all(len(list(messages(part))) == part.length for part in kept.newest_first())
 
 
+@given(st.lists(st.integers(1, 9), min_size=1), st.integers(0, 60))
+def test_what_is_before_a_number_can_be_had_alone(lengths: list[int], before: int) -> None:
+    """The run that it falls into is cut; runs beyond are left out."""
+    kept, published = Retained(1000), 0
+    for length in lengths:
+        kept.add(run(1, published, length))
+        published += length
+    parts = list(kept.newest_first(before=before))
+    found = [part.first_sequence + index for part in reversed(parts) for index in range(part.length)]
+    assert found == list(range(min(before, published)))
+    assert all(len(list(messages(part))) == part.length for part in parts)
+
+
 def test_bytes_are_bounded_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond the ceiling the oldest go, message by message; the last message stays, however large."""
     monkeypatch.setattr("actors.entities.retained.RETAINED_BYTES", 5 * message_bytes(run(1, 0, 1, 100)))
