@@ -1,4 +1,4 @@
-"""Large calls travel alone, a link knows how many answers it owes, and who was silent hears what it missed."""
+"""Large calls travel alone, a link knows what answers it owes, and who was silent hears what it missed."""
 
 from __future__ import annotations
 
