@@ -5,12 +5,13 @@ A publisher has one *route* to each link that has matched subscriptions: a run g
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from broker import credit
 from broker.allowances import Allowances
+from broker.attachments import Attachments
 from broker.lanes import DepartedLanes, Way
-from broker.latched import latch, replays, unlatch
+from broker.latched import latch, unlatch
 from broker.notices import Notices
 from broker.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
 from broker.records import (
@@ -24,8 +25,6 @@ from broker.records import (
     Tally,
     TopicRecord,
 )
-from proto import frames
-from proto.codec import encode
 from proto.codes import DetachReason, NoticeKind, PolicyKind
 from proto.errors import ErrorCode, ProtocolError
 from proto.lane import Lane
@@ -36,10 +35,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
     from broker.records import Delivery, Peer
+    from proto import frames
     from proto.frames import Run
-
-READERS_PER_FRAME: Final = 4000
-"""Subscriptions named in one DETACHED frame."""
 
 
 class Topics:
@@ -67,6 +64,7 @@ class Topics:
         """Whether the broker stops: every publisher is held."""
         self._departed = DepartedLanes()
         self._notices = Notices(emit)
+        self._attachments = Attachments(emit)
         self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
 
     # Declarations
@@ -109,19 +107,16 @@ class Topics:
     def _tell_gone(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
         """Tell a subscription that knows that a publisher is suspended not to wait for it."""
         peer = subscription.peer.id
-        frame = frames.Detached(publisher.key, (subscription.id,), DetachReason.GONE)
         # Behind what it has said, and behind the word that it is suspended.
         lane = self._departed.waiting(peer, publisher.gid, publisher.name)
-        self._emit(Send(peer, frame) if lane is None else Queue(peer, lane, encode(frame)))
+        self._attachments.detach(publisher.key, peer, (subscription.id,), DetachReason.GONE, lane)
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:
         """Take a publisher out; its readers get what is queued, and then DETACHED."""
         self._leave(publisher.name, publisher)
         reason = DetachReason.SUSPENDED if publisher.peer.suspended else DetachReason.GONE
         for route in publisher.routes.values():
-            for readers in _slices(tuple(route.subscriptions), READERS_PER_FRAME):
-                detached = encode(frames.Detached(publisher.key, readers, reason))
-                self._emit(Queue(route.peer.id, route.lane, detached))
+            self._attachments.detach(publisher.key, route.peer.id, route.subscriptions, reason, route.lane)
             way = Way(route.lane, route.topic, route.peer.id, route.lives)
             self._departed.leave(publisher.gid, publisher.key, way)
         publisher.routes.clear()
@@ -163,7 +158,7 @@ class Topics:
             # It lives on, and when it is back the publisher may have gone without a word. What its earlier
             # lives have left in the lane goes unread.
             for life in dict.fromkeys((*route.lives, publisher.key)):
-                self._emit(Send(peer.id, frames.Detached(life, (subscription.id,), DetachReason.GONE)))
+                self._attachments.detach(life, peer.id, (subscription.id,), DetachReason.GONE)
         route.remove(subscription)
         if route.subscriptions:
             return
@@ -209,18 +204,7 @@ class Topics:
         if route is None:
             route = publisher.routes[peer.id] = self._route(peer, publisher, subscription.depth)
         route.add(subscription)
-        attached = frames.Attached(
-            publisher.key,
-            (subscription.id,),
-            publisher.gid,
-            publisher.first_for(subscription),
-            publisher.node_name,
-            publisher.qos,
-        )
-        self._emit(Queue(peer.id, route.lane, encode(attached)))
-        if subscription.wants.latched:
-            for replay in replays(publisher, subscription):
-                self._emit(Queue(peer.id, route.lane, replay))
+        self._attachments.attach(publisher, route, subscription)
         if subscription.depth is None:
             credit.allow(publisher, subscription)
             self._credit(publisher)
@@ -240,6 +224,7 @@ class Topics:
 
     def forget_peer(self, peer: int) -> None:
         """Nothing can be sent to a peer any more."""
+        self._attachments.flush()
         for lane in self._departed.forget(peer):
             self._emit(Discard(peer, lane))
 
@@ -276,7 +261,9 @@ class Topics:
             self._peers_changed[endpoint] = None
 
     def flush(self) -> None:
-        """Tell every endpoint whose number of counterparts has changed."""
+        """Tell who hears whom now, and every endpoint whose number of counterparts has changed."""
+        if self._attachments.pending:
+            self._attachments.flush()
         if not self._peers_changed:
             return
         changed, self._peers_changed = self._peers_changed, {}
@@ -409,7 +396,3 @@ def _same_type(publisher: PublisherRecord, subscription: SubscriptionRecord) -> 
     return not subscription.type_name or (
         subscription.type_name == publisher.type_name and subscription.type_hash == publisher.type_hash
     )
-
-
-def _slices(ids: tuple[int, ...], size: int) -> list[tuple[int, ...]]:
-    return [ids[start : start + size] for start in range(0, len(ids), size)]

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
+import broker.attachments
 import broker.latched
 import broker.server
 import broker.topics
@@ -143,7 +144,7 @@ def latches_backwards() -> Iterator[None]:
     def backwards(publisher: Any, subscription: Any) -> list[Replay]:
         return list(broker.latched.replays(publisher, subscription))[::-1]
 
-    with mock.patch.object(broker.topics, "replays", backwards):
+    with mock.patch.object(broker.attachments, "replays", backwards):
         yield
 
 

@@ -1,0 +1,113 @@
+"""Pairs that come or go at once are told of in few frames, and in order with what belongs to them."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from broker.attachments import READERS_PER_FRAME
+from proto import frames
+from proto.codes import DetachReason
+from tests.broker import frame_makers as make
+from tests.broker.switch import Switch, talk
+
+PUBLISHERS = 3
+READERS = 1000
+
+
+def crowd(switch: Switch, readers: int = READERS) -> tuple[int, int, list[int]]:
+    """Join a talker with a few publishers and a listener with many subscriptions on /t; nothing waits."""
+    talker, listener = switch.join("/talker"), switch.join("/listener")
+    gids = [number.to_bytes(16, "big") for number in range(PUBLISHERS)]
+    numbers = [
+        switch.publisher(talker, make.publisher(number, next_sequence=7)._replace(gid=gid))
+        for number, gid in enumerate(gids, 1)
+    ]
+    switch.send(listener, *(make.subscription(number) for number in range(1, readers + 1)))
+    switch.read_all(talker)
+    switch.read_all(listener)
+    return talker, listener, numbers
+
+
+def named(read: list[frames.Attached] | list[frames.Detached]) -> Counter[tuple[int, int]]:
+    """Return how often each pair of publisher and subscription is named."""
+    return Counter((frame.publisher, reader) for frame in read for reader in frame.subscriptions)
+
+
+@pytest.mark.parametrize("readers", [READERS, READERS_PER_FRAME + 1])
+def test_a_reader_of_many_is_suspended_and_back_in_few_frames(readers: int) -> None:
+    """One frame for each publisher, or one for each READERS_PER_FRAME pairs; every pair is named once."""
+    switch = Switch()
+    _, listener, numbers = crowd(switch, readers)
+    pairs = Counter((number, reader) for number in numbers for reader in range(1, readers + 1))
+    most = PUBLISHERS * (1 + readers // READERS_PER_FRAME)
+    switch.suspend(listener)
+    detached = switch.read(listener, frames.Detached)
+    assert len(detached) == most
+    assert named(detached) == pairs
+    switch.restore(listener)
+    attached = switch.read(listener, frames.Attached)
+    assert len(attached) == most
+    assert named(attached) == pairs
+    assert {frame.first_sequence for frame in attached} == {7}
+
+
+def test_a_talker_is_suspended_back_and_gone_in_few_frames() -> None:
+    """Each of its publishers costs a link with many readers one frame a time."""
+    switch = Switch()
+    talker, listener, numbers = crowd(switch)
+    pairs = Counter((number, reader) for number in numbers for reader in range(1, READERS + 1))
+    told = []
+    switch.suspend(talker)
+    told.append(switch.read(listener, frames.Detached))
+    switch.leave(talker)
+    told.append(switch.read(listener, frames.Detached))
+    assert [len(read) for read in told] == [PUBLISHERS, PUBLISHERS]
+    assert [named(read) for read in told] == [pairs, pairs]
+    assert [{frame.reason for frame in read} for read in told] == [
+        {DetachReason.SUSPENDED},
+        {DetachReason.GONE},
+    ]
+
+
+def test_a_newcomer_is_attached_to_many_readers_in_one_frame() -> None:
+    """A publisher that is declared is told of once on a link, before its first run."""
+    switch = Switch()
+    talker, listener, _ = crowd(switch)
+    newcomer = switch.publisher(talker, make.publisher(9)._replace(gid=b"n" * 16))
+    switch.send(talker, make.run(newcomer, 0))
+    heard = [frame for frame in switch.read_all(listener) if isinstance(frame, frames.Attached | frames.Run)]
+    assert [type(frame) for frame in heard] == [frames.Attached, frames.Run]
+    assert isinstance(heard[0], frames.Attached)
+    assert heard[0].subscriptions == tuple(range(1, READERS + 1))
+
+
+def test_late_joiners_of_one_frame_get_their_replays_after_it() -> None:
+    """Subscriptions that are back together share ATTACHED; each has its own REPLAY, and then runs come."""
+    switch = Switch()
+    talker, listener, number = talk(switch, qos=make.LATCHED)
+    switch.send(listener, make.subscription(2, qos=make.LATCHED), make.subscription(3))
+    switch.send(talker, make.run(number, 0, 2))
+    switch.suspend(listener)
+    switch.read_all(listener)
+    switch.restore(listener)
+    switch.send(talker, make.run(number, 2))
+    kinds = (frames.Attached, frames.Replay, frames.Run)
+    told = [frame for frame in switch.read_all(listener) if isinstance(frame, kinds)]
+    assert [type(frame) for frame in told] == [frames.Attached, frames.Replay, frames.Replay, frames.Run]
+    attached = told[0]
+    assert isinstance(attached, frames.Attached)
+    assert (attached.subscriptions, attached.first_sequence) == ((1, 2, 3), 2)
+    assert [frame.subscription for frame in told if isinstance(frame, frames.Replay)] == [1, 2]
+
+
+def test_readers_with_different_beginnings_are_not_put_together() -> None:
+    """Messages that a publisher says again are for latched readers only: each frame has its own number."""
+    switch = Switch()
+    talker, listener = switch.join("/talker"), switch.join("/listener")
+    switch.send(listener, *(make.subscription(n, qos=make.LATCHED if n % 2 else None) for n in range(1, 5)))
+    declaration = make.publisher(1, qos=make.LATCHED, next_sequence=5)._replace(live_sequence=9)
+    switch.publisher(talker, declaration)
+    attached = switch.read(listener, frames.Attached)
+    assert {frame.first_sequence: frame.subscriptions for frame in attached} == {5: (1, 3), 9: (2, 4)}
