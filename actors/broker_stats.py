@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.asking import QUERY_TIMEOUT_SEC, answered, connected
 from actors.diagnostics import Size
 from proto import frames
-from proto.stats import BrokerRates, BrokerStats, LinkStats, TopicStats
+from proto.stats import BrokerRates, BrokerStats, LinkStats, TopicStats, risen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -82,13 +82,8 @@ def _rates(
 ) -> dict[Any, dict[str, float]]:
     rates: dict[Any, dict[str, float]] = {}
     for key, entry in later.items():
-        now: list[int] = [getattr(entry, total) for total in totals]
-        before: list[int] = [getattr(earlier.get(key), total, 0) for total in totals]
-        if any(then > count for then, count in zip(before, now, strict=True)):
-            before = [0] * len(totals)  # it has gone and come again
-        rates[key] = {
-            total: (count - then) / seconds for total, count, then in zip(totals, now, before, strict=True)
-        }
+        rise = risen(totals, earlier.get(key), entry)  # it may have gone and come again
+        rates[key] = {total: change / seconds for total, change in rise.items()}
     return rates
 
 

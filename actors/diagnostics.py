@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
+from proto.stats import risen
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
@@ -333,6 +335,8 @@ class NodeDiagnostics:
     def rates_since(self, earlier: NodeDiagnostics) -> NodeRates:
         """Return what has happened per second since an earlier look at the same node.
 
+        What has begun anew in between, in another life of the node, counts from zero.
+
         Raises:
             ValueError: `earlier` is not earlier, or another node's.
         """
@@ -342,7 +346,7 @@ class NodeDiagnostics:
         return NodeRates(
             seconds=seconds,
             busy=max(0.0, _busy(self) - _busy(earlier)) / seconds,
-            callback_errors=(self.callback_errors - earlier.callback_errors) / seconds,
+            callback_errors=risen(("callback_errors",), earlier, self)["callback_errors"] / seconds,
             publishers=_rates(PUBLISHER_TOTALS, earlier.publishers, self.publishers, seconds),
             subscriptions=_rates(SUBSCRIPTION_TOTALS, earlier.subscriptions, self.subscriptions, seconds),
             services=_rates(SERVICE_TOTALS, earlier.services, self.services, seconds),
@@ -371,9 +375,7 @@ def _rates(
     before = {entity.id: entity for entity in earlier}
     rates: dict[str, dict[str, float]] = {}
     for entity in later:
-        known = before.get(entity.id)
         of_name = rates.setdefault(entity.name, dict.fromkeys(totals, 0.0))
-        for total in totals:
-            since: int = getattr(entity, total) - (getattr(known, total) if known is not None else 0)
-            of_name[total] += since / seconds
+        for total, change in risen(totals, before.get(entity.id), entity).items():
+            of_name[total] += change / seconds
     return rates

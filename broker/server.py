@@ -124,6 +124,7 @@ class Broker:
         self._drain = None
         # The graphs of an earlier time take no calls, and hold their publishers.
         self._routers, self._joined, self._meter = {}, {}, Meter()
+        self._capacity = Capacity(self.options.max_connections)
         self._meter.started_at = self.loop.time()
         self._server = await self._listen()
         self._ticker = self._loop.create_task(self._tick())

@@ -1,6 +1,6 @@
 """What a broker has done and holds, as plain numbers: its own, and those of its topics and links.
 
-Counts are totals since the broker was made, so two looks give rates: `later.rates_since(earlier)`.
+Counts are totals since the broker began to listen, so two looks give rates: `later.rates_since(earlier)`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
 MAX_NODE_NAMES: Final = 8
 """Nodes that a link's numbers name. A link may have any number; all answers stay small."""
@@ -19,6 +19,25 @@ ADDING_UP: Final = (
     *("calls", "refused_calls", "late_replies", "refused_connections", "bytes_received", "bytes_sent"),
 )
 """The totals: what rates are made of."""
+
+FALLING: Final = ("lost_on_break",)
+"""Totals that may fall while the thing lives: a subscription's message may come after it was given up."""
+
+
+def risen(totals: Sequence[str], earlier: object | None, later: object) -> dict[str, Any]:
+    """Return by how much each of these totals has risen between two looks at the same thing: never negative.
+
+    Args:
+        totals: The names of attributes, ints or floats.
+        earlier: The first look; None if it was not there then.
+        later: The second look. If one of its totals is smaller, but one of FALLING, it has begun anew: all
+            count from zero.
+    """
+    now = {total: getattr(later, total) for total in totals}
+    before = {total: getattr(earlier, total, 0) for total in totals}
+    if any(now[total] < before[total] for total in totals if total not in FALLING):
+        return now
+    return {total: max(0, now[total] - before[total]) for total in totals}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -126,14 +145,16 @@ class BrokerStats:
     def rates_since(self, earlier: BrokerStats) -> BrokerRates:
         """Return what has happened per second since an earlier look at the same broker.
 
+        If it has been stopped and started again in between, what happened before that is not known.
+
         Raises:
             ValueError: `earlier` is not earlier, or another broker's.
         """
         seconds = self.stamp_sec - earlier.stamp_sec
         if seconds <= 0 or self.broker != earlier.broker:
             raise ValueError("Rates need an earlier look at the same broker")
-        rates = {name: (getattr(self, name) - getattr(earlier, name)) / seconds for name in ADDING_UP}
-        return BrokerRates(seconds=seconds, **rates)
+        rise = risen(("uptime_sec", *ADDING_UP), earlier, self)
+        return BrokerRates(seconds=seconds, **{name: rise[name] / seconds for name in ADDING_UP})
 
     def as_dict(self) -> dict[str, Any]:
         """Return the same by name, ready for `json.dumps`."""

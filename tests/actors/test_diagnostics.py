@@ -251,6 +251,16 @@ def test_rates_are_differences_per_second() -> None:
     assert {topic: of["published"] for topic, of in rates.publishers.items()} == {"/a": 7.0, "/c": 1.0}
 
 
+def test_a_node_that_came_again_counts_from_zero() -> None:
+    """Another node of the name, with the same ids and smaller counts: no rate is negative."""
+    earlier, later = looks(lambda look: replace(look, callback_errors=2))
+    earlier = replace(earlier, callback_errors=6, publishers=(publisher(1, "/a", 100), publisher(2, "/b", 5)))
+    later = replace(later, publishers=(publisher(1, "/a", 10), publisher(2, "/b", 9)))
+    rates = later.rates_since(earlier)
+    assert rates.callback_errors == 1.0
+    assert {topic: of["published"] for topic, of in rates.publishers.items()} == {"/a": 5.0, "/b": 2.0}
+
+
 @pytest.mark.parametrize("changes", [{"uptime_sec": 10.0}, {"uptime_sec": 9.0}, {"node": "/other"}])
 def test_rates_need_an_earlier_look_at_the_same_node(changes: dict[str, Any]) -> None:
     """Two looks in the wrong order, at one moment, or at two nodes give no rates."""

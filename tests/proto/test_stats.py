@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import fields, replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from proto import limits
-from proto.stats import ADDING_UP, BrokerRates, BrokerStats
+from proto.stats import ADDING_UP, BrokerRates, BrokerStats, risen
 
 
 def test_rates_are_differences_over_time() -> None:
@@ -19,6 +20,24 @@ def test_rates_are_differences_over_time() -> None:
     assert (rates.seconds, rates.routed, rates.bytes_sent) == (4.0, 50.0, 0.5)
     others = {name: rate for name, rate in rates.as_dict().items() if rate}
     assert set(others) == {"seconds", "routed", "bytes_sent"}
+
+
+@pytest.mark.parametrize("smaller", [{"routed": 40}, {"uptime_sec": 1.0, "routed": 400}])
+def test_a_broker_that_was_stopped_and_started_counts_from_zero(smaller: dict[str, Any]) -> None:
+    """No rate is negative: a smaller total, or a shorter time since the start, says that all began anew."""
+    earlier = BrokerStats(broker="aa", stamp_sec=10.0, uptime_sec=5.0, routed=100, calls=10)
+    again = replace(earlier, stamp_sec=14.0, uptime_sec=9.0, calls=12)
+    rates = replace(again, **smaller).rates_since(earlier)
+    assert (rates.routed, rates.calls) == (smaller["routed"] / 4, 3.0)
+    assert min(rates.as_dict().values()) == 0
+
+
+def test_what_is_found_again_is_no_new_beginning() -> None:
+    """Messages lost on a break may come after all: that rate is zero, and the others are differences."""
+    before = SimpleNamespace(received=100, lost_on_break=7)
+    after = SimpleNamespace(received=104, lost_on_break=5)
+    assert risen(("received", "lost_on_break"), before, after) == {"received": 4, "lost_on_break": 0}
+    assert risen(("received", "lost_on_break"), None, after) == {"received": 104, "lost_on_break": 5}
 
 
 def test_rates_have_the_totals_names() -> None:
