@@ -183,6 +183,23 @@ def test_a_held_publisher_stays_held_while_it_is_silent(windows: tuple[int, ...]
     assert limits_of(switch, talker) == []
 
 
+def test_a_publisher_that_comes_while_the_broker_stops_is_held_at_once() -> None:
+    """It may send nothing, although its reader sets no limit; it keeps to that, or its link ends."""
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    switch.send(reader, make.subscription(1))
+    switch.hold()
+    switch.send(talker, make.publisher(1, next_sequence=7))
+    heard = switch.read_all(talker)
+    (number,) = [frame.number for frame in heard if isinstance(frame, frames.Accepted)]
+    credits_ = [frame for frame in heard if isinstance(frame, frames.Credit)]
+    assert credits_[-1] == frames.Credit(number, 7, 0)
+    switch.send(talker, *credits_)
+    with pytest.raises(ProtocolError) as caught:
+        switch.send(talker, make.run(number, 7))
+    assert caught.value.code is ErrorCode.CREDIT
+
+
 def test_nothing_is_dropped_for_a_keep_all_reader() -> None:
     """However full the link is, what credit allowed waits."""
     switch = Switch()

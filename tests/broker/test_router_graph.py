@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from broker.graph import MAX_DEFINITION_BYTES, MAX_DEFINITIONS, Definitions
 from proto import frames, limits
 from proto.codec import encode
 from proto.codes import EntryKind
@@ -134,6 +135,23 @@ def test_the_first_definition_of_a_hash_stays() -> None:
         frames.Definition(make.HASH, b"first"),
         frames.Definition("unknown", None),
     ]
+
+
+@pytest.mark.parametrize(
+    ("count", "size", "kept"),
+    [
+        (MAX_DEFINITIONS + 3, 1, MAX_DEFINITIONS),
+        (MAX_DEFINITION_BYTES // 2**16 + 3, 2**16, MAX_DEFINITION_BYTES // 2**16),
+    ],
+)
+def test_definitions_are_kept_up_to_a_number_and_a_size(count: int, size: int, kept: int) -> None:
+    """Beyond either limit the oldest are forgotten; what is left is known, and counted."""
+    definitions = Definitions()
+    for number in range(count):
+        definitions.learn(f"RIHS01_{number}", bytes(size))
+    assert [definitions.get(f"RIHS01_{number}") is None for number in range(4)] == [True] * 3 + [False]
+    assert definitions.get(f"RIHS01_{count - 1}") == bytes(size)
+    assert (len(definitions), definitions.size_bytes) == (kept, kept * size)
 
 
 def test_who_is_relied_on() -> None:

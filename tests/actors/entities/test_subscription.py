@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.entities.subscription import MAX_CONCURRENT
 from actors.interfaces.codec import codec_for
 from actors.interfaces.std_msgs.msg import Int64, String
 from proto.aio import Channel
@@ -468,6 +469,29 @@ async def test_concurrent_callbacks_meet(meeting: Meeting) -> None:
     await until(lambda: meeting_one.received == 3 and lonely.received == 3 and not inside)
     await until(lambda: not barrier.n_waiting)
     assert most == 1
+
+
+async def test_so_many_callbacks_run_concurrently_and_no_more(meeting: Meeting) -> None:
+    """The rest waits in the queue, and has its turn as others end."""
+    both = await meeting.node("both")
+    extra, gate = 5, asyncio.Event()
+
+    async def wait(msg: Int64) -> None:
+        await gate.wait()
+
+    depth = MAX_CONCURRENT + extra
+    subscription = both.create_subscription(Int64, "numbers", wait, depth, concurrent=True)
+    publisher = both.create_publisher(Int64, "numbers", depth)
+    await matched(publisher)
+    for number in range(depth):
+        publisher.publish(Int64(data=number))
+    await until(lambda: subscription.received + subscription.queued == depth)
+    await turns()
+    (look,) = both.diagnostics().subscriptions
+    assert (look.running, look.queued, look.received) == (MAX_CONCURRENT, extra, MAX_CONCURRENT)
+    gate.set()
+    await until(lambda: subscription.received == depth)
+    assert not subscription.dropped
 
 
 async def test_a_concurrent_callback_that_never_began_is_closed(node: actors.Node) -> None:
