@@ -15,12 +15,9 @@ if TYPE_CHECKING:
     from actors.arguments import InvalidRosArgumentError as InvalidRosArgumentError
     from actors.arguments import RosArguments as RosArguments
     from actors.arguments import parse_ros_arguments as parse_ros_arguments
-    from actors.broker_stats import BrokerReport as BrokerReport
-    from actors.broker_stats import BrokerReportRates as BrokerReportRates
+    from actors.broker_report import BrokerReport as BrokerReport
+    from actors.broker_report import BrokerReportRates as BrokerReportRates
     from actors.clock import Clock as Clock
-    from actors.clock import ClockType as ClockType
-    from actors.clock import Duration as Duration
-    from actors.clock import Time as Time
     from actors.decorators import service as service
     from actors.decorators import subscription as subscription
     from actors.decorators import timer as timer
@@ -54,11 +51,10 @@ if TYPE_CHECKING:
     from actors.events import MessageLostInfo as MessageLostInfo
     from actors.events import PublisherEventCallbacks as PublisherEventCallbacks
     from actors.events import SubscriptionEventCallbacks as SubscriptionEventCallbacks
-    from actors.graph import EndpointInfo as EndpointInfo
-    from actors.graph import GraphPicture as GraphPicture
     from actors.graph_changes import GraphChange as GraphChange
     from actors.graph_changes import GraphChangeKind as GraphChangeKind
     from actors.graph_changes import GraphWatch as GraphWatch
+    from actors.inspector import Inspector as Inspector
     from actors.interfaces.errors import InvalidMessageError as InvalidMessageError
     from actors.interfaces.message import Action as Action
     from actors.interfaces.message import Message as Message
@@ -79,6 +75,8 @@ if TYPE_CHECKING:
     from actors.parameter_types import ParameterDescriptor as ParameterDescriptor
     from actors.parameter_types import ParameterType as ParameterType
     from actors.parameters import SetParametersResult as SetParametersResult
+    from actors.picture import EndpointInfo as EndpointInfo
+    from actors.picture import GraphPicture as GraphPicture
     from actors.qos import DurabilityPolicy as DurabilityPolicy
     from actors.qos import HistoryPolicy as HistoryPolicy
     from actors.qos import InvalidQoSProfileError as InvalidQoSProfileError
@@ -104,6 +102,9 @@ if TYPE_CHECKING:
     from actors.supervision.specification import Strategy as Strategy
     from actors.supervision.supervisor import ChildStatus as ChildStatus
     from actors.supervision.supervisor import Supervisor as Supervisor
+    from actors.time_types import ClockType as ClockType
+    from actors.time_types import Duration as Duration
+    from actors.time_types import Time as Time
     from proto.codes import EntryKind as EntryKind
     from proto.errors import CallboardError as CallboardError
     from proto.errors import InvalidNameError as InvalidNameError
@@ -119,9 +120,10 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "actors.arguments": ("InvalidRosArgumentError", "RosArguments", "parse_ros_arguments"),
-    "actors.broker_stats": ("BrokerReport", "BrokerReportRates"),
+    "actors.broker_report": ("BrokerReport", "BrokerReportRates"),
     "actors.entities.client": ("Client",),
-    "actors.clock": ("Clock", "ClockType", "Duration", "Time"),
+    "actors.clock": ("Clock",),
+    "actors.time_types": ("ClockType", "Duration", "Time"),
     "actors.diagnostics": ("NodeDiagnostics", "NodeRates"),
     "actors.decorators": ("service", "subscription", "timer"),
     "actors.errors": (
@@ -150,8 +152,9 @@ _HOMES = {
         "PublisherEventCallbacks",
         "SubscriptionEventCallbacks",
     ),
-    "actors.graph": ("EndpointInfo", "GraphPicture"),
+    "actors.picture": ("EndpointInfo", "GraphPicture"),
     "actors.graph_changes": ("GraphChange", "GraphChangeKind", "GraphWatch"),
+    "actors.inspector": ("Inspector",),
     "actors.interfaces.errors": ("InvalidMessageError",),
     "actors.interfaces.message": ("Action", "Message", "Service"),
     "actors.log_output": ("configure_logging",),

@@ -13,7 +13,7 @@ from itertools import count
 from typing import TYPE_CHECKING, NamedTuple
 
 from actors.core import Core, Entity
-from actors.graph import GraphPicture
+from actors.picture import GraphPicture
 from proto import frames
 from proto.codes import EntryKind
 

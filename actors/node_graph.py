@@ -9,9 +9,11 @@ from proto.codes import EntryKind
 from proto.names import expand_topic_name, full_node_name, split_node_name
 
 if TYPE_CHECKING:
-    from actors.broker_stats import BrokerReport, BrokerView
+    from actors.broker_report import BrokerReport
+    from actors.broker_stats import BrokerView
     from actors.core import Core
-    from actors.graph import EndpointInfo, GraphPicture, GraphView, NamesAndTypes
+    from actors.graph import GraphView
+    from actors.picture import EndpointInfo, GraphPicture, NamesAndTypes
 
 TOPICS = (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum, unique
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from actors.clock import INFINITE, Duration
+from actors.time_types import INFINITE, Duration
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:

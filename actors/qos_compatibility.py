@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from actors.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
 
 if TYPE_CHECKING:
-    from actors.clock import Duration
     from actors.qos import QoSPolicyEnum, QoSProfile
+    from actors.time_types import Duration
 
 
 class QoSPolicyKind(IntEnum):

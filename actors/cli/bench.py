@@ -12,6 +12,12 @@ from actors.cli.parsing import add_json_option, count, positive
 WORKLOADS: Final = tuple(f"W{number}" for number in range(1, 9))
 
 
+EXAMPLES: Final = {
+    "callboard bench": "everything, in about a minute",
+    "callboard bench W1 W3 --seconds 2": "one-to-one throughput and latency, measured longer",
+}
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the verb."""
     parser.add_argument(

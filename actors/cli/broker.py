@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from contextlib import suppress
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from actors.cli.interrupts import raise_at_once
 from broker import command
 
 if TYPE_CHECKING:
     import argparse
+
+
+EXAMPLES: Final = {
+    "callboard broker": "listen on callboard://127.0.0.1:7411, until Ctrl-C",
+    "callboard broker --host 0.0.0.0 --port 7412": "for other machines, too",
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

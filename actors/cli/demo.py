@@ -43,6 +43,11 @@ _COLORS: Final = {
 _WIDTH: Final = max(map(len, _COLORS))
 
 
+EXAMPLES: Final = {
+    "callboard demo": "a broker and five nodes, for a few seconds",
+}
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the verb."""
     parser.add_argument(

@@ -1,13 +1,11 @@
-"""`callboard interface`: show, list, package, generate. No broker is needed."""
+"""What `callboard interface` does. No broker is needed."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import CommandError
 from actors.cli.output import say, say_json
-from actors.cli.parsing import add_json_option, add_verbs
 
 if TYPE_CHECKING:
     import argparse
@@ -15,34 +13,8 @@ if TYPE_CHECKING:
 _HEADINGS: Final = {"msg": "Messages:", "srv": "Services:", "action": "Actions:"}
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the verbs."""
-    add = add_verbs(parser)
-    show = add("show", "print the definition of a type")
-    show.add_argument("type", metavar="TYPE", help="such as std_msgs/msg/String")
-    add_json_option(show)
-    add_json_option(add("list", "list the types that come with callboard"))
-    package = add("package", "list the types of a package")
-    package.add_argument("package", metavar="PACKAGE", help="such as std_msgs")
-    add_json_option(package)
-    generate = add("generate", "write Python classes for a package of .msg, .srv and .action files")
-    generate.add_argument(
-        "directory", metavar="DIR", type=Path, help="named as the package, with msg, srv, action"
-    )
-    generate.add_argument(
-        "--output", metavar="DIR", type=Path, help="where the Python package goes; default: into DIR itself"
-    )
-    add_json_option(generate)
-
-
-def run(options: argparse.Namespace) -> int:
-    """Run the verb that was chosen."""
-    verbs = {"show": _show, "list": _list, "package": _package, "generate": _generate}
-    verbs[options.verb](options)
-    return 0
-
-
-def _show(options: argparse.Namespace) -> None:
+def show(options: argparse.Namespace) -> None:
+    """Print a definition."""
     from actors.cli.values import named_interface  # noqa: PLC0415 - `--help` needs no types
     from actors.interfaces.message import type_name  # noqa: PLC0415
     from actors.interfaces.registry import source_of  # noqa: PLC0415
@@ -55,7 +27,8 @@ def _show(options: argparse.Namespace) -> None:
         say(text.rstrip("\n"))
 
 
-def _list(options: argparse.Namespace) -> None:
+def list_all(options: argparse.Namespace) -> None:
+    """Print the standard types, by kind."""
     from actors.interfaces.registry import interfaces_of, standard_packages  # noqa: PLC0415
 
     names = [name for package in standard_packages() for name in interfaces_of(package)]
@@ -69,7 +42,8 @@ def _list(options: argparse.Namespace) -> None:
                 say(f"    {name}")
 
 
-def _package(options: argparse.Namespace) -> None:
+def package(options: argparse.Namespace) -> None:
+    """Print the types of a package."""
     from actors.cli.values import look_here  # noqa: PLC0415
     from actors.interfaces.registry import interfaces_of  # noqa: PLC0415
 
@@ -82,12 +56,13 @@ def _package(options: argparse.Namespace) -> None:
         say(name)
 
 
-def _generate(options: argparse.Namespace) -> None:
-    from actors.interfaces.generator import generate  # noqa: PLC0415
+def generate(options: argparse.Namespace) -> None:
+    """Write classes, and print which files."""
+    from actors.interfaces import generator  # noqa: PLC0415
 
     if not options.directory.is_dir():
         raise CommandError(f"No directory '{options.directory}'")
-    written = [str(path) for path in generate(options.directory, options.output)]
+    written = [str(path) for path in generator.generate(options.directory, options.output)]
     if options.json:
         say_json(written)
         return

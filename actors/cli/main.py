@@ -1,43 +1,26 @@
 """`callboard VERB …`: finds the verb, runs it, and turns whatever happens into an exit code.
 
-A verb is a module with `add_arguments(parser)` and `run(namespace) -> int`. Only the module of the verb that
-is asked for is imported. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no broker, 124 timeout, 130 SIGINT,
-143 SIGTERM; the verbs that run until they are stopped end with 0 then.
+`table.py` says where each verb is; only the module of the one that is asked for is imported. Exit codes:
+0 done, 1 failed, 2 wrong usage, 3 no broker, 124 timeout, 130 SIGINT, 143 SIGTERM; the verbs that run until
+they are stopped end with 0 then.
 """
 
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from actors.cli.interrupts import Interrupted, ignore_signals, note_signals, put_back
+from actors.cli.table import VERBS, Group, Verb
 
 # Everything else is imported when signals are taken care of.
 # ruff: noqa: PLC0415
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
 
-class Verb(NamedTuple):
-    """Where a verb's code is, and what it does."""
-
-    module: str
-    summary: str
-    stays: bool = False
-    """Runs until it is stopped, so that being stopped is no failure; sets up its own log."""
-
-
-VERBS: Final = {
-    "broker": Verb("actors.cli.broker", "run the broker that nodes meet at", stays=True),
-    "demo": Verb("actors.cli.demo", "see five nodes talk, in this terminal", stays=True),
-    "run": Verb("actors.cli.run", "run a script, or an installed program", stays=True),
-    "topic": Verb("actors.cli.topic", "list topics, hear them, publish on them"),
-    "service": Verb("actors.cli.service", "list services and call them"),
-    "node": Verb("actors.cli.node", "list nodes"),
-    "interface": Verb("actors.cli.interface", "show message types, generate their classes"),
-    "bench": Verb("actors.cli.bench", "measure how fast callboard is on this machine"),
-}
+_HELP = ("-h", "--help", "help")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -49,10 +32,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     own_process = argv is None
     arguments = sys.argv[1:] if argv is None else list(argv)
-    verb = VERBS.get(arguments[0]) if arguments else None
+    verb, words = _find(arguments)
     before = note_signals()
     try:
-        return _guarded(verb, arguments, own_process=own_process)
+        return _guarded(verb, arguments, words, own_process=own_process)
     except KeyboardInterrupt as stop:
         number = stop.number if isinstance(stop, Interrupted) else 2
         return 0 if verb is not None and verb.stays else 128 + number
@@ -64,7 +47,15 @@ def main(argv: Sequence[str] | None = None) -> int:
             put_back(before)
 
 
-def _guarded(verb: Verb | None, arguments: list[str], *, own_process: bool) -> int:
+def _find(arguments: list[str]) -> tuple[Verb | None, int]:
+    """Return the verb that the first words name, and how many words that are."""
+    entry = VERBS.get(arguments[0]) if arguments else None
+    if isinstance(entry, Group):
+        return (entry.verbs.get(arguments[1]) if len(arguments) > 1 else None), 2
+    return entry, 1
+
+
+def _guarded(verb: Verb | None, arguments: list[str], words: int, *, own_process: bool) -> int:
     """Run the verb; turn exceptions into exit codes."""
     from actors.cli import errors
     from proto.errors import CallboardError
@@ -72,7 +63,7 @@ def _guarded(verb: Verb | None, arguments: list[str], *, own_process: bool) -> i
     try:
         if own_process:
             _set_up_streams()
-        code = _top(arguments) if verb is None else _run(verb, arguments, own_process=own_process)
+        code = _top(arguments) if verb is None else _run(verb, arguments, words, own_process=own_process)
         sys.stdout.flush()
         return code
     except SystemExit as stop:  # argparse
@@ -85,57 +76,88 @@ def _guarded(verb: Verb | None, arguments: list[str], *, own_process: bool) -> i
         return _complain(str(error), errors.FAILURE)
 
 
-def _run(verb: Verb, arguments: list[str], *, own_process: bool) -> int:
+def _run(verb: Verb, arguments: list[str], words: int, *, own_process: bool) -> int:
     from importlib import import_module
 
-    from actors.cli.parsing import Parser
+    from actors.cli.parsing import parser_of
 
     module: Any = import_module(verb.module)
-    parser = Parser(
-        prog=f"callboard {arguments[0]}", description=f"{verb.summary[0].upper()}{verb.summary[1:]}."
-    )
-    module.add_arguments(parser)
-    namespace = parser.parse_args(arguments[1:])
-    if own_process and not verb.stays:
-        _set_up_logging()
+    namespace = parser_of(" ".join(arguments[:words]), verb, module).parse_args(arguments[words:])
+    namespace.own_process = own_process
     code: int = module.run(namespace)
     return code
 
 
 def _top(arguments: list[str]) -> int:
-    """What needs no verb."""
+    """What needs no verb, or does not name one."""
     from actors.cli import errors
 
-    if arguments and arguments[0] == "--version":
+    word = arguments[0] if arguments else ""
+    entry = VERBS.get(word)
+    if isinstance(entry, Group):
+        return _top_of(word, entry, arguments[1:])
+    if word == "--version":
         from importlib.metadata import version
 
         print(f"callboard {version('callboard')}")
         return errors.OK
-    if arguments and arguments[0] in {"-h", "--help", "help"}:
+    if word in _HELP:
         print(usage())
         return errors.OK
-    if not arguments:
+    if not word:
         print(usage(), file=sys.stderr)
         return errors.USAGE
-    from actors.cli.errors import CommandError
+    raise _unknown("callboard", word, VERBS)
+
+
+def _top_of(name: str, group: Group, arguments: list[str]) -> int:
+    """A group without one of its verbs."""
+    from actors.cli import errors
+
+    if arguments and arguments[0] in _HELP:
+        print(usage_of(name, group))
+        return errors.OK
+    if not arguments:
+        print(usage_of(name, group), file=sys.stderr)
+        return errors.USAGE
+    raise _unknown(f"callboard {name}", arguments[0], group.verbs)
+
+
+def _unknown(command: str, word: str, known: Iterable[str]) -> Exception:
+    from actors.cli.errors import USAGE, CommandError
     from actors.cli.parsing import did_you_mean
     from proto.errors import shown
 
-    hint = did_you_mean(arguments[0], VERBS) or "; see callboard --help"
-    what = "option" if arguments[0].startswith("-") else "verb"
-    raise CommandError(f"callboard: no {what} '{shown(arguments[0])}'{hint}", errors.USAGE)
+    what = "option" if word.startswith("-") else "verb"
+    hint = did_you_mean(word, known) or f"; see {command} --help"
+    return CommandError(f"{command}: no {what} '{shown(word)}'{hint}", USAGE)
 
 
 def usage() -> str:
     """Return the text of `callboard --help`."""
-    verbs = "\n".join(f"  {name:<10} {verb.summary}" for name, verb in VERBS.items())
     return (
         "usage: callboard VERB [ARGUMENTS]\n\n"
         "Nodes, topics and services for asyncio, with a broker in between.\n\n"
-        f"{verbs}\n\n"
+        f"{_listed(VERBS)}\n\n"
         "  --version  print the version\n"
-        "  --help     print this; `callboard VERB --help` says more about a verb"
+        "  --help     print this; `callboard VERB --help` says more about a verb\n\n"
+        "example: callboard demo"
     )
+
+
+def usage_of(name: str, group: Group) -> str:
+    """Return the text of `callboard topic --help`."""
+    summary = f"{group.summary[0].upper()}{group.summary[1:]}."
+    return (
+        f"usage: callboard {name} VERB [ARGUMENTS]\n\n{summary}\n\n{_listed(group.verbs)}\n\n"
+        f"`callboard {name} VERB --help` says more about a verb.\n\n"
+        f"example: callboard {name} {next(iter(group.verbs))}"
+    )
+
+
+def _listed(verbs: Mapping[str, Verb | Group]) -> str:
+    width = max(map(len, verbs)) + 1
+    return "\n".join(f"  {name:<{width}} {verb.summary}" for name, verb in verbs.items())
 
 
 def _complain(text: str, code: int) -> int:
@@ -158,19 +180,6 @@ def _set_up_streams() -> None:
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
             reconfigure(line_buffering=True, errors="backslashreplace")
-
-
-def _set_up_logging() -> None:
-    from actors import environment
-    from actors.cli import errors
-    from actors.cli.errors import CommandError
-    from actors.log_output import configure_logging
-    from actors.logger import LoggingSeverity
-
-    try:
-        configure_logging(environment.log_level() or LoggingSeverity.WARN)
-    except ValueError as error:
-        raise CommandError(str(error), errors.USAGE) from None
 
 
 def _let_go_of_pipes() -> None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.cli.loop import run_async
 from actors.cli.output import say, say_json
-from actors.cli.session import graph_of, session
+from actors.cli.place import inspector
 from proto.names import is_hidden
 
 if TYPE_CHECKING:
@@ -19,12 +18,9 @@ def list_names(
     options: argparse.Namespace, *kinds: EntryKind, hidden: bool, types: bool, only_count: bool
 ) -> int:
     """Print the names of endpoints of these kinds as the options want them; return the exit code."""
-
-    async def ask() -> list[tuple[str, list[str]]]:
-        async with session(options) as node:
-            return (await graph_of(node)).names_and_types(*kinds)
-
-    found = [each for each in run_async(ask) if hidden or not is_hidden(each[0])]
+    with inspector(options) as look:
+        names = look.graph().names_and_types(*kinds)
+    found = [each for each in names if hidden or not is_hidden(each[0])]
     if only_count:
         say_json(len(found))
     elif options.json:

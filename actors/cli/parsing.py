@@ -13,7 +13,9 @@ from actors.cli.errors import USAGE
 from actors.environment import MAX_DOMAIN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable, Mapping
+
+    from actors.cli.table import Verb
 
 _CHOICE: Final = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
 
@@ -31,8 +33,9 @@ class Parser(argparse.ArgumentParser):
         if wrong is not None:
             where, word, listed = wrong.groups()
             choices = re.findall(r"[\w-]+", listed)
-            what = "verb" if where == "VERB" else where
-            message = f"no {what} '{word}'{did_you_mean(word, choices) or '; there is ' + ', '.join(choices)}"
+            message = (
+                f"no {where} '{word}'{did_you_mean(word, choices) or '; there is ' + ', '.join(choices)}"
+            )
         else:
             message = f"{message}; see {self.prog} --help"
         self.exit(USAGE, f"{self.prog}: {message}\n")
@@ -48,16 +51,22 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f"; did you mean '{close[0]}'?" if close else ""
 
 
-def add_verbs(parser: argparse.ArgumentParser) -> Callable[..., Parser]:
-    """Give a parser verbs; call the result as `add_parser`. `namespace.verb` is the chosen one."""
-    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
-    verbs_of: Callable[..., Any] = verbs.add_parser
+def parser_of(command: str, verb: Verb, module: Any) -> Parser:
+    """Return the parser of a verb, such as "topic list", whose module has been imported."""
+    summary = f"{verb.summary[0].upper()}{verb.summary[1:]}."
+    parser = Parser(
+        prog=f"callboard {command}",
+        description=summary,
+        epilog=_shown_examples(module.EXAMPLES),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    module.add_arguments(parser)
+    return parser
 
-    def add(name: str, summary: str) -> Parser:
-        added: Parser = verbs_of(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
-        return added
 
-    return add
+def _shown_examples(examples: Mapping[str, str]) -> str:
+    lines = [f"  {line}\n      {what}" for line, what in examples.items()]
+    return "\n".join(["examples:", *lines])
 
 
 def add_broker_options(parser: argparse.ArgumentParser) -> None:

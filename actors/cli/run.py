@@ -21,6 +21,12 @@ if TYPE_CHECKING:
 _USAGE: Final = "callboard run SCRIPT.py [ARGS], or callboard run PACKAGE EXECUTABLE [ARGS]"
 
 
+EXAMPLES: Final = {
+    "callboard run talker.py --ros-args -r chatter:=news": "a script, with a topic renamed",
+    "callboard run my_package talker": "a console script of an installed package",
+}
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the verb."""
     parser.usage = f"{_USAGE}\n       options of callboard's own stand before SCRIPT or PACKAGE"

@@ -9,21 +9,20 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
 from actors import environment
+from actors.cli.errors import USAGE, CommandError
+from actors.cli.place import CONNECT_TIMEOUT_SEC, broker_urls, missing_broker
 from actors.errors import BrokerUnreachable
+from actors.log_output import configure_logging
 from actors.logger import LoggingSeverity
 from actors.node import Node
-from proto.url import DEFAULT_PORT, DEFAULT_URL, parse_urls
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import AsyncGenerator
 
-    from actors.graph import GraphPicture
-    from proto.url import BrokerUrl
+    from actors.picture import GraphPicture
 
-CONNECT_TIMEOUT_SEC: Final = 2.0
 STOP_TIMEOUT_SEC: Final = 1.0
-_HERE: Final = {"127.0.0.1", "::1", "localhost"}
 
 
 @asynccontextmanager
@@ -34,7 +33,9 @@ async def session(options: argparse.Namespace) -> AsyncGenerator[Node]:
         BrokerUnreachable: No broker within 2 s; the text says how to start one.
         InvalidUrlError: The URL cannot be read.
     """
-    urls = parse_urls(options.url or environment.broker_url() or DEFAULT_URL)
+    if options.own_process:
+        _set_up_log()
+    urls = broker_urls(options)
     # A process id alone is not unique: in a container it is 1.
     name = f"_callboard_cli_{os.getpid()}_{secrets.token_hex(3)}"
     node = Node(
@@ -57,6 +58,14 @@ async def session(options: argparse.Namespace) -> AsyncGenerator[Node]:
         yield node
 
 
+def _set_up_log() -> None:
+    """The command's node and the library say on stderr what goes wrong; CALLBOARD_LOG_LEVEL sets how much."""
+    try:
+        configure_logging(environment.log_level() or LoggingSeverity.WARN)
+    except ValueError as error:
+        raise CommandError(str(error), USAGE) from None
+
+
 @asynccontextmanager
 async def _leaving(node: Node) -> AsyncGenerator[None]:
     try:
@@ -65,20 +74,6 @@ async def _leaving(node: Node) -> AsyncGenerator[None]:
         await node.__aexit__(type(error), error, error.__traceback__)
         raise
     await node.__aexit__(None, None, None)
-
-
-def missing_broker(urls: tuple[BrokerUrl, ...]) -> str:
-    """Say in one line that there is no broker, and what starts one."""
-    return f"No broker at {', '.join(map(str, urls))}. Start one{_remedy(urls[0])}"
-
-
-def _remedy(url: BrokerUrl) -> str:
-    if url.path:
-        return f" with: callboard broker --unix {url.path}"
-    port = "" if url.port == DEFAULT_PORT else f" --port {url.port}"
-    if url.host in _HERE:
-        return f" with: callboard broker{port}"
-    return f" there with: callboard broker --host {url.host}{port}"
 
 
 async def graph_of(node: Node) -> GraphPicture:

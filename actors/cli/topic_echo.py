@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable
 
     from actors.entities.subscription import Subscription
-    from actors.graph import GraphPicture
+    from actors.picture import GraphPicture
 
 DEPTH: Final = 1000
 """A terminal is slow; a burst of this many messages is printed whole."""

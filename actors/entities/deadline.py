@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from actors.watchdogs import Watchdog
 
 if TYPE_CHECKING:
-    from actors.clock import Duration
     from actors.core import Core
     from actors.events import Event
+    from actors.time_types import Duration
 
 
 class Deadline:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
-from actors.broker_stats import BrokerReport
+from actors.broker_report import BrokerReport
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from proto import frames

@@ -14,7 +14,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.clock import INFINITE, Clock, ClockType, Duration, Time
+from actors.clock import Clock
+from actors.time_types import INFINITE, ClockType, Duration, Time
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine

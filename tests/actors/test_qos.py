@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.clock import INFINITE, Duration
 from actors.qos import (
     DEFAULT_DEPTH,
     MAX_DEPTH,
@@ -33,6 +32,7 @@ from actors.qos import (
     qos_profile_system_default,
     qos_profile_unknown,
 )
+from actors.time_types import INFINITE, Duration
 
 TIMES = st.one_of(
     st.just(INFINITE),

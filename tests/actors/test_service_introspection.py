@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
-from actors.clock import Clock, ClockType
+from actors.clock import Clock
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.service_msgs.msg import ServiceEventInfo
 from actors.service_introspection import CallIdentity, EventKind
 from actors.service_introspection import ServiceIntrospectionState as State
+from actors.time_types import ClockType
 from proto.errors import InvalidTopicNameError
 from tests.actors.meeting import KEEP_ALL, MIB, Blow, matched, until
 

@@ -10,9 +10,10 @@ from typing import NoReturn
 
 import pytest
 
-from actors.cli import interface, main
+from actors.cli import main, table
 from actors.cli.errors import CommandError
 from actors.cli.interrupts import Interrupted
+from actors.cli.verbs import interface_list
 from actors.errors import BrokerUnreachable, ServiceTimeout
 
 
@@ -20,7 +21,18 @@ def test_help_names_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
     """Asked for, the usage goes to stdout with 0."""
     assert main.main(["--help"]) == 0
     out = capsys.readouterr().out
-    assert all(f"  {verb} " in out for verb in main.VERBS)
+    assert all(f"  {verb} " in out for verb in table.VERBS)
+
+
+def test_help_of_a_group_names_its_verbs(capsys: pytest.CaptureFixture[str]) -> None:
+    """So does the group alone, as an error."""
+    group = table.VERBS["topic"]
+    assert isinstance(group, table.Group)
+    assert main.main(["topic", "--help"]) == 0
+    out = capsys.readouterr().out
+    assert all(f"  {verb} " in out for verb in group.verbs)
+    assert main.main(["topic"]) == 2
+    assert capsys.readouterr() == ("", out)
 
 
 def test_without_a_verb_the_usage_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
@@ -44,14 +56,11 @@ def test_version_is_the_packages(capsys: pytest.CaptureFixture[str]) -> None:
         (["\x1b[31mqqq"], "callboard: no verb '\\x1b[31mqqq'; see callboard --help\n"),
         (["--verbose"], "callboard: no option '--verbose'; see callboard --help\n"),
         (["topic", "lst"], "callboard topic: no verb 'lst'; did you mean 'list'?\n"),
-        (["node", "zzz"], "callboard node: no verb 'zzz'; there is list\n"),
-        (
-            ["topic"],
-            "callboard topic: the following arguments are required: VERB; see callboard topic --help\n",
-        ),
+        (["node", "zzz"], "callboard node: no verb 'zzz'; see callboard node --help\n"),
+        (["node", "-x"], "callboard node: no option '-x'; see callboard node --help\n"),
         (
             ["topic", "list", "--jsn"],
-            "callboard topic: unrecognized arguments: --jsn; see callboard topic --help\n",
+            "callboard topic list: unrecognized arguments: --jsn; see callboard topic list --help\n",
         ),
     ],
 )
@@ -103,8 +112,9 @@ def test_signals_and_broken_pipes_are_silent(
 def test_a_verb_that_stays_may_be_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
     """SIGTERM to what runs until it is stopped is no failure."""
     _interface_raises(monkeypatch, Interrupted(signal.SIGTERM))
-    monkeypatch.setitem(main.VERBS, "interface", main.VERBS["interface"]._replace(stays=True))
-    assert main.main(["interface", "list"]) == 0
+    stays = table.Verb("actors.cli.verbs.interface_list", "stay", stays=True)
+    monkeypatch.setitem(table.VERBS, "interface", stays)
+    assert main.main(["interface"]) == 0
 
 
 def test_signal_handlers_are_put_back() -> None:
@@ -135,4 +145,4 @@ def _interface_raises(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> 
     def run(options: object) -> NoReturn:
         raise error
 
-    monkeypatch.setattr(interface, "run", run)
+    monkeypatch.setattr(interface_list, "run", run)

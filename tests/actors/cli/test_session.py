@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.cli.main import main
-from actors.cli.session import graph_of, missing_broker, session
+from actors.cli.place import missing_broker
+from actors.cli.session import graph_of, session
 from proto.names import is_hidden
 from proto.url import parse_urls
 
@@ -58,7 +59,7 @@ def test_a_bad_url_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
 
 async def test_the_node_is_hidden_and_not_in_its_own_picture(desk: Desk) -> None:
     """Two commands in one process do not get in each other's way."""
-    options = argparse.Namespace(url=desk.url, domain=None)
+    options = argparse.Namespace(url=desk.url, domain=None, own_process=False)
     async with session(options) as one, session(options) as two:
         assert is_hidden(one.get_fully_qualified_name())
         assert (await graph_of(one)).nodes() == [two.get_fully_qualified_name()]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.clock import Duration
 from actors.entities.deadline import Deadline
+from actors.time_types import Duration
 from tests.simulation.loop import SimulatedLoop, simulate
 
 if TYPE_CHECKING:

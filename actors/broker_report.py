@@ -1,0 +1,104 @@
+"""A broker's numbers at one moment, as data: what `Node.get_broker_stats` and `Inspector.report` return."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from proto import frames
+from proto.stats import BrokerRates, BrokerStats, LinkStats, TopicStats, risen
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+TOPIC_TOTALS: Final = ("messages", "bytes", "delivered", "dropped", "abandoned", "lost_on_break")
+LINK_TOTALS: Final = ("dropped", "bytes_received", "bytes_sent")
+"""What only grows while a topic or a link is there."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BrokerReportRates:
+    """What happened per second between two reports.
+
+    Attributes:
+        totals: In the whole broker.
+        topics: By name: messages, bytes, delivered, dropped, abandoned, lost_on_break.
+        links: By session: dropped, bytes_received, bytes_sent.
+    """
+
+    totals: BrokerRates
+    topics: dict[str, dict[str, float]]
+    links: dict[int, dict[str, float]]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the same as dicts and numbers."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BrokerReport:
+    """A broker at one moment.
+
+    Attributes:
+        totals: The whole broker, all domains together.
+        topics: Those of the asking node's domain, by name.
+        links: Those of the asking node's domain, by session.
+    """
+
+    totals: BrokerStats
+    topics: dict[str, TopicStats]
+    links: dict[int, LinkStats]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the same as dicts, tuples, strings and numbers."""
+        return {
+            "totals": self.totals.as_dict(),
+            "topics": {name: topic._asdict() for name, topic in self.topics.items()},
+            "links": {session: link._asdict() for session, link in self.links.items()},
+        }
+
+    def rates_since(self, earlier: BrokerReport) -> BrokerReportRates:
+        """Return what has happened per second since an earlier report of the same broker.
+
+        A topic or a link that was not there then counts from zero; of those gone in between nothing is known.
+
+        Raises:
+            ValueError: `earlier` is not earlier, or another broker's.
+        """
+        totals = self.totals.rates_since(earlier.totals)
+        return BrokerReportRates(
+            totals=totals,
+            topics=_rates(TOPIC_TOTALS, earlier.topics, self.topics, totals.seconds),
+            links=_rates(LINK_TOTALS, earlier.links, self.links, totals.seconds),
+        )
+
+
+def _rates(
+    totals: Sequence[str], earlier: Mapping[Any, object], later: Mapping[Any, object], seconds: float
+) -> dict[Any, dict[str, float]]:
+    rates: dict[Any, dict[str, float]] = {}
+    for key, entry in later.items():
+        rise = risen(totals, earlier.get(key), entry)  # it may have gone and come again
+        rates[key] = {total: change / seconds for total, change in rise.items()}
+    return rates
+
+
+@dataclass(slots=True)
+class ReportParts:
+    """What has come of a broker's answer so far."""
+
+    complete: bool = False
+    totals: frames.Options = field(default_factory=dict[str, frames.Scalar])
+    topics: dict[str, TopicStats] = field(default_factory=dict[str, TopicStats])
+    links: dict[int, LinkStats] = field(default_factory=dict[int, LinkStats])
+
+    def add(self, frame: frames.Stats) -> None:
+        """Take in a piece."""
+        self.totals = {**self.totals, **frame.totals}
+        self.topics.update((topic.name, topic) for topic in frame.topics)
+        self.links.update((link.session, link) for link in frame.links)
+        self.complete = not frame.more
+
+    def report(self) -> BrokerReport:
+        """Return the whole, when it is complete."""
+        return BrokerReport(totals=BrokerStats.from_map(self.totals), topics=self.topics, links=self.links)

@@ -1,0 +1,72 @@
+"""What `callboard` can do: each verb's name, its module and what it does, without importing any of them.
+
+A verb's module has `add_arguments(parser)`, `EXAMPLES` (command lines, shown by `--help`, each with what it
+does) and `run(options) -> int`. Its top level imports only what reading arguments needs.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+
+class Verb(NamedTuple):
+    """A verb: where its code is, and what it does."""
+
+    module: str
+    summary: str
+    stays: bool = False
+    """Runs until it is stopped, so that being stopped is no failure; sets up its own log."""
+
+
+class Group(NamedTuple):
+    """Verbs about one thing, said behind its name: `callboard topic list`."""
+
+    summary: str
+    verbs: dict[str, Verb]
+
+
+VERBS: Final[dict[str, Verb | Group]] = {
+    "broker": Verb("actors.cli.broker", "run the broker that nodes meet at", stays=True),
+    "demo": Verb("actors.cli.demo", "see five nodes talk, in this terminal", stays=True),
+    "run": Verb("actors.cli.run", "run a script, or an installed program", stays=True),
+    "topic": Group(
+        "list topics, hear them, publish on them",
+        {
+            "list": Verb("actors.cli.verbs.topic_list", "list topics"),
+            "echo": Verb("actors.cli.verbs.topic_echo", "print the messages of a topic"),
+            "pub": Verb("actors.cli.verbs.topic_pub", "publish on a topic"),
+        },
+    ),
+    "service": Group(
+        "list services and call them",
+        {
+            "list": Verb("actors.cli.verbs.service_list", "list services"),
+            "call": Verb("actors.cli.verbs.service_call", "call a service"),
+        },
+    ),
+    "node": Group("list nodes", {"list": Verb("actors.cli.verbs.node_list", "list nodes")}),
+    "interface": Group(
+        "show message types, generate their classes",
+        {
+            "show": Verb("actors.cli.verbs.interface_show", "print the definition of a type"),
+            "list": Verb("actors.cli.verbs.interface_list", "list the types that come with callboard"),
+            "package": Verb("actors.cli.verbs.interface_package", "list the types of a package"),
+            "generate": Verb(
+                "actors.cli.verbs.interface_generate",
+                "write Python classes for a package of .msg, .srv and .action files",
+            ),
+        },
+    ),
+    "bench": Verb("actors.cli.bench", "measure how fast callboard is on this machine"),
+}
+
+
+def each_verb() -> list[tuple[str, Verb]]:
+    """Return every verb as it is typed, such as "topic list"."""
+    found: list[tuple[str, Verb]] = []
+    for name, entry in VERBS.items():
+        if isinstance(entry, Verb):
+            found.append((name, entry))
+        else:
+            found += [(f"{name} {verb}", each) for verb, each in entry.verbs.items()]
+    return found

@@ -1,0 +1,34 @@
+"""Every verb is where the table says, and its help shows what it can do."""
+
+from __future__ import annotations
+
+import shlex
+from importlib import import_module
+from typing import Any
+
+import pytest
+
+from actors.cli.parsing import parser_of
+from actors.cli.table import Verb, each_verb
+
+VERBS = each_verb()
+
+
+@pytest.mark.parametrize(("command", "verb"), VERBS, ids=[command for command, _ in VERBS])
+def test_each_example_can_be_typed(command: str, verb: Verb) -> None:
+    """A verb has an example; each begins with its name and is read without complaint."""
+    module: Any = import_module(verb.module)
+    assert module.EXAMPLES
+    for line in module.EXAMPLES:
+        words = shlex.split(line)
+        named = ["callboard", *command.split()]
+        assert words[: len(named)] == named
+        parser_of(command, verb, module).parse_args(words[len(named) :])
+
+
+@pytest.mark.parametrize(("command", "verb"), VERBS, ids=[command for command, _ in VERBS])
+def test_help_is_short_and_plain(command: str, verb: Verb) -> None:
+    """Each argument is explained, and no summary ends like a sentence."""
+    parser = parser_of(command, verb, import_module(verb.module))
+    assert not verb.summary.endswith(".")
+    assert all(action.help for action in parser._actions)
