@@ -1,0 +1,137 @@
+"""Aligned tables, and colour where it is wanted: a terminal, unless NO_COLOR or FORCE_COLOR say otherwise.
+
+    say_table([("/chatter", 2), ("/rosout", 10)], header=("TOPIC", "PUBLISHERS"), style=("name", "count"))
+
+    TOPIC     PUBLISHERS
+    /chatter           2
+    /rosout           10
+
+Cells are separated by two spaces, so `awk` and `cut` can take a piped table apart; nothing in a cell can
+steer the terminal or break a line.
+"""
+
+from __future__ import annotations
+
+import sys
+import unicodedata
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+
+from actors.cli.output import harmless
+from actors.environment import color_wish
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from typing import TextIO
+
+Style = Literal["", "heading", "name", "type", "count", "dim", "good", "warn", "bad"]
+"""What a text is, which says how it looks. A column of "count" is aligned to the right."""
+
+GAP: Final = "  "
+_CODES: Final[dict[Style, str]] = {
+    "heading": "1",
+    "name": "36",
+    "type": "32",
+    "dim": "2",
+    "good": "32",
+    "warn": "33",
+    "bad": "31",
+}
+
+
+class Styled(NamedTuple):
+    """A cell that looks different from its column."""
+
+    text: str
+    style: Style
+
+
+Cell = str | int | float | Styled
+
+
+def colored(stream: TextIO) -> bool:
+    """Tell whether what goes to a stream is to have colours."""
+    wish = color_wish()
+    return stream.isatty() if wish is None else wish
+
+
+def painted(text: str, style: Style, *, color: bool) -> str:
+    """Return a text as one harmless line, in the colour of its style if `color`. It goes to `print`."""
+    plain = _one_line(text)
+    code = _CODES.get(style)
+    return f"\x1b[{code}m{plain}\x1b[0m" if color and code and plain else plain
+
+
+def width(text: str) -> int:
+    """Return how many columns of a terminal a text without control characters takes."""
+    if text.isascii():
+        return len(text)
+    return sum(map(_columns, text))
+
+
+def table_lines(
+    rows: Iterable[Sequence[Cell]],
+    *,
+    header: Sequence[str] | None = None,
+    style: Sequence[Style] = (),
+    color: bool = False,
+) -> list[str]:
+    """Return the lines of a table; they go to `print`.
+
+    Args:
+        rows: Of any length each. A float is shown as `str` does it: round it first.
+        header: Titles of the columns, in bold.
+        style: Of each column; further ones are plain.
+        color: Whether to use colours.
+    """
+    body = [[_styled(cell, _at(style, at)) for at, cell in enumerate(row)] for row in rows]
+    if header is not None:
+        body.insert(0, [Styled(_one_line(title), "heading") for title in header])
+    widths = [max(width(row[at].text) for row in body if at < len(row)) for at in range(_longest(body))]
+    right = [_at(style, at) == "count" for at in range(len(widths))]
+    return [_line(row, widths, right, color=color) for row in body]
+
+
+def say_table(
+    rows: Iterable[Sequence[Cell]],
+    *,
+    header: Sequence[str] | None = None,
+    style: Sequence[Style] = (),
+) -> None:
+    """Print a table; see `table_lines`. Without rows nothing is printed, not even the header."""
+    every = list(rows)
+    if every:
+        print("\n".join(table_lines(every, header=header, style=style, color=colored(sys.stdout))))
+
+
+def _styled(cell: Cell, style: Style) -> Styled:
+    if isinstance(cell, Styled):
+        return Styled(_one_line(cell.text), cell.style)
+    return Styled(_one_line(str(cell)), style)
+
+
+def _one_line(text: str) -> str:
+    return harmless(text).replace("\n", "\\n").replace("\t", "\\t")
+
+
+def _at(style: Sequence[Style], at: int) -> Style:
+    return style[at] if at < len(style) else ""
+
+
+def _longest(body: list[list[Styled]]) -> int:
+    return max(map(len, body), default=0)
+
+
+def _line(row: list[Styled], widths: list[int], right: list[bool], *, color: bool) -> str:
+    parts: list[str] = []
+    for at, cell in enumerate(row):
+        padding = " " * (widths[at] - width(cell.text))
+        text = painted(cell.text, cell.style, color=color)
+        last = at == len(row) - 1
+        parts.append(padding + text if right[at] else text if last else text + padding)
+    return GAP.join(parts).rstrip()
+
+
+def _columns(char: str) -> int:
+    if unicodedata.combining(char) or unicodedata.category(char) in {"Mn", "Me", "Cf"}:
+        return 0
+    return 2 if unicodedata.east_asian_width(char) in {"W", "F"} else 1
