@@ -1,8 +1,4 @@
-"""`callboard topic echo`.
-
-Messages are maps that describe themselves, so a type need not be known here to be printed. Where the topic
-has one type and its class is at hand, it is used all the same: it knows more (how long an array is, say).
-"""
+"""`callboard topic echo`."""
 
 from __future__ import annotations
 
@@ -18,12 +14,10 @@ from actors.cli.output import note, say, say_json
 from actors.cli.parsing import did_you_mean
 from actors.cli.session import graph_of, session
 from actors.cli.values import named_message, profile
-from actors.interfaces.codec import Codec, codec_for, decode_untyped
 from actors.interfaces.convert import message_to_csv, message_to_ordereddict, message_to_yaml
-from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
-from actors.interfaces.message import Message, type_hash
-from actors.interfaces.registry import find_interface
-from actors.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.message import Message
+from actors.tools.hearing import decoder_of, profile_of
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:
@@ -52,11 +46,11 @@ async def _echo(options: argparse.Namespace, msg_type: type[Message] | None) -> 
         topic = node.resolve_topic_name(options.topic)
         picture = await graph_of(node)
         _check_topic(picture, topic, msg_type)
-        decode = _decoder(picture, topic)
+        decode = decoder_of(picture, topic)
         subscription = node.create_subscription(
             msg_type,
             topic,
-            qos=profile(options, _profile_of(picture, topic)),
+            qos=profile(options, profile_of(picture, topic, depth=DEPTH)),
             raw=options.raw or msg_type is None,
         )
         printer = _Printer(options, decode)
@@ -95,45 +89,6 @@ def _check_topic(picture: GraphPicture, topic: str, msg_type: type[Message] | No
         raise CommandError(
             f"Could not determine the type for the passed topic: nobody publishes '{topic}'{remedy}"
         )
-
-
-def _decoder(picture: GraphPicture, topic: str) -> Callable[[bytes], Any]:
-    """Return what reads messages of the topic: its class's codec, where it is at hand."""
-    types = {
-        (entry.type_name, entry.type_hash)
-        for entry in picture.of_kind(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
-        if entry.name == topic and entry.type_name
-    }
-    if len(types) != 1:
-        return decode_untyped
-    name, digest = types.pop()
-    try:
-        found = find_interface(name)
-    except UnknownInterfaceError:
-        return decode_untyped
-    if not issubclass(found, Message) or type_hash(found) != digest:
-        return decode_untyped
-    codec: Codec[Message] = codec_for(found)
-
-    def decode(data: bytes) -> Any:
-        try:
-            return codec.decode(data)
-        except InvalidMessageError:  # a publisher of another type has come
-            return decode_untyped(data)
-
-    return decode
-
-
-def _profile_of(picture: GraphPicture, topic: str) -> QoSProfile:
-    """Return a profile that gets all that the topic's publishers offer."""
-    offers = [info.qos_profile for info in picture.endpoints(EntryKind.PUBLISHER, topic)]
-    latched = bool(offers) and all(each.durability is DurabilityPolicy.TRANSIENT_LOCAL for each in offers)
-    loose = any(each.reliability is ReliabilityPolicy.BEST_EFFORT for each in offers)
-    return QoSProfile(
-        depth=DEPTH,
-        reliability=ReliabilityPolicy.BEST_EFFORT if loose else ReliabilityPolicy.RELIABLE,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-    )
 
 
 class _Printer:
