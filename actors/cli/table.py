@@ -57,6 +57,14 @@ VERBS: Final[dict[str, Verb | Group]] = {
             ),
         },
     ),
+    "pkg": Group(
+        "make packages of nodes, list what is installed",
+        {
+            "list": Verb("actors.cli.verbs.pkg_list", "list installed packages that use callboard"),
+            "executables": Verb("actors.cli.verbs.pkg_executables", "list the programs of packages"),
+            "prefix": Verb("actors.cli.verbs.pkg_prefix", "print where a package is installed"),
+        },
+    ),
     "bench": Verb("actors.cli.bench", "measure how fast callboard is on this machine"),
 }
 

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.actors.meeting import Meeting
+from tests.actors.site_packages import Site
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from pathlib import Path
 
 
 @pytest.fixture
@@ -25,3 +27,11 @@ async def meeting() -> AsyncIterator[Meeting]:
         yield place
     left = asyncio.all_tasks() - before - {asyncio.current_task()}
     assert not left
+
+
+@pytest.fixture
+def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Site:
+    """A folder of installed packages that Python looks into first; it is empty."""
+    made = Site(tmp_path / "environment")
+    monkeypatch.syspath_prepend(str(made.path))
+    return made

@@ -24,17 +24,24 @@ class BecameError(Exception):
 
 @pytest.fixture(autouse=True)
 def _no_exec(monkeypatch: pytest.MonkeyPatch) -> None:
-    def execv(program: str, arguments: list[str]) -> None:
-        assert program == sys.executable
-        raise BecameError(arguments[1:])
+    def execvp(program: str, arguments: list[str]) -> None:
+        assert program == arguments[0]
+        raise BecameError(arguments)
 
-    monkeypatch.setattr(os, "execv", execv)
+    monkeypatch.setattr(os, "execvp", execvp)
     for name in ("CALLBOARD_URL", "CALLBOARD_DOMAIN"):
         monkeypatch.setenv(name, "")  # so that what the command sets is taken back
 
 
 def became(*arguments: str) -> list[str]:
     """Run `callboard run` and return the arguments that Python gets."""
+    program, *rest = started(*arguments)
+    assert program == sys.executable
+    return rest
+
+
+def started(*arguments: str) -> list[str]:
+    """Run `callboard run` and return the command line that it ends in."""
     with pytest.raises(BecameError) as end:
         main(["run", *arguments])
     return end.value.arguments
@@ -63,12 +70,64 @@ def test_an_installed_program_is_started_as_its_script_would() -> None:
     assert "from actors.cli.main import main; sys.argv[0] = 'callboard'; sys.exit(main())" in code
 
 
+def test_a_prefix_starts_the_program(tmp_path: Path) -> None:
+    """It is split as a shell would, and Python with the script follows."""
+    script = tmp_path / "node.py"
+    script.touch()
+    debugger = ["gdb", "-ex", "run now", "--args"]
+    command = started("--prefix", "gdb -ex 'run now' --args", str(script), "-x")
+    assert command == [*debugger, sys.executable, "-u", str(script), "-x"]
+
+
+@pytest.mark.parametrize(
+    ("prefix", "code", "text"),
+    [
+        ("gdb 'run", 2, "--prefix 'gdb 'run' is no command: No closing quotation\n"),
+        ("no-such-debugger", 1, "No command 'no-such-debugger'\n"),
+    ],
+)
+def test_a_prefix_that_cannot_be_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], prefix: str, code: int, text: str
+) -> None:
+    """A quote too few is a usage error; a command that is not there is a failure."""
+
+    def execvp(program: str, arguments: list[str]) -> None:
+        raise FileNotFoundError
+
+    monkeypatch.setattr(os, "execvp", execvp)
+    assert main(["run", "--prefix", prefix, "callboard", "callboard"]) == code
+    assert capsys.readouterr().err == text
+
+
+@pytest.mark.parametrize(
+    ("place", "package", "remedy"),
+    [(".", "My-Robot", "pip install -e ./My-Robot"), ("my-robot", "my_robot", "pip install -e .")],
+)
+def test_a_package_that_is_only_here_has_to_be_installed(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    place: str,
+    package: str,
+    remedy: str,
+) -> None:
+    """Its source beside or around the caller is noticed."""
+    for folder in ("My-Robot", "my-robot"):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        (tmp_path / folder / "pyproject.toml").touch()
+    monkeypatch.chdir(tmp_path / place)
+    assert main(["run", package, "talker"]) == 1
+    expected = f"No script and no installed package '{package}'; install it with: {remedy}\n"
+    assert capsys.readouterr().err == expected
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
         (["nod.py"], "No script 'nod.py'; did you mean 'node.py'?"),
         (["elsewhere/node.py"], "No script 'elsewhere/node.py'"),
         (["node"], "No script and no installed package 'node'; did you mean './node.py'?"),
+        (["calboard"], "No script and no installed package 'calboard'; did you mean 'callboard'?"),
         (["callboard"], "Which program of 'callboard'? There is: callboard"),
         (
             ["callboard", "calboard"],
