@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from actors.qos import QoSProfile
+from actors.qos import UNLIMITED, HistoryPolicy, QoSProfile
+from actors.time_types import INFINITE
 from proto.codes import EntryKind
 from proto.frames import GraphEntry
 from proto.names import split_node_name
@@ -13,14 +14,27 @@ from proto.names import split_node_name
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from actors.time_types import Duration
     from proto import frames
 
 NamesAndTypes = list[tuple[str, list[str]]]
 
+_ENDPOINT_TYPES: Final = {
+    EntryKind.NODE: "INVALID",
+    EntryKind.PUBLISHER: "PUBLISHER",
+    EntryKind.SUBSCRIPTION: "SUBSCRIPTION",
+    EntryKind.SERVICE: "SERVER",
+    EntryKind.CLIENT: "CLIENT",
+}
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class EndpointInfo:
-    """One publisher or subscription of a topic (rclpy's TopicEndpointInfo)."""
+    """One publisher or subscription of a topic, or one server or client of a service.
+
+    rclpy's TopicEndpointInfo: `str` gives ROS 2's lines, which `topic info -v` prints. For a service read
+    service where it says topic.
+    """
 
     node_name: str
     node_namespace: str
@@ -30,6 +44,31 @@ class EndpointInfo:
     endpoint_id: int
     """The broker's number for it; stands where ROS 2 has a GID."""
     qos_profile: QoSProfile
+
+    def __str__(self) -> str:
+        """Return 14 lines, as rclpy does."""
+        what = "Service" if self.endpoint_type in {EntryKind.SERVICE, EntryKind.CLIENT} else "Topic"
+        qos = self.qos_profile
+        keeps_last = qos.history is HistoryPolicy.KEEP_LAST
+        history = f"{qos.history.name} ({qos.depth})" if keeps_last else qos.history.name
+        return "\n".join(
+            [
+                f"Node name: {self.node_name}",
+                f"Node namespace: {self.node_namespace}",
+                f"{what} type: {self.topic_type}",
+                f"{what} type hash: {self.topic_type_hash or 'INVALID'}",
+                f"Endpoint type: {_ENDPOINT_TYPES[self.endpoint_type]}",
+                f"GID: {self.endpoint_id}",
+                "QoS profile:",
+                f"  Reliability: {qos.reliability.name}",
+                f"  History (Depth): {history}",
+                f"  Durability: {qos.durability.name}",
+                f"  Lifespan: {_shown(qos.lifespan)}",
+                f"  Deadline: {_shown(qos.deadline)}",
+                f"  Liveliness: {qos.liveliness.name}",
+                f"  Liveliness lease duration: {_shown(qos.liveliness_lease_duration)}",
+            ]
+        )
 
 
 @dataclass(slots=True)
@@ -73,8 +112,26 @@ class GraphPicture:
         return sum(entry.name == name for entry in self.of_kind(kind))
 
     def endpoints(self, kind: EntryKind, name: str) -> list[EndpointInfo]:
-        """Return the endpoints of a kind on a topic."""
-        return [_endpoint(entry) for entry in self.of_kind(kind) if entry.name == name]
+        """Return the endpoints of a kind on a topic or service, in the order of their declaration."""
+        found = [_endpoint(entry) for entry in self.of_kind(kind) if entry.name == name]
+        return sorted(found, key=lambda endpoint: endpoint.endpoint_id)
+
+
+_SEND_GOAL: Final = "/_action/send_goal"
+"""What an action's name has behind it in the name of the service that takes its goals."""
+
+
+def actions_among(services: NamesAndTypes) -> NamesAndTypes:
+    """Return the actions that services, of servers or of clients, belong to, with their types."""
+    return [
+        (name.removesuffix(_SEND_GOAL), [each.removesuffix("_SendGoal") for each in types])
+        for name, types in services
+        if name.endswith(_SEND_GOAL)
+    ]
+
+
+def _shown(limit: Duration) -> str:
+    return str(INFINITE if limit == UNLIMITED else limit)
 
 
 def _endpoint(entry: GraphEntry) -> EndpointInfo:

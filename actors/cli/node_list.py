@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.cli.output import say, say_json
+from actors.cli.output import say_json
 from actors.cli.place import inspector
+from actors.cli.tables import Styled, say_styled
 from proto.names import is_hidden
 
 if TYPE_CHECKING:
@@ -22,5 +23,5 @@ def run(options: argparse.Namespace) -> int:
         say_json([{"name": name} for name in found])
     else:
         for name in found:
-            say(name)
+            say_styled(Styled(name, "name"))
     return 0

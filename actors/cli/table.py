@@ -30,21 +30,35 @@ VERBS: Final[dict[str, Verb | Group]] = {
     "demo": Verb("actors.cli.demo", "see five nodes talk, in this terminal", stays=True),
     "run": Verb("actors.cli.run", "run a script, or an installed program", stays=True),
     "topic": Group(
-        "list topics, hear them, publish on them",
+        "look at topics, hear them, publish on them",
         {
             "list": Verb("actors.cli.verbs.topic_list", "list topics"),
+            "info": Verb("actors.cli.verbs.topic_info", "say who publishes and subscribes to a topic"),
+            "type": Verb("actors.cli.verbs.topic_type", "print the type of a topic"),
+            "find": Verb("actors.cli.verbs.topic_find", "list the topics of a type"),
             "echo": Verb("actors.cli.verbs.topic_echo", "print the messages of a topic"),
             "pub": Verb("actors.cli.verbs.topic_pub", "publish on a topic"),
         },
     ),
     "service": Group(
-        "list services and call them",
+        "look at services and call them",
         {
             "list": Verb("actors.cli.verbs.service_list", "list services"),
+            "info": Verb("actors.cli.verbs.service_info", "say who serves and calls a service"),
+            "type": Verb("actors.cli.verbs.service_type", "print the type of a service"),
+            "find": Verb("actors.cli.verbs.service_find", "list the services of a type"),
             "call": Verb("actors.cli.verbs.service_call", "call a service"),
         },
     ),
-    "node": Group("list nodes", {"list": Verb("actors.cli.verbs.node_list", "list nodes")}),
+    "node": Group(
+        "list nodes, and say what they have",
+        {
+            "list": Verb("actors.cli.verbs.node_list", "list nodes"),
+            "info": Verb(
+                "actors.cli.verbs.node_info", "say what a node publishes, subscribes to, serves and calls"
+            ),
+        },
+    ),
     "interface": Group(
         "show message types, generate their classes",
         {

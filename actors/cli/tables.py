@@ -48,6 +48,13 @@ class Styled(NamedTuple):
 Cell = str | int | float | Styled
 
 
+def say_styled(*parts: str | Styled) -> None:
+    """Print one line put together of texts, coloured where that is wanted."""
+    color = colored(sys.stdout)
+    shown = [Styled(part, "") if isinstance(part, str) else part for part in parts]
+    print("".join(painted(part.text, part.style, color=color) for part in shown))
+
+
 def colored(stream: TextIO) -> bool:
     """Tell whether what goes to a stream is to have colours."""
     wish = color_wish()

@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the arguments."""
     parser.add_argument("-a", "--all", action="store_true", help="also hidden ones, with a leading _")
     parser.add_argument("-c", "--count-nodes", action="store_true", help="only how many there are")
-    add_json_option(parser)
+    add_json_option(parser, "one array of nodes: name")
     add_broker_options(parser)
 
 

@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-t", "--show-types", action="store_true", help="with their types")
     parser.add_argument("-c", "--count-services", action="store_true", help="only how many there are")
     parser.add_argument("--include-hidden-services", action="store_true", help="also names with a leading _")
-    add_json_option(parser)
+    add_json_option(parser, "one array of services: name, types")
     add_broker_options(parser)
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
+import re
 import signal
 import subprocess
 import sys
 from importlib.metadata import version
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import pytest
 
@@ -15,6 +17,9 @@ from actors.cli.errors import CommandError
 from actors.cli.interrupts import Interrupted
 from actors.cli.verbs import interface_list
 from actors.errors import BrokerUnreachable, ServiceTimeout
+
+if TYPE_CHECKING:
+    from broker import Broker
 
 
 def test_help_names_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
@@ -131,6 +136,35 @@ def test_help_loads_neither_asyncio_nor_the_nodes() -> None:
         "sys.exit(bool({'asyncio', 'msgspec', 'yaml', 'actors.node', 'broker'} & set(sys.modules)))"
     )
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL, timeout=50)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["topic", "list", "-v"],
+        ["topic", "info", "/x"],
+        ["topic", "type", "/x"],
+        ["topic", "find", "std_msgs/msg/String"],
+        ["service", "list"],
+        ["service", "info", "/x"],
+        ["node", "list"],
+        ["node", "info", "/x"],
+    ],
+    ids=" ".join,
+)
+async def test_what_only_asks_loads_no_node(arguments: list[str], broker: Broker) -> None:
+    """A question to the broker needs neither asyncio nor message classes, whatever the answer."""
+    code = (
+        "import sys; from actors.cli.main import main; main(sys.argv[1:]);"
+        "print(*{'asyncio', 'msgspec', 'yaml', 'actors.node', 'broker'} & set(sys.modules), file=sys.stderr)"
+    )
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-c", code, *arguments, "--url", broker.url),
+        stdout=asyncio.subprocess.DEVNULL,
+        stderr=asyncio.subprocess.PIPE,
+    )
+    _, err = await asyncio.wait_for(process.communicate(), 50)
+    assert not re.search(r"asyncio|msgspec|yaml|actors|broker", err.decode())
 
 
 def test_python_m_actors_is_callboard() -> None:

@@ -1,10 +1,21 @@
-"""`callboard node list`."""
+"""`callboard node`: list, info."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import asyncio
+from typing import TYPE_CHECKING, Any
 
 import pytest
+
+import actors
+from actors.cli.main import main
+from actors.inspector import Inspector
+from actors.interfaces.action import action_types
+from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_srvs.srv import Trigger
+from actors.testing import FaultProxy
+from broker import Broker, BrokerOptions
 
 if TYPE_CHECKING:
     from tests.actors.cli.conftest import Desk
@@ -26,3 +37,85 @@ async def test_list(desk: Desk, options: list[str], out: str) -> None:
         await node.get_graph()
         await other.get_graph()
         assert await desk.callboard("node", "list", *options) == (0, out, "")
+
+
+async def test_info(desk: Desk) -> None:
+    """P21: six headings, names with types, actions by their services, hidden names left out."""
+    types: Any = action_types(Fibonacci)
+    async with desk.node("zoe", namespace="ns") as node:
+        node.create_publisher(String, "chatter")
+        node.create_publisher(String, "_secret")
+        node.create_service(Trigger, "~/reset", lambda request, response: response)
+        node.create_service(types.send_goal, "fibonacci/_action/send_goal", lambda request: request)
+        await node.get_graph()
+        ended = await desk.callboard("node", "info", "/ns/zoe")
+        hidden = await desk.callboard("node", "info", "/ns/zoe", "--include-hidden")
+    assert (ended.code, ended.err) == (0, "")
+    assert ended.out == (
+        "/ns/zoe\n"
+        "  Subscribers:\n\n"
+        "  Publishers:\n    /ns/chatter: std_msgs/msg/String\n"
+        "  Service Servers:\n    /ns/zoe/reset: std_srvs/srv/Trigger\n"
+        "  Service Clients:\n\n"
+        "  Action Servers:\n    /ns/fibonacci: example_interfaces/action/Fibonacci\n"
+        "  Action Clients:\n\n"
+    )
+    assert "    /ns/_secret: std_msgs/msg/String\n" in hidden.out
+    assert "    /ns/fibonacci/_action/send_goal: example_interfaces/action/Fibonacci_SendGoal\n" in hidden.out
+
+
+async def test_info_as_json(desk: Desk) -> None:
+    """One key for each heading."""
+    async with desk.node("zoe") as node:
+        node.create_subscription(String, "chatter", print)
+        await node.get_graph()
+        document = (await desk.callboard("node", "info", "zoe", "--json")).json
+    assert document == {
+        "name": "/zoe",
+        "subscribers": [{"name": "/chatter", "types": ["std_msgs/msg/String"]}],
+        "publishers": [],
+        "service_servers": [],
+        "service_clients": [],
+        "action_servers": [],
+        "action_clients": [],
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "text"),
+    [
+        ("/zo", 1, "Unable to find node '/zo'; did you mean '/zoe'?\n"),
+        ("/qqq", 1, "Unable to find node '/qqq'\n"),
+        ("", 2, "Which node? Write its full name, such as /talker\n"),
+    ],
+)
+async def test_info_of_an_unknown_node(desk: Desk, name: str, code: int, text: str) -> None:
+    """ROS 2's text, with what may have been meant."""
+    async with desk.node("zoe") as node:
+        await node.get_graph()
+        assert await desk.callboard("node", "info", name) == (code, "", text)
+
+
+async def test_info_of_a_suspended_node(capsys: pytest.CaptureFixture[str]) -> None:
+    """A node whose link has fallen silent is out of the graph; the command knows why."""
+    options = BrokerOptions(port=0, keepalive_sec=0.2, idle_keepalive_sec=0.2)
+    async with (
+        Broker(options) as broker,
+        FaultProxy(broker.url) as proxy,
+        actors.Node("zoe", url=proxy.url) as node,
+    ):
+        await node.get_graph()
+        proxy.black_hole()
+        async with asyncio.timeout(20):
+            while not await asyncio.to_thread(_suspended, broker.url):
+                pass
+        assert await asyncio.to_thread(main, ["node", "info", "/zoe", "--url", broker.url]) == 1
+        proxy.heal()
+    err = capsys.readouterr().err
+    assert err.startswith("Node '/zoe' is suspended: nothing has come from it for ")
+
+
+def _suspended(url: str) -> bool:
+    with Inspector(url) as look:
+        look.graph()  # makes the broker ask who is there
+        return any(link.suspended for link in look.report().links.values())

@@ -1,4 +1,4 @@
-"""`callboard service`: list, call."""
+"""`callboard service`: list, info, type, find, call."""
 
 from __future__ import annotations
 
@@ -50,6 +50,74 @@ async def test_list(desk: Desk, options: list[str], out: str) -> None:
     """Sorted, one a line, hidden ones left out."""
     async with adder(desk):
         assert await desk.callboard("service", "list", *options) == (0, out, "")
+
+
+async def test_info(desk: Desk) -> None:
+    """Type, clients and servers, as ROS 2 prints them; the first slash may be left out."""
+    async with adder(desk), desk.node("caller") as node:
+        node.create_client(AddTwoInts, "add_two_ints")
+        await node.get_graph()
+        ended = await desk.callboard("service", "info", "add_two_ints")
+    assert ended == (0, "Type: example_interfaces/srv/AddTwoInts\nClients count: 1\nServices count: 1\n", "")
+
+
+async def test_verbose_info(desk: Desk) -> None:
+    """Each client and server with its node."""
+    async with adder(desk), desk.node("caller") as node:
+        node.create_client(AddTwoInts, "add_two_ints")
+        await node.get_graph()
+        ended = await desk.callboard("service", "info", "-v", "/add_two_ints")
+    blocks = ended.out.split("\n\n")
+    assert blocks[:2] == ["Type: example_interfaces/srv/AddTwoInts", "Clients count: 1"]
+    assert blocks[2].startswith("Node name: caller\nNode namespace: /\nService type: example_interfaces/srv/")
+    assert "\nEndpoint type: CLIENT\n" in blocks[2]
+    assert blocks[3] == "Services count: 1"
+    assert blocks[4].startswith("Node name: fellow\n")
+    assert "\nEndpoint type: SERVER\n" in blocks[4]
+
+
+async def test_info_as_json(desk: Desk) -> None:
+    """With every client and server."""
+    async with adder(desk):
+        document = (await desk.callboard("service", "info", "/add_two_ints", "--json")).json
+    assert document["types"] == ["example_interfaces/srv/AddTwoInts"]
+    assert document["clients"] == []
+    assert [server["node"] for server in document["servers"]] == ["/fellow"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "out"),
+    [
+        (["type", "/add_two_ints"], "example_interfaces/srv/AddTwoInts\n"),
+        (["type", "_secret", "--include-hidden-services"], "std_srvs/srv/Trigger\n"),
+        (["type", "/add_two_ints", "--json"], '["example_interfaces/srv/AddTwoInts"]\n'),
+        (["find", "example_interfaces/srv/AddTwoInts"], "/add_two_ints\n"),
+        (["find", "std_srvs/srv/Trigger"], ""),
+        (["find", "std_srvs/srv/Trigger", "-c", "--include-hidden-services"], "1\n"),
+        (["find", "example_interfaces/AddTwoInts", "--json"], '["/add_two_ints"]\n'),
+    ],
+)
+async def test_type_and_find(desk: Desk, arguments: list[str], out: str) -> None:
+    """P18: from a name to its type, and from a type to its names."""
+    async with adder(desk):
+        assert await desk.callboard("service", *arguments) == (0, out, "")
+
+
+@pytest.mark.parametrize("verb", ["info", "type"])
+@pytest.mark.parametrize(
+    ("name", "code", "text"),
+    [
+        ("/add_tw_ints", 1, "Unknown service '/add_tw_ints'; did you mean '/add_two_ints'?\n"),
+        ("/qqqqqq", 1, "Unknown service '/qqqqqq'\n"),
+        ("", 2, "service name must not be empty"),
+    ],
+)
+async def test_unknown_services(desk: Desk, verb: str, name: str, code: int, text: str) -> None:
+    """ROS 2's text, with what may have been meant."""
+    async with adder(desk):
+        ended = await desk.callboard("service", verb, name)
+    assert (ended.code, ended.out) == (code, "")
+    assert text in ended.err
 
 
 async def test_call(desk: Desk) -> None:

@@ -1,4 +1,4 @@
-"""`callboard topic list`."""
+"""`callboard topic`: list, info, type, find."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.interfaces.message import type_hash
 from actors.interfaces.std_msgs.msg import Int32, String
+from actors.qos import QoSProfile
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
@@ -55,3 +57,147 @@ async def test_list_of_an_empty_graph(desk: Desk) -> None:
     """No lines; an empty JSON array."""
     assert await desk.callboard("topic", "list") == (0, "", "")
     assert (await desk.callboard("topic", "list", "--json")).json == []
+
+
+async def test_verbose_list(desk: Desk) -> None:
+    """P03: a block of published topics and one of subscribed ones, with types and how many there are."""
+    async with some_topics(desk):
+        ended = await desk.callboard("topic", "list", "-v")
+    assert (ended.code, ended.err) == (0, "")
+    assert ended.out == (
+        "Published topics:\n * /zoo [std_msgs/msg/Int32, std_msgs/msg/String] 2 publishers\n\n"
+        "Subscribed topics:\n * /chatter [std_msgs/msg/String] 1 subscriber\n\n"
+    )
+
+
+async def test_verbose_list_as_json(desk: Desk) -> None:
+    """Each topic once, with both counts."""
+    async with some_topics(desk):
+        (chatter, _) = (await desk.callboard("topic", "list", "-v", "--json")).json
+    assert chatter == {
+        "name": "/chatter",
+        "types": ["std_msgs/msg/String"],
+        "publisher_count": 0,
+        "subscription_count": 1,
+    }
+
+
+@pytest.mark.parametrize("name", ["/zoo", "zoo"])
+async def test_info(desk: Desk, name: str) -> None:
+    """P05: type and counts; the first slash may be left out."""
+    types = "['std_msgs/msg/Int32', 'std_msgs/msg/String']"
+    async with some_topics(desk):
+        ended = await desk.callboard("topic", "info", name)
+    assert ended == (0, f"Type: {types}\nPublisher count: 2\nSubscription count: 0\n", "")
+
+
+async def test_verbose_info(desk: Desk) -> None:
+    """P06: blank lines between all, and each endpoint as rclpy prints it."""
+    async with desk.node("zoe", namespace="/ns") as node:
+        node.create_publisher(String, "/chatter", 7)
+        (publisher,) = await node.get_publishers_info_by_topic("/chatter")
+        ended = await desk.callboard("topic", "info", "-v", "/chatter")
+    assert ended == (
+        0,
+        f"Type: std_msgs/msg/String\n\nPublisher count: 1\n\n{publisher}\n\nSubscription count: 0\n\n",
+        "",
+    )
+
+
+async def test_info_as_json(desk: Desk) -> None:
+    """With every endpoint; times that are none are null."""
+    async with desk.node("zoe", namespace="/ns") as node:
+        node.create_subscription(String, "/chatter", print, QoSProfile(depth=3, deadline=1.5))
+        (endpoint,) = await node.get_subscriptions_info_by_topic("/chatter")
+        ended = await desk.callboard("topic", "info", "/chatter", "--json")
+    assert ended.json == {
+        "name": "/chatter",
+        "types": ["std_msgs/msg/String"],
+        "publishers": [],
+        "subscriptions": [
+            {
+                "node": "/ns/zoe",
+                "type": "std_msgs/msg/String",
+                "type_hash": type_hash(String),
+                "endpoint_id": endpoint.endpoint_id,
+                "qos": {
+                    "history": "keep_last",
+                    "depth": 3,
+                    "reliability": "reliable",
+                    "durability": "volatile",
+                    "lifespan_ns": None,
+                    "deadline_ns": 1_500_000_000,
+                    "liveliness": "automatic",
+                    "liveliness_lease_duration_ns": None,
+                },
+            }
+        ],
+    }
+
+
+@pytest.mark.parametrize(
+    ("options", "out"),
+    [
+        (["/chatter"], "std_msgs/msg/String\n"),
+        (["zoo"], "std_msgs/msg/Int32\nstd_msgs/msg/String\n"),
+        (["/_secret", "--include-hidden-topics"], "std_msgs/msg/String\n"),
+        (["/chatter", "--json"], '["std_msgs/msg/String"]\n'),
+    ],
+)
+async def test_type(desk: Desk, options: list[str], out: str) -> None:
+    """One a line."""
+    async with some_topics(desk):
+        assert await desk.callboard("topic", "type", *options) == (0, out, "")
+
+
+async def test_type_of_a_hidden_topic(desk: Desk) -> None:
+    """P07: nothing on stdout, and 1; what helps is on stderr."""
+    async with some_topics(desk):
+        assert await desk.callboard("topic", "type", "/_secret") == (
+            1,
+            "",
+            "Hidden topic '/_secret': add --include-hidden-topics\n",
+        )
+
+
+@pytest.mark.parametrize(
+    ("options", "out"),
+    [
+        (["std_msgs/msg/String"], "/chatter\n/zoo\n"),
+        (["std_msgs/String", "-c"], "2\n"),
+        (["std_msgs/msg/String", "--include-hidden-topics"], "/_secret\n/chatter\n/zoo\n"),
+        (["std_msgs/msg/Int32", "--json"], '["/zoo"]\n'),
+        (["geometry_msgs/msg/Pose"], ""),
+        (["geometry_msgs/msg/Pose", "-c"], "0\n"),
+        (["geometry_msgs/msg/Pose", "--json"], "[]\n"),
+    ],
+)
+async def test_find(desk: Desk, options: list[str], out: str) -> None:
+    """The topics of a type; none is no failure."""
+    async with some_topics(desk):
+        assert await desk.callboard("topic", "find", *options) == (0, out, "")
+
+
+async def test_find_with_a_mistyped_type(desk: Desk) -> None:
+    """What may have been meant is among the types of the graph."""
+    async with some_topics(desk):
+        ended = await desk.callboard("topic", "find", "std_msgs/msg/Sting")
+    assert ended == (0, "", "Nothing has type 'std_msgs/msg/Sting'; did you mean 'std_msgs/msg/String'?\n")
+
+
+@pytest.mark.parametrize("verb", ["info", "type"])
+@pytest.mark.parametrize(
+    ("name", "code", "text"),
+    [
+        ("/chattr", 1, "Unknown topic '/chattr'; did you mean '/chatter'?\n"),
+        ("/qqqqqq", 1, "Unknown topic '/qqqqqq'\n"),
+        ("", 2, "topic name must not be empty"),
+        ("a b", 2, "must not contain characters other than"),
+    ],
+)
+async def test_unknown_topics(desk: Desk, verb: str, name: str, code: int, text: str) -> None:
+    """ROS 2's text, with what may have been meant; impossible names are wrong usage."""
+    async with some_topics(desk):
+        ended = await desk.callboard("topic", verb, name)
+    assert (ended.code, ended.out) == (code, "")
+    assert text in ended.err
