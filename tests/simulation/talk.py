@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
+from actors.core import Core
 from broker.drain import Drain
 from broker.records import Queue, Send, ServiceRecord
 from broker.router import Router
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
     from broker.connection import Connection
     from broker.records import Delivery
+    from proto.lane import Lane
     from tests.simulation.world import World
 
 CALLED_FOR_A_PEER: Final = ("disconnect", "suspend", "restore")
@@ -45,18 +47,29 @@ class Talk:
         """Servers that have sent RETIRE."""
         self._caught_up: set[Connection] = set()
         """Links that have answered that they know that they are held."""
+        self._departing: list[Lane] = []
+        """Of publishers that have been destroyed: what is in them still goes out."""
 
     @contextmanager
     def heard(self) -> Iterator[None]:
         """Listen, while inside."""
-        send = Channel.send
+        send, departs = Channel.send, Core.departs
 
         def noting_send(channel: Channel, frame: frames.Frame) -> None:
             if isinstance(frame, frames.Retire):
                 self._said_so.add((channel, frame.id))
             send(channel, frame)
 
-        with mock.patch.object(Channel, "send", noting_send), self._routers_heard(), self._drains_heard():
+        def noting_departs(core: Core, lane: Lane) -> None:
+            self._departing.append(lane)
+            departs(core, lane)
+
+        with (
+            mock.patch.object(Channel, "send", noting_send),
+            mock.patch.object(Core, "departs", noting_departs),
+            self._routers_heard(),
+            self._drains_heard(),
+        ):
             yield
 
     @contextmanager
@@ -160,8 +173,13 @@ class Talk:
     # A broker that stops
 
     def _is_not_held(self, router: Router, peer: int, run: frames.Run) -> None:
-        """Who has caught up with a stopping broker publishes no more; the rest of large messages may come."""
-        if router.services.closed and message_bytes(run) < limits.FRAGMENT_BYTES:
+        """Who has caught up with a stopping broker publishes no more.
+
+        The rest of large messages may come, and of publishers that have been destroyed.
+        """
+        small = message_bytes(run) < limits.FRAGMENT_BYTES
+        departs = any(lane.publisher == run.publisher for lane in self._departing)
+        if router.services.closed and small and not departs:
             for connection in self._caught_up:
                 if connection.router is router and connection.peer == peer:
                     self._world.complain(f"{connection} has been held, and publishes {run.first_sequence}")
