@@ -74,6 +74,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
     "pkg": Group(
         "make packages of nodes, list what is installed",
         {
+            "create": Verb("actors.cli.verbs.pkg_create", "make a new package of nodes"),
             "list": Verb("actors.cli.verbs.pkg_list", "list installed packages that use callboard"),
             "executables": Verb("actors.cli.verbs.pkg_executables", "list the programs of packages"),
             "prefix": Verb("actors.cli.verbs.pkg_prefix", "print where a package is installed"),

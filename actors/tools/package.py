@@ -1,0 +1,243 @@
+"""Package: the files of a new package of nodes, that can be installed, run, tested and built at once.
+
+    from pathlib import Path
+    from actors.tools.package import NewPackage
+
+    new = NewPackage(name="my_robot", node_name="talker", maintainer_name="Me", maintainer_email="me@here")
+    new.write(Path("src"))
+
+It is a Python package like any other: a pyproject.toml, where `callboard run` finds what can be run, and a
+folder of modules.
+"""
+
+from __future__ import annotations
+
+import json
+import keyword
+import re
+import sys
+from dataclasses import dataclass
+from importlib.resources import files
+from string import Template
+from typing import TYPE_CHECKING, Final
+
+from actors.interfaces.registry import standard_packages
+from actors.tools.licenses import license_text, spdx
+from actors.tools.maintainer import EMAIL
+from proto.errors import CallboardError, shown
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+NO_LICENSE: Final = "TODO: License declaration"
+NO_DESCRIPTION: Final = "TODO: Package description"
+VERSION: Final = "0.0.0"
+MAX_NAME_LENGTH: Final = 100
+
+_NAME: Final = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
+_REQUIREMENT: Final = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]*[A-Za-z0-9])?(?:[\s\[(<>=!~@;].*)?")
+_TAKEN: Final = (
+    "actors",
+    "broker",
+    "callboard",
+    "msgpack",
+    "msgspec",
+    "proto",
+    "test",
+    "tests",
+    "uvloop",
+    "yaml",
+)
+"""What would hide callboard, what it needs, or the package's own tests."""
+_ROS: Final = ("ament_index_python", "launch", "launch_ros", "rclpy", "ros2launch")
+"""What packages of nodes depend on in ROS 2, beside packages of message types."""
+_PROGRAMS: Final = ("callboard", "pip", "pytest", "python", "python3")
+"""What a program of the same name would replace in the environment."""
+
+
+class InvalidPackageError(CallboardError, ValueError):
+    """A package cannot be made of this; the text says what can stand there."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NewPackage:
+    """A package that is to be.
+
+    Attributes:
+        name: Lowercase letters, digits and single underscores; the name of the folder, of the distribution
+            and of the Python package in it.
+        node_name: A node to begin with, and its program; None for a package without.
+        description: One line.
+        license_name: An SPDX identifier, or a name of one's own; `NO_LICENSE` while there is none.
+        maintainer_name: Who cares for it.
+        maintainer_email: Their address.
+        dependencies: What pip has to install with it, beside callboard, such as "numpy>=2".
+        year: Since when there is a copyright; for licences that say it.
+
+    Raises:
+        InvalidPackageError: One of them cannot be.
+    """
+
+    name: str
+    node_name: str | None = None
+    description: str = NO_DESCRIPTION
+    license_name: str = NO_LICENSE
+    maintainer_name: str
+    maintainer_email: str
+    dependencies: tuple[str, ...] = ()
+    year: int
+
+    def __post_init__(self) -> None:
+        _check_package_name(self.name)
+        if self.node_name is not None:
+            _check_node_name(self.node_name)
+        for what in ("description", "license_name", "maintainer_name", "maintainer_email"):
+            text: str = getattr(self, what)
+            if not text.isprintable() or not text.strip():
+                spoken = what.replace("_", " ")
+                raise InvalidPackageError(f"Invalid {spoken} '{shown(text)}': write a line of printable text")
+        if not EMAIL.fullmatch(self.maintainer_email):
+            raise InvalidPackageError(
+                f"Invalid email address '{self.maintainer_email}': write one such as me@example.org"
+            )
+        for each in self.dependencies:
+            if not each.isprintable() or not _REQUIREMENT.fullmatch(each):
+                raise InvalidPackageError(f"Invalid dependency '{shown(each)}': write one such as numpy>=2")
+
+    def license_text(self) -> str | None:
+        """Return the text of its licence; None if that is not known here."""
+        return license_text(self.license_name, holder=self.maintainer_name, year=self.year)
+
+    def files(self) -> dict[str, str]:
+        """Return the text of each file by its path in the package's folder, such as "my_robot/talker.py"."""
+        made = {
+            "pyproject.toml": self._fill("pyproject.toml"),
+            "README.md": self._fill("README.md"),
+            ".gitignore": self._fill("gitignore"),
+        }
+        text = self.license_text()
+        if text is not None:
+            made["LICENSE"] = text
+        made[f"{self.name}/__init__.py"] = self._fill("init.py")
+        if self.node_name is not None:
+            made[f"{self.name}/{self.node_name}.py"] = self._fill("node.py")
+        made[f"{self.name}/launch/README.md"] = self._fill("launch.md")
+        if self.node_name is None:
+            made[f"tests/test_{self.name}.py"] = self._fill("test_package.py")
+        else:
+            made[f"tests/test_{self.node_name}.py"] = self._fill("test_node.py")
+        return made
+
+    def write(self, parent: Path) -> list[str]:
+        """Write the package into a new folder of its name.
+
+        Args:
+            parent: Where that folder goes. It is made if it is not there.
+
+        Returns:
+            The folders and files that are new, in order, as paths in `parent`. Those of folders end with "/".
+
+        Raises:
+            FileExistsError: There is a file or folder of this name already. Nothing has been written.
+            OSError: It cannot be written.
+        """
+        parent.mkdir(parents=True, exist_ok=True)
+        (parent / self.name).mkdir()
+        written = [f"{self.name}/"]
+        for path, text in self.files().items():
+            where = f"{self.name}/{path}"
+            folder = f"{where.rpartition('/')[0]}/"
+            if folder not in written:
+                (parent / folder).mkdir()
+                written.append(folder)
+            (parent / where).write_text(text, encoding="utf-8")
+            written.append(where)
+        return written
+
+    def _fill(self, template: str) -> str:
+        source = files("actors.tools") / "templates" / "package" / f"{template}.txt"
+        return Template(source.read_text(encoding="utf-8")).substitute(self._words())
+
+    def _words(self) -> dict[str, str]:
+        """Return what stands for the names in the templates."""
+        node = self.node_name or "talker"
+        script = f'{node} = "{self.name}.{node}:main"'
+        dependencies = ["callboard", *(each for each in self.dependencies if each != "callboard")]
+        return {
+            "package": self.name,
+            "node": node,
+            "class_name": "".join(word.capitalize() for word in node.split("_")),
+            "version": VERSION,
+            "text": self.description,
+            "description": _toml(self.description),
+            "maintainer_name": _toml(self.maintainer_name),
+            "maintainer_email": _toml(self.maintainer_email),
+            "dependencies": f"[{', '.join(map(_toml, dependencies))}]",
+            "license": self._license_line(),
+            "script": script if self.node_name else f"# {script}",
+            "use": self._use(),
+        }
+
+    def _license_line(self) -> str:
+        if self.license_name == NO_LICENSE:
+            return f'# license = "Apache-2.0"  # {NO_LICENSE}'
+        line = f"license = {_toml(spdx(self.license_name))}"
+        return line if self.license_text() is None else f'{line}\nlicense-files = ["LICENSE"]'
+
+    def _use(self) -> str:
+        if self.node_name is None:
+            return "Its programs stand in `pyproject.toml`, under `project.scripts`."
+        return (
+            "Run its node; `callboard broker` in another terminal is where nodes meet:\n\n"
+            f"    callboard run {self.name} {self.node_name}"
+        )
+
+
+def comes_with_callboard(dependency: str) -> bool:
+    """Tell whether this is a ROS 2 package whose place callboard takes: nothing is to be installed."""
+    return dependency in _ROS or dependency in standard_packages()
+
+
+def suggested_name(name: str) -> str | None:
+    """Return a valid package or node name that is like this one; None if there is none."""
+    spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+    made = re.sub(r"[^a-z0-9]+", "_", spaced).strip("_")
+    return made if _NAME.fullmatch(made) else None
+
+
+def _check_package_name(name: str) -> None:
+    _check_name("package name", name)
+    if name in _TAKEN or name in sys.stdlib_module_names:
+        raise InvalidPackageError(
+            f"Aborted since packages can't be named '{name}': it would hide another module of that name. "
+            "Please choose a different package name."
+        )
+
+
+def _check_node_name(name: str) -> None:
+    _check_name("node name", name)
+    if name in _PROGRAMS:
+        raise InvalidPackageError(
+            f"Aborted since nodes can't be named '{name}': their programs would replace another one. "
+            "Please choose a different node name."
+        )
+
+
+def _check_name(kind: str, name: str) -> None:
+    """Let names through that are fine for a module, a distribution and a node."""
+    rule = ""
+    if not _NAME.fullmatch(name):
+        rule = "write lowercase letters, digits and single underscores, a letter first"
+    elif len(name) > MAX_NAME_LENGTH:
+        rule = f"write at most {MAX_NAME_LENGTH} characters"
+    elif keyword.iskeyword(name):
+        rule = "it is a word of Python's own"
+    if rule:
+        suggestion = suggested_name(name)
+        hint = f"; did you mean '{suggestion}'?" if suggestion not in (None, name) else ""
+        raise InvalidPackageError(f"Invalid {kind} '{shown(name)}': {rule}{hint}")
+
+
+def _toml(text: str) -> str:
+    """Return printable text as a TOML string: the same as JSON's."""
+    return json.dumps(text, ensure_ascii=False)
