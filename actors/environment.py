@@ -2,7 +2,9 @@
 
     CALLBOARD_URL        where the broker is, e.g. callboard://127.0.0.1:7411
     CALLBOARD_DOMAIN     which of the broker's separate graphs to join, 0 to 232
+    CALLBOARD_CONTEXT    which of the brokers named with `callboard context` to go to
     CALLBOARD_LOG_LEVEL  what scripts log: DEBUG, INFO, WARN, ERROR or FATAL
+    XDG_CONFIG_HOME      where configuration is kept; ~/.config if unset
     NO_COLOR             set to anything: no colours
     FORCE_COLOR          set to anything: colours, also where there is no terminal
 
@@ -20,7 +22,7 @@ from proto.errors import CallboardError, shown
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-VARIABLES: Final = ("CALLBOARD_URL", "CALLBOARD_DOMAIN", "CALLBOARD_LOG_LEVEL")
+VARIABLES: Final = ("CALLBOARD_URL", "CALLBOARD_DOMAIN", "CALLBOARD_CONTEXT", "CALLBOARD_LOG_LEVEL")
 """Those that are callboard's own."""
 
 MAX_DOMAIN: Final = 232
@@ -57,6 +59,26 @@ def domain_id(environ: Mapping[str, str] | None = None) -> int | None:
     if not _DOMAIN.fullmatch(value) or int(value) > MAX_DOMAIN:
         raise InvalidEnvironmentError("CALLBOARD_DOMAIN", value, f"an integer from 0 to {MAX_DOMAIN}")
     return int(value)
+
+
+def context_name(environ: Mapping[str, str] | None = None) -> str | None:
+    """Return CALLBOARD_CONTEXT as it stands, None if unset. `actors.tools.contexts` knows what it names."""
+    return _get("CALLBOARD_CONTEXT", environ)
+
+
+def own_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return all variables that are named like callboard's own and have a value, known or not."""
+    source = os.environ if environ is None else environ
+    return {name: value for name, value in source.items() if name.startswith("CALLBOARD_") and value}
+
+
+def config_folder(environ: Mapping[str, str] | None = None) -> str:
+    """Return where callboard's configuration is kept; the folder need not exist."""
+    base = _get("XDG_CONFIG_HOME", environ) or ""
+    # Every command and node comes by here: importing pathlib would take it some milliseconds.
+    if not os.path.isabs(base):  # noqa: PTH117 - the standard says to ignore it then
+        base = os.path.expanduser("~/.config")  # noqa: PTH111
+    return os.path.join(base, "callboard")  # noqa: PTH118
 
 
 def log_level(environ: Mapping[str, str] | None = None) -> str | None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
-from actors import environment
 from actors.arguments import RosArguments, parse_ros_arguments, process_arguments
 from actors.broker_stats import BrokerView
 from actors.clock import Clock
@@ -31,8 +30,8 @@ from actors.parameters import ParameterStore
 from actors.qos import QoSProfile, qos_from
 from actors.remapping import Remapper
 from actors.timing import SLOW_CALLBACK_SEC
+from actors.tools.contexts import find_place
 from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
-from proto.url import DEFAULT_URL, parse_urls
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -57,8 +56,10 @@ class Node(NodeGraph, NodeParameters):
         namespace: "" or None is the root; "ns" means "/ns".
         url: The broker, or several, separated by commas: whenever there is no link they are tried in this
             order, so that a node comes back to the first that answers, but leaves none that it is linked to.
-            The environment (CALLBOARD_URL) and then callboard://127.0.0.1:7411 stand in.
-        domain: Which of a broker's disjoint graphs to join, 0 to 232; CALLBOARD_DOMAIN, then 0.
+            CALLBOARD_URL, the context in use (`actors.tools.contexts`) and then callboard://127.0.0.1:7411
+            stand in.
+        domain: Which of a broker's disjoint graphs to join, 0 to 232. CALLBOARD_DOMAIN, the context's and
+            then 0 stand in.
         cli_args: Arguments of this node alone: ["--ros-args", "-r", "a:=b"]. They win over the process's.
         use_global_arguments: Take what `actors.run` found on the command line.
         parameter_overrides: Values for parameters; they win over the command line and files.
@@ -77,6 +78,7 @@ class Node(NodeGraph, NodeParameters):
         InvalidNameError: The name or namespace breaks the naming rules.
         InvalidRosArgumentError: `cli_args` cannot be read.
         InvalidUrlError: The broker URL cannot be read.
+        ContextError: CALLBOARD_CONTEXT names no context, or the file of contexts is broken.
         ValueError: `slow_callback_sec` is no time.
     """
 
@@ -106,9 +108,8 @@ class Node(NodeGraph, NodeParameters):
         self._names = Remapper(node_name, absolute, rules=own.remap_rules, process_rules=shared.remap_rules)
         full_name = full_node_name(self._names.namespace, self._names.name)
         log = get_logger(node_logger_name(full_name))
-        urls = parse_urls(url or environment.broker_url() or DEFAULT_URL)
-        graph_domain = domain if domain is not None else environment.domain_id() or 0
-        link = Link(", ".join(map(str, urls)))
+        place = find_place(url or None, domain)
+        link = Link(", ".join(map(str, place.urls)))
         self._core = Core(
             name=self._names.name,
             namespace=self._names.namespace,
@@ -130,7 +131,7 @@ class Node(NodeGraph, NodeParameters):
         self._lifetime = Lifetime(
             self._core,
             self._clock,
-            Dialer(link, urls, domain=graph_domain, log=log),
+            Dialer(link, place.urls, domain=place.domain, log=log),
             connect_timeout_sec=connect_timeout_sec,
             stop_timeout_sec=stop_timeout_sec,
         )

@@ -70,15 +70,22 @@ def _shown_examples(examples: Mapping[str, str]) -> str:
 
 
 def add_broker_options(parser: argparse.ArgumentParser) -> None:
-    """Add --url and --domain."""
+    """Add --url, --domain and --context."""
     parser.add_argument(
-        "--url", metavar="URL", help="the broker; default: CALLBOARD_URL, then callboard://127.0.0.1:7411"
+        "--url",
+        metavar="URL",
+        help="the broker; default: CALLBOARD_URL, then the context's, then callboard://127.0.0.1:7411",
     )
     parser.add_argument(
         "--domain",
         type=domain,
         metavar="N",
-        help=f"the graph, 0 to {MAX_DOMAIN}; default: CALLBOARD_DOMAIN, then 0",
+        help=f"the graph, 0 to {MAX_DOMAIN}; default: CALLBOARD_DOMAIN, then the context's, then 0",
+    )
+    parser.add_argument(
+        "--context",
+        metavar="CONTEXT",
+        help="a broker named with `callboard context add`; default: CALLBOARD_CONTEXT, then the one in use",
     )
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
-from actors import environment
+from actors.cli.errors import CommandError
 from actors.cli.interrupts import raise_at_once
+from actors.cli.parsing import did_you_mean
 from actors.errors import BrokerUnreachable
-from proto.url import DEFAULT_PORT, DEFAULT_URL, parse_urls
+from actors.tools.contexts import DEFAULT, Place, UnknownContextError, find_place
+from proto.url import DEFAULT_PORT
 
 if TYPE_CHECKING:
     import argparse
@@ -21,13 +24,40 @@ CONNECT_TIMEOUT_SEC: Final = 2.0
 _HERE: Final = {"127.0.0.1", "::1", "localhost"}
 
 
-def broker_urls(options: argparse.Namespace) -> tuple[BrokerUrl, ...]:
-    """Return where the broker is: `--url`, then CALLBOARD_URL, then the default.
+def place_of(options: argparse.Namespace) -> Place:
+    """Return where the broker is and which of its graphs is meant: see `actors.tools.contexts`.
 
     Raises:
         InvalidUrlError: The URL cannot be read.
+        InvalidEnvironmentError: CALLBOARD_DOMAIN is wrong.
+        ContextError: The file of contexts is broken.
+        CommandError: There is no such context.
     """
-    return parse_urls(options.url or environment.broker_url() or DEFAULT_URL)
+    try:
+        return find_place(options.url or None, options.domain, options.context or None)
+    except UnknownContextError as error:
+        raise unknown_context(error) from error
+
+
+def unknown_context(error: UnknownContextError) -> CommandError:
+    """Return the error that also says which contexts there are."""
+    hint = did_you_mean(error.name, error.known) or f"; there is {', '.join(error.known)}"
+    return CommandError(f"{error}{hint}")
+
+
+def tell_children(options: argparse.Namespace) -> None:
+    """Give what --url, --domain and --context say to the programs that this process becomes or starts.
+
+    Raises:
+        As `place_of`.
+    """
+    if options.url is None and options.domain is None and options.context is None:
+        return
+    place = place_of(options)
+    if options.url is not None or options.context is not None:
+        os.environ["CALLBOARD_URL"] = place.url
+    if options.domain is not None or options.context is not None:
+        os.environ["CALLBOARD_DOMAIN"] = str(place.domain)
 
 
 @contextmanager
@@ -39,21 +69,21 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
     """
     from actors.inspector import Inspector  # noqa: PLC0415 - `--help` needs none
 
-    urls = broker_urls(options)
-    domain = options.domain if options.domain is not None else environment.domain_id() or 0
+    place = place_of(options)
     raise_at_once()
-    look = Inspector(",".join(map(str, urls)), domain=domain, timeout_sec=CONNECT_TIMEOUT_SEC)
+    look = Inspector(place.url, domain=place.domain, timeout_sec=CONNECT_TIMEOUT_SEC)
     try:
         look.connect()
     except BrokerUnreachable:
-        raise BrokerUnreachable(missing_broker(urls)) from None
+        raise BrokerUnreachable(missing_broker(place)) from None
     with look:
         yield look
 
 
-def missing_broker(urls: tuple[BrokerUrl, ...]) -> str:
+def missing_broker(place: Place) -> str:
     """Say in one line that there is no broker, and what starts one."""
-    return f"No broker at {', '.join(map(str, urls))}. Start one{_remedy(urls[0])}"
+    source = "" if place.url_from in {"--url", DEFAULT} else f" ({place.url_from})"
+    return f"No broker at {', '.join(map(str, place.urls))}{source}. Start one{_remedy(place.urls[0])}"
 
 
 def _remedy(url: BrokerUrl) -> str:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, NoReturn
 from actors.cli.errors import USAGE, CommandError
 from actors.cli.interrupts import raise_if_noted
 from actors.cli.parsing import add_broker_options, did_you_mean
+from actors.cli.place import tell_children
 
 if TYPE_CHECKING:
     import argparse
@@ -47,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Become the program. Returns never; raises CommandError if there is no such program."""
-    _tell_children(options)
+    tell_children(options)
     prefix = _prefix(options.prefix)
     path = Path(options.program)
     if path.is_file() or (path / "__main__.py").is_file():
@@ -56,17 +57,6 @@ def run(options: argparse.Namespace) -> int:
         raise CommandError(f"No script '{path}'{_similar_file(path)}")
     code = _named_executable(options.program, options.arguments).command()
     _become(*prefix, sys.executable, "-u", "-P", "-c", code, *options.arguments[1:])
-
-
-def _tell_children(options: argparse.Namespace) -> None:
-    """Give --url and --domain to the program, as its environment."""
-    if options.url is not None:
-        from proto.url import parse_urls  # noqa: PLC0415 - rarely needed
-
-        parse_urls(options.url)
-        os.environ["CALLBOARD_URL"] = options.url
-    if options.domain is not None:
-        os.environ["CALLBOARD_DOMAIN"] = str(options.domain)
 
 
 def _prefix(text: str | None) -> list[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors import environment
 from actors.cli.errors import USAGE, CommandError
-from actors.cli.place import CONNECT_TIMEOUT_SEC, broker_urls, missing_broker
+from actors.cli.place import CONNECT_TIMEOUT_SEC, missing_broker, place_of
 from actors.errors import BrokerUnreachable
 from actors.log_output import configure_logging
 from actors.logger import LoggingSeverity
@@ -27,7 +27,7 @@ STOP_TIMEOUT_SEC: Final = 1.0
 
 @asynccontextmanager
 async def session(options: argparse.Namespace) -> AsyncGenerator[Node]:
-    """Join the graph that `--url` and `--domain` name, as a hidden node.
+    """Join the graph that `--url`, `--domain` and `--context` name, as a hidden node.
 
     Raises:
         BrokerUnreachable: No broker within 2 s; the text says how to start one.
@@ -35,13 +35,13 @@ async def session(options: argparse.Namespace) -> AsyncGenerator[Node]:
     """
     if options.own_process:
         _set_up_log()
-    urls = broker_urls(options)
+    place = place_of(options)
     # A process id alone is not unique: in a container it is 1.
     name = f"_callboard_cli_{os.getpid()}_{secrets.token_hex(3)}"
     node = Node(
         name,
-        url=",".join(map(str, urls)),
-        domain=options.domain,
+        url=place.url,
+        domain=place.domain,
         use_global_arguments=False,
         connect_timeout_sec=CONNECT_TIMEOUT_SEC,
         stop_timeout_sec=STOP_TIMEOUT_SEC,
@@ -52,7 +52,7 @@ async def session(options: argparse.Namespace) -> AsyncGenerator[Node]:
         async with asyncio.timeout(CONNECT_TIMEOUT_SEC):
             await node.__aenter__()
     except (BrokerUnreachable, TimeoutError):
-        raise BrokerUnreachable(missing_broker(urls)) from None
+        raise BrokerUnreachable(missing_broker(place)) from None
     log.set_level(LoggingSeverity.UNSET)
     async with _leaving(node):
         yield node

@@ -80,6 +80,16 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "prefix": Verb("actors.cli.verbs.pkg_prefix", "print where a package is installed"),
         },
     ),
+    "context": Group(
+        "name brokers, and choose the one to go to",
+        {
+            "list": Verb("actors.cli.verbs.context_list", "list the named brokers"),
+            "show": Verb("actors.cli.verbs.context_show", "say where commands and nodes go, and why"),
+            "use": Verb("actors.cli.verbs.context_use", "go to a broker from now on"),
+            "add": Verb("actors.cli.verbs.context_add", "give a broker a name"),
+            "remove": Verb("actors.cli.verbs.context_remove", "forget a named broker"),
+        },
+    ),
     "bench": Verb("actors.cli.bench", "measure how fast callboard is on this machine"),
 }
 

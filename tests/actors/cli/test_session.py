@@ -11,6 +11,7 @@ import pytest
 from actors.cli.main import main
 from actors.cli.place import missing_broker
 from actors.cli.session import graph_of, session
+from actors.tools.contexts import find_place
 from proto.names import is_hidden
 from proto.url import parse_urls
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 )
 def test_a_missing_broker_has_a_remedy(url: str, remedy: str) -> None:
     """The command that would start one at that place."""
-    assert missing_broker(parse_urls(url)) == f"No broker at {parse_urls(url)[0]}. {remedy}"
+    assert missing_broker(find_place(url)) == f"No broker at {parse_urls(url)[0]}. {remedy}"
 
 
 def test_no_broker_is_one_line_and_3(capsys: pytest.CaptureFixture[str]) -> None:
@@ -59,7 +60,7 @@ def test_a_bad_url_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
 
 async def test_the_node_is_hidden_and_not_in_its_own_picture(desk: Desk) -> None:
     """Two commands in one process do not get in each other's way."""
-    options = argparse.Namespace(url=desk.url, domain=None, own_process=False)
+    options = argparse.Namespace(url=desk.url, domain=None, context=None, own_process=False)
     async with session(options) as one, session(options) as two:
         assert is_hidden(one.get_fully_qualified_name())
         assert (await graph_of(one)).nodes() == [two.get_fully_qualified_name()]
