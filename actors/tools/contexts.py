@@ -11,8 +11,8 @@ yet; the file is readable by its owner only, so that it can keep them some day.
 
 Where to go is decided in this order: what the caller says (`--url`, `--domain`), the context that the caller
 names (`--context`), CALLBOARD_URL and CALLBOARD_DOMAIN, the context that CALLBOARD_CONTEXT names, the one in
-use, the default. A context that the environment or the file chooses has no say when a URL is given: its domain
-belongs to its broker.
+use, the default. A context that the environment or the file chooses has no say when a URL is given: its
+domain belongs to its broker.
 """
 
 # Every command and node asks here: importing pathlib would take it some milliseconds.
