@@ -108,6 +108,22 @@ def add_qos_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_watch_options(parser: argparse.ArgumentParser, *, window: str, subscribe: bool = True) -> None:
+    """Add what `topic hz`, `bw` and `delay` have in common."""
+    parser.add_argument(
+        "-w", "--window", type=count, metavar="N",
+        help=f"messages to look back on; default: {window}, and the last second at least",
+    )  # fmt: skip
+    if subscribe:
+        parser.add_argument(
+            "--subscribe", action="store_true", help="measure what comes here, not what the broker counts"
+        )
+    parser.add_argument("--once", action="store_true", help="print the first result and end")
+    parser.add_argument(
+        "--timeout", type=positive, metavar="SEC", help="end with 124 when no message comes for this long"
+    )
+
+
 def domain(text: str) -> int:
     """Read a domain id."""
     if not re.fullmatch(r"[0-9]{1,3}", text) or int(text) > MAX_DOMAIN:

@@ -45,6 +45,7 @@ async def session(options: argparse.Namespace) -> AsyncGenerator[Node]:
         use_global_arguments=False,
         connect_timeout_sec=CONNECT_TIMEOUT_SEC,
         stop_timeout_sec=STOP_TIMEOUT_SEC,
+        slow_callback_sec=None,  # a terminal may be slow
     )
     log = node.get_logger()
     log.set_level(LoggingSeverity.FATAL)  # the error below says it all

@@ -38,6 +38,9 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "find": Verb("actors.cli.verbs.topic_find", "list the topics of a type"),
             "echo": Verb("actors.cli.verbs.topic_echo", "print the messages of a topic"),
             "pub": Verb("actors.cli.verbs.topic_pub", "publish on a topic"),
+            "hz": Verb("actors.cli.verbs.topic_hz", "print how often messages come"),
+            "bw": Verb("actors.cli.verbs.topic_bw", "print how many bytes come"),
+            "delay": Verb("actors.cli.verbs.topic_delay", "print how old messages are when they come"),
         },
     ),
     "service": Group(

@@ -1,0 +1,60 @@
+"""Choosing messages by a Python expression about `m`, as in `m.data > 3`.
+
+    wanted = MessageFilter("m.pose.position.x > 1.0")
+    wanted.passes(message)  # True or False
+
+The expression is Python and may do whatever Python can: take it only from whoever runs the program.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+from proto.errors import CallboardError
+
+
+class InvalidFilterError(CallboardError, ValueError):
+    """An expression that is no Python, or that cannot be told of a message; the text says why."""
+
+
+class MessageFilter:
+    """A Python expression about a message `m`.
+
+    Args:
+        expression: Such as `m.data > 3`. A message without class, a dict of its fields, has attributes, too.
+
+    Raises:
+        InvalidFilterError: It is no Python expression.
+    """
+
+    def __init__(self, expression: str) -> None:
+        self.expression = expression
+        try:
+            self._code = compile(expression.strip(), "<filter>", "eval")
+        except (SyntaxError, ValueError) as error:
+            reason = error.msg if isinstance(error, SyntaxError) else error
+            raise InvalidFilterError(
+                f"The filter '{expression}' is no Python expression such as 'm.data > 3': {reason}"
+            ) from None
+
+    def passes(self, message: object) -> bool:
+        """Tell whether the expression holds for a message.
+
+        Raises:
+            InvalidFilterError: The expression has raised something.
+        """
+        view = _attributes(message) if isinstance(message, dict) else message
+        try:
+            return bool(eval(self._code, {"m": view}))  # noqa: S307 - it is what the user has asked for
+        except Exception as error:
+            raise InvalidFilterError(
+                f"The filter '{self.expression}' failed: {type(error).__name__}: {error}"
+            ) from error
+
+
+def _attributes(value: Any) -> Any:
+    """Let the fields of a message without class be read as attributes."""
+    if isinstance(value, dict):
+        return SimpleNamespace(**{key: _attributes(item) for key, item in cast("Any", value).items()})
+    return [_attributes(item) for item in cast("Any", value)] if isinstance(value, list) else value

@@ -1,0 +1,215 @@
+"""`callboard topic hz`, `bw` and `delay`."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from actors.broker_report import BrokerReport
+from actors.cli.counters import Watched, ticks
+from actors.cli.topic_bw import shown_bytes
+from actors.interfaces.sensor_msgs.msg import Imu
+from actors.interfaces.std_msgs.msg import String
+from proto.stats import BrokerStats, TopicStats
+
+if TYPE_CHECKING:
+    import actors
+    from tests.actors.cli.conftest import Desk
+
+PATIENCE = ("--once", "--timeout", "30")
+NUMBER = r"\d+\.\d{3}"
+SPREAD = rf"min: {NUMBER}s max: {NUMBER}s std dev: \d+\.\d{{5}}s window: \d+"
+
+
+def speaking(node: actors.Node, topic: str = "said", message: Any = None) -> None:
+    """Publish a hundred times a second."""
+    said = String(data="hello") if message is None else message
+    publisher = node.create_publisher(type(said), topic, 10)
+    node.create_timer(0.01, lambda: publisher.publish(said))
+
+
+class Studio:
+    """A broker's numbers and a clock, for one topic with steady publishers."""
+
+    def __init__(self, hertz: float, *, look_sec: float = 0.001) -> None:
+        self.now = 50.0
+        self._hertz = hertz
+        self._look_sec = look_sec
+
+    def look(self) -> BrokerReport:
+        """Take some time to say what has been said since the beginning."""
+        self.now += self._look_sec
+        said = int((self.now - 20.013) * self._hertz)
+        numbers = {"messages": said, "bytes": 10 * said, "publishers": 1}
+        topic = TopicStats(0, "/said", **dict.fromkeys(TopicStats._fields[2:], 0) | numbers)
+        return BrokerReport(totals=BrokerStats(stamp_sec=self.now), topics={"/said": topic}, links={})
+
+    def pause(self, seconds: float) -> None:
+        """Let time go by."""
+        self.now += seconds
+
+
+@pytest.mark.parametrize(("hertz", "look_sec"), [(1.0, 0.001), (40.0, 0.001), (1.0, 0.002), (40.0, 0.1)])
+def test_counters_are_exact_soon(hertz: float, look_sec: float) -> None:
+    """Ten seconds give the rate within one percent; a slow broker is asked less often, and not less right."""
+    studio = Studio(hertz, look_sec=look_sec)
+    said = Watched("/said", 10_000)
+    began, shown = studio.now, ticks(studio.look, [said], clock=lambda: studio.now, pause=studio.pause)
+    for second in range(1, 11):
+        next(shown)
+        assert studio.now - began == pytest.approx(second, abs=0.1 + 15 * look_sec)
+    found = said.counter.rate()
+    assert found is not None
+    assert found.per_sec == pytest.approx(hertz, rel=0.01)
+    assert said.new == pytest.approx(hertz * (studio.now - began), abs=2 + hertz * look_sec)
+
+
+async def test_hz_by_counters(desk: Desk) -> None:
+    """Nobody subscribes; the rate and its window."""
+    async with desk.node() as node:
+        speaking(node)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "hz", "said", *PATIENCE)
+        document = (await desk.callboard("topic", "hz", "/said", *PATIENCE, "--json")).json
+        assert (await node.get_broker_stats()).totals.routed == 0
+    assert (ended.code, ended.err) == (0, "")
+    assert re.fullmatch(rf"average rate: {NUMBER}\n\twindow: \d+\n", ended.out)
+    assert document["topic"] == "/said"
+    assert document["rate"] > 1
+    assert set(document) == {"topic", "rate", "new", "window"}
+
+
+async def test_hz_by_subscription(desk: Desk) -> None:
+    """ROS 2's two lines."""
+    async with desk.node() as node:
+        speaking(node)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "hz", "said", "--subscribe", *PATIENCE)
+        document = (await desk.callboard("topic", "hz", "/said", "--subscribe", *PATIENCE, "--json")).json
+    assert (ended.code, ended.err) == (0, "")
+    assert re.fullmatch(rf"average rate: {NUMBER}\n\t{SPREAD}\n", ended.out)
+    assert document["min_sec"] <= document["max_sec"]
+    assert set(document) == {"topic", "rate", "new", "window", "min_sec", "max_sec", "std_dev_sec"}
+
+
+@pytest.mark.parametrize("options", [(), ("--subscribe",)])
+async def test_hz_of_several_topics_is_a_table(desk: Desk, options: tuple[str, ...]) -> None:
+    """ROS 2's header and rule, a row for each topic with a rate."""
+    async with desk.node() as node:
+        speaking(node, "a")
+        speaking(node, "a_longer_name")
+        await node.get_graph()
+        ended = await desk.callboard("topic", "hz", "a", "a_longer_name", "a", *options, *PATIENCE)
+    lines = ended.out.splitlines()
+    if options:
+        assert lines[:2] == ["Subscribed to [/a]", "Subscribed to [/a_longer_name]"]
+        lines = lines[2:]
+    assert lines[0].split() == ["topic", "rate", "min_delta", "max_delta", "std_dev", "window"]
+    assert lines[1] == "=" * len(lines[0])
+    assert [line.split()[0] for line in lines[2:-1]] == ["/a", "/a_longer_name"]
+    assert {len(line) for line in lines[:-1]} == {len(lines[0])}
+
+
+async def test_hz_of_some_messages(desk: Desk) -> None:
+    """A filter chooses; it subscribes by itself, and its mistakes are told."""
+    async with desk.node() as node:
+        speaking(node)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "hz", "said", "--filter", "m.data == 'hello'", *PATIENCE)
+        nothing = await desk.callboard("topic", "hz", "said", "--filter", "m.data.nothing", *PATIENCE)
+    assert re.search(SPREAD, ended.out)
+    assert (nothing.code, nothing.out) == (1, "")
+    assert "AttributeError" in nothing.err
+
+
+@pytest.mark.parametrize("verb", ["hz", "bw"])
+@pytest.mark.parametrize("options", [(), ("--subscribe",)])
+async def test_a_topic_without_messages(desk: Desk, verb: str, options: tuple[str, ...]) -> None:
+    """A warning with what may be meant, ROS 2's text once a second, and 124 after the timeout."""
+    async with desk.node() as node:
+        node.create_publisher(String, "addison", 10)
+        await node.get_graph()
+        ended = await desk.callboard("topic", verb, "/adison", *options, "--timeout", "1.5", "--json")
+        quiet = await desk.callboard("topic", verb, "/addison", *options, "--timeout", "1.5")
+    assert ended.code == quiet.code == 124
+    assert ended.err.startswith(
+        "WARNING: topic [/adison] does not appear to be published yet; did you mean '/addison'?\n"
+    )
+    assert quiet.err.startswith("no new messages\n")
+    assert quiet.err.endswith("No message on /addison within 1.5 s\n")
+    assert all(document["topic"] == "/adison" for document in ended.documents)
+
+
+async def test_bw_by_counters(desk: Desk) -> None:
+    """Bytes a second and the mean."""
+    async with desk.node() as node:
+        speaking(node)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "bw", "said", *PATIENCE)
+        document = (await desk.callboard("topic", "bw", "said", *PATIENCE, "--json")).json
+    assert (ended.code, ended.err) == (0, "")
+    assert re.fullmatch(r"\d+(\.\d\d)? K?B/s from \d+ messages\n\tMessage size mean: 12 B\n", ended.out), (
+        ended.out
+    )
+    assert document["mean_bytes"] == 12
+    assert set(document) == {"topic", "bytes_per_sec", "messages", "mean_bytes"}
+
+
+async def test_bw_by_subscription(desk: Desk) -> None:
+    """ROS 2's lines."""
+    async with desk.node() as node:
+        speaking(node)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "bw", "said", "--subscribe", *PATIENCE)
+        document = (await desk.callboard("topic", "bw", "said", "--subscribe", *PATIENCE, "--json")).json
+    assert (ended.code, ended.err) == (0, "")
+    assert re.fullmatch(
+        r"Subscribed to \[/said\]\n\d+(\.\d\d)? K?B/s from \d+ messages\n"
+        r"\tMessage size mean: 12 B min: 12 B max: 12 B\n",
+        ended.out,
+    ), ended.out
+    assert (document["min_bytes"], document["max_bytes"]) == (12, 12)
+
+
+@pytest.mark.parametrize(
+    ("size", "text"),
+    [(0, "0 B"), (999, "999 B"), (1000, "1.00 KB"), (1024, "1.02 KB"), (2_500_000, "2.50 MB")],
+)
+def test_bytes_as_people_read_them(size: float, text: str) -> None:
+    """In thousands, as ROS 2 has it."""
+    assert shown_bytes(size) == text
+
+
+async def test_delay(desk: Desk) -> None:
+    """The age by the header's stamp, which lies in the past here."""
+    message = Imu()
+    message.header.stamp.sec = 1
+    async with desk.node() as node:
+        speaking(node, "imu", message)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "delay", "imu", *PATIENCE)
+        document = (await desk.callboard("topic", "delay", "imu", *PATIENCE, "--json")).json
+    assert (ended.code, ended.err) == (0, "")
+    assert re.fullmatch(rf"average delay: {NUMBER}\n\t{SPREAD}\n", ended.out)
+    assert document["mean_sec"] > 1e9
+    assert set(document) == {"topic", "new", "window", "mean_sec", "min_sec", "max_sec", "std_dev_sec"}
+
+
+async def test_delay_needs_a_header(desk: Desk) -> None:
+    """ROS 2's text, and what it means."""
+    async with desk.node() as node:
+        speaking(node)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "delay", "said")
+    assert (ended.code, ended.out) == (1, "")
+    assert ended.err == (
+        "msg does not have header: the delay is read from header.stamp, which messages of /said do not have\n"
+    )
+
+
+@pytest.mark.parametrize("verb", ["hz", "bw", "delay"])
+async def test_a_bad_name_is_wrong_usage(desk: Desk, verb: str) -> None:
+    """As everywhere."""
+    assert (await desk.callboard("topic", verb, "9said")).code == 2
