@@ -98,7 +98,7 @@ def test_the_table_of_limits_knows_the_code() -> None:
 
 def test_every_path_in_the_readme_exists() -> None:
     """Files and folders that the README names are there."""
-    names = set(re.findall(r"`([\w/]+(?:\.md|\.py|/))`", README)) | {
+    names = set(re.findall(r"`([\w/-]+(?:\.md|\.py|/))`", README)) | {
         word for line in commands(README) for word in line.split() if word.startswith("examples/")
     }
     assert names

@@ -9,8 +9,8 @@ import subprocess
 from typing import Final, NamedTuple
 
 GIT_TIMEOUT_SEC: Final = 5.0
-EMAIL: Final = re.compile(r"[^@\s<>]+@[^@\s<>]+")
-"""What looks like an email address."""
+EMAIL: Final = re.compile(r"[^@\s<>]+@[^@\s<>]+\.[^@\s<>]+")
+"""What looks like an email address to the tools that build packages."""
 
 
 class Maintainer(NamedTuple):

@@ -3,7 +3,13 @@
     from pathlib import Path
     from actors.tools.package import NewPackage
 
-    new = NewPackage(name="my_robot", node_name="talker", maintainer_name="Me", maintainer_email="me@here")
+    new = NewPackage(
+        name="my_robot",
+        node_name="talker",
+        maintainer_name="Me",
+        maintainer_email="me@example.org",
+        year=2026,
+    )
     new.write(Path("src"))
 
 It is a Python package like any other: a pyproject.toml, where `callboard run` finds what can be run, and a

@@ -17,7 +17,7 @@ import pytest
 import broker
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Mapping
 
 ROOT: Final = Path(__file__).parents[2]
 DEADLINE_SEC: Final = 40.0
@@ -118,18 +118,23 @@ class System:
 
     async def python(self, *args: str) -> Program:
         """Start a Python process."""
-        environ = {key: value for key, value in os.environ.items() if not key.startswith("CALLBOARD_")}
+        return await self.program(sys.executable, *args)
+
+    async def program(
+        self, *command: str, folder: Path = ROOT, environ: Mapping[str, str] = os.environ
+    ) -> Program:
+        """Start a process, where and with what environment is wished beside the place of the broker."""
+        kept = {key: value for key, value in environ.items() if not key.startswith("CALLBOARD_")}
         process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            *args,
-            cwd=ROOT,
-            env=environ | {"CALLBOARD_URL": self.url, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"},
+            *command,
+            cwd=folder,
+            env=kept | {"CALLBOARD_URL": self.url, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"},
             stdin=asyncio.subprocess.DEVNULL,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.STDOUT,
             start_new_session=True,
         )
-        program = Program(" ".join(args), process)
+        program = Program(" ".join(command[1:]), process)
         self._programs.append(program)
         return program
 
