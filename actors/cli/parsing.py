@@ -94,6 +94,13 @@ def add_json_option(parser: argparse.ArgumentParser, shape: str = "one document"
     parser.add_argument("--json", action="store_true", help=f"print JSON, {shape}")
 
 
+def add_kind_options(parser: argparse.ArgumentParser) -> None:
+    """Add ROS 2's options for kinds of interfaces."""
+    parser.add_argument("-m", "--only-msgs", action="store_true", help="messages")
+    parser.add_argument("-s", "--only-srvs", action="store_true", help="services")
+    parser.add_argument("-a", "--only-actions", action="store_true", help="actions")
+
+
 def add_qos_options(parser: argparse.ArgumentParser) -> None:
     """Add ROS 2's options for single QoS policies."""
     parser.add_argument("--qos-depth", type=count, metavar="N", help="messages to keep")

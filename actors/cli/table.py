@@ -66,8 +66,10 @@ VERBS: Final[dict[str, Verb | Group]] = {
         "show message types, generate their classes",
         {
             "show": Verb("actors.cli.verbs.interface_show", "print the definition of a type"),
-            "list": Verb("actors.cli.verbs.interface_list", "list the types that come with callboard"),
+            "proto": Verb("actors.cli.verbs.interface_proto", "print a message to fill in"),
+            "list": Verb("actors.cli.verbs.interface_list", "list all types"),
             "package": Verb("actors.cli.verbs.interface_package", "list the types of a package"),
+            "packages": Verb("actors.cli.verbs.interface_packages", "list the packages that have types"),
             "generate": Verb(
                 "actors.cli.verbs.interface_generate",
                 "write Python classes for a package of .msg, .srv and .action files",

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 from actors.cli.counters import PRINT_EVERY_SEC
 from actors.cli.errors import CommandError
+from actors.cli.here import look_here
 from actors.cli.listening import MEASURING, Listener, warn_unpublished
 from actors.cli.loop import run_async
 from actors.cli.output import note, say, say_json
 from actors.cli.session import graph_of, session
 from actors.cli.topic_hz import SILENCE
 from actors.cli.topic_hz_heard import spread
-from actors.cli.values import look_here
 from actors.tools.hearing import decoder_of
 from actors.tools.rates import RATE_WINDOW, Delay
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.cli.counters import PRINT_EVERY_SEC
+from actors.cli.here import look_here
 from actors.cli.listening import MEASURING, Listener, warn_unpublished
 from actors.cli.loop import run_async
 from actors.cli.output import note, say, say_json
 from actors.cli.session import graph_of, session
 from actors.cli.topic_hz import SILENCE, table
-from actors.cli.values import look_here
 from actors.tools.hearing import decoder_of
 from actors.tools.message_filter import MessageFilter
 from actors.tools.rates import LEAST_SEC, RATE_WINDOW, Rate, RateSummary

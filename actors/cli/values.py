@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from actors.cli.errors import CommandError
+from actors.cli.here import look_here
 from actors.interfaces.convert import message_from_fields
 from actors.interfaces.message import Message, Service, type_name
 from actors.interfaces.registry import find_interface
@@ -16,13 +15,6 @@ if TYPE_CHECKING:
     import argparse
 
 M = TypeVar("M", bound=Message)
-
-
-def look_here() -> None:
-    """Let packages in the current directory count, as for a script there."""
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.append(here)
 
 
 def named_interface(name: str) -> type[Any]:

@@ -19,12 +19,14 @@ Description = dict[str, Any]
 
 _NESTED: Final = 1
 # `char` is uint8: .msg's char has been an unsigned byte since ROS 1, and ROS 2 describes it so.
-_TYPE_IDS: Final = {
+TYPE_IDS: Final = {
     "int8": 2, "uint8": 3, "char": 3, "int16": 4, "uint16": 5, "int32": 6, "uint32": 7, "int64": 8,
     "uint64": 9, "float32": 10, "float64": 11, "bool": 15, "byte": 16, "string": 17, "wstring": 18,
 }  # fmt: skip
-_BOUNDED_STRING_OFFSET: Final = 4
+STRING_BOUND_OFFSET: Final = 4
 _FIXED, _BOUNDED, _UNBOUNDED = 48, 96, 144
+EMPTY_MEMBER: Final = "structure_needs_at_least_one_member"
+"""The only field of a message without fields."""
 
 _TIME: Final = "builtin_interfaces/msg/Time"
 _DURATION_FIELDS: Final = [("sec", "int32"), ("nanosec", "uint32")]
@@ -47,9 +49,9 @@ def _field(
 
 
 def _of_type(name: str, field_type: FieldType) -> Description:
-    type_id = _NESTED if field_type.message is not None else _TYPE_IDS[field_type.base]
+    type_id = _NESTED if field_type.message is not None else TYPE_IDS[field_type.base]
     if field_type.string_bound:
-        type_id += _BOUNDED_STRING_OFFSET
+        type_id += STRING_BOUND_OFFSET
     if field_type.is_array:
         offset = _FIXED if field_type.is_fixed else _UNBOUNDED if field_type.high is None else _BOUNDED
         type_id += offset
@@ -65,7 +67,7 @@ def _of_type(name: str, field_type: FieldType) -> Description:
 
 def _type(name: str, fields: list[Description]) -> Description:
     # Like ROS, whose C structures cannot be empty.
-    empty = [_field("structure_needs_at_least_one_member", _TYPE_IDS["uint8"])]
+    empty = [_field(EMPTY_MEMBER, TYPE_IDS["uint8"])]
     return {"type_name": name, "fields": fields or empty}
 
 
@@ -94,17 +96,17 @@ def _nested(name: str, type_name: str) -> Description:
 
 
 def _time() -> Description:
-    return _type(_TIME, [_field(name, _TYPE_IDS[kind]) for name, kind in _DURATION_FIELDS])
+    return _type(_TIME, [_field(name, TYPE_IDS[kind]) for name, kind in _DURATION_FIELDS])
 
 
 def _event_info() -> Description:
     return _type(
         _EVENT_INFO,
         [
-            _field("event_type", _TYPE_IDS["uint8"]),
+            _field("event_type", TYPE_IDS["uint8"]),
             _nested("stamp", _TIME),
-            _field("client_gid", _TYPE_IDS["uint8"] + _FIXED, capacity=16),
-            _field("sequence_number", _TYPE_IDS["int64"]),
+            _field("client_gid", TYPE_IDS["uint8"] + _FIXED, capacity=16),
+            _field("sequence_number", TYPE_IDS["int64"]),
         ],
     )
 
@@ -130,6 +132,16 @@ def _service_types(name: str) -> list[Description]:
     return [service, event, _event_info(), _time()]
 
 
+def array_kind(type_id: int) -> tuple[str, int]:
+    """Split a field's type id into how its brackets are written, {} standing for the capacity, and the rest.
+
+    Raises:
+        KeyError: There is no such kind.
+    """
+    offset = type_id - type_id % _FIXED
+    return {0: "", _FIXED: "[{}]", _BOUNDED: "[<={}]", _UNBOUNDED: "[]"}[offset], type_id - offset
+
+
 def message_definition(cls: MessageType) -> bytes:
     """Return a message type's canonical definition: JSON, UTF-8."""
     return _canonical(_message(cls), _closure(cls))
@@ -144,13 +156,13 @@ def service_definition(name: str, request: MessageType, response: MessageType) -
 def action_definition(name: str, goal: MessageType, result: MessageType, feedback: MessageType) -> bytes:
     """Return an action type's canonical definition, with the two services and one topic that carry it."""
     send, get = f"{name}_SendGoal", f"{name}_GetResult"
-    uuid = _type(_UUID, [_field("uuid", _TYPE_IDS["uint8"] + _FIXED, capacity=16)])
+    uuid = _type(_UUID, [_field("uuid", TYPE_IDS["uint8"] + _FIXED, capacity=16)])
     types = [
         uuid,
         _type(f"{send}_Request", [_nested("goal_id", _UUID), _nested("goal", f"{name}_Goal")]),
-        _type(f"{send}_Response", [_field("accepted", _TYPE_IDS["bool"]), _nested("stamp", _TIME)]),
+        _type(f"{send}_Response", [_field("accepted", TYPE_IDS["bool"]), _nested("stamp", _TIME)]),
         _type(f"{get}_Request", [_nested("goal_id", _UUID)]),
-        _type(f"{get}_Response", [_field("status", _TYPE_IDS["int8"]), _nested("result", f"{name}_Result")]),
+        _type(f"{get}_Response", [_field("status", TYPE_IDS["int8"]), _nested("result", f"{name}_Result")]),
         _type(
             f"{name}_FeedbackMessage", [_nested("goal_id", _UUID), _nested("feedback", f"{name}_Feedback")]
         ),

@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from actors.interfaces.catalog import STANDARD_ROOT, standard_packages
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.parser import PACKAGE_NAME, PARTS, parse_file
-from actors.interfaces.registry import STANDARD_ROOT, find_interface, interface_source, standard_packages
+from actors.interfaces.registry import find_interface, interface_source
 from actors.interfaces.source import module_name, render_init, render_module
 
 if TYPE_CHECKING:

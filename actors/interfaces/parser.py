@@ -116,7 +116,7 @@ class _Reader:
         constants: list[ConstantSpec] = []
         self._seen = {}
         for self._line, raw in lines:
-            line = _without_comment(raw).strip()
+            line = without_comment(raw).strip()
             if not line:
                 continue
             type_text, _, rest = line.replace("\t", " ").partition(" ")
@@ -209,7 +209,7 @@ class _Reader:
         return f"{package}/msg/{name}"
 
 
-def _without_comment(line: str) -> str:
+def without_comment(line: str) -> str:
     """Cut at the first `#` outside quotes."""
     quote = ""
     for index, character in enumerate(line):
@@ -267,6 +267,21 @@ def parse(text: str, package: str, kind: str, name: str, source: str = "") -> In
     return InterfaceSpec(package, kind, name, tuple(reader.part(section) for section in sections))
 
 
+def read_source(path: Path) -> str:
+    """Return the text of a `.msg`, `.srv` or `.action` file.
+
+    Raises:
+        InterfaceSyntaxError: The file is too large or not UTF-8.
+        OSError: The file cannot be read.
+    """
+    if path.stat().st_size > MAX_FILE_BYTES:
+        raise InterfaceSyntaxError(str(path), 0, f"The file is larger than {MAX_FILE_BYTES} bytes")
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InterfaceSyntaxError(str(path), 0, f"The file is not UTF-8: {error}") from error
+
+
 def parse_file(path: Path, package: str) -> InterfaceSpec:
     """Parse a `.msg`, `.srv` or `.action` file; its stem is the interface's name.
 
@@ -274,10 +289,4 @@ def parse_file(path: Path, package: str) -> InterfaceSpec:
         InterfaceSyntaxError: The text or a name breaks a rule, or the file is too large or not UTF-8.
         OSError: The file cannot be read.
     """
-    if path.stat().st_size > MAX_FILE_BYTES:
-        raise InterfaceSyntaxError(str(path), 0, f"The file is larger than {MAX_FILE_BYTES} bytes")
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InterfaceSyntaxError(str(path), 0, f"The file is not UTF-8: {error}") from error
-    return parse(text, package, path.suffix.removeprefix("."), path.stem, str(path))
+    return parse(read_source(path), package, path.suffix.removeprefix("."), path.stem, str(path))

@@ -10,10 +10,15 @@ from __future__ import annotations
 import difflib
 import re
 from importlib import import_module
-from importlib.util import find_spec
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from actors.interfaces.catalog import (
+    interfaces_of,
+    known_packages,
+    python_package,
+    standard_packages,
+    unknown_package,
+)
 from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.fields import FieldType, constants_of, fields_of
 from actors.interfaces.literals import render_value
@@ -25,50 +30,9 @@ if TYPE_CHECKING:
 
     import msgspec
 
-STANDARD_ROOT: Final = "actors.interfaces"
-"""The Python package of the standard interface packages."""
 _NAME: Final = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Z][A-Za-z0-9]*)")
 _EVENT: Final = "_Event"
 _BASES: Final[dict[str, type]] = {"msg": Message, "srv": Service, "action": Action}
-
-
-def standard_packages() -> list[str]:
-    """Return the names of the interface packages that callboard ships, sorted."""
-    here = Path(__file__).parent
-    return sorted({path.parent.name for kind in PARTS for path in here.glob(f"*/{kind}")})
-
-
-def _python_package(package: str, kind: str) -> str | None:
-    """Return the Python package with the interfaces of `kind`, not imported; None if there is none."""
-    if (Path(__file__).parent / package / kind / "__init__.py").is_file():
-        return f"{STANDARD_ROOT}.{package}.{kind}"
-    try:
-        spec = find_spec(package)
-    except (ImportError, ValueError):
-        return None
-    folders = spec.submodule_search_locations if spec is not None else None
-    if folders and any((Path(folder) / kind / "__init__.py").is_file() for folder in folders):
-        return f"{package}.{kind}"
-    return None
-
-
-def interfaces_of(package: str) -> list[str]:
-    """Return the type names of all interfaces of a package, messages first.
-
-    Raises:
-        UnknownInterfaceError: There is no such interface package.
-    """
-    names: list[str] = []
-    for kind in PARTS:
-        module = _python_package(package, kind) if re.fullmatch(r"[a-z][a-z0-9_]*", package) else None
-        if module is not None:
-            exported = cast("list[str]", getattr(import_module(module), "__all__", []))
-            names += [f"{package}/{kind}/{name}" for name in sorted(exported)]
-    if not names:
-        close = difflib.get_close_matches(package, standard_packages(), n=1)
-        hint = f"; did you mean {close[0]}?" if close else ""
-        raise UnknownInterfaceError(f"No interface package '{package}'{hint}")
-    return names
 
 
 def _defined(base: type[Any]) -> Iterator[type[Any]]:
@@ -83,7 +47,7 @@ def _load(package: str, kind: str, name: str) -> type | None:
     for cls in _defined(_BASES[kind]):
         if type_name(cls) == full:
             return cls
-    module = _python_package(package, kind)
+    module = python_package(package, kind)
     found = getattr(import_module(module), name, None) if module is not None else None
     return found if isinstance(found, type) and issubclass(found, _BASES[kind]) else None
 
@@ -102,6 +66,14 @@ def _suggestion(name: str, package: str) -> str:
         word = name.rpartition("/")[2]
         close = [each for each in candidates if each.rpartition("/")[2].lower() == word.lower()][:1]
     return f"; did you mean {short[close[0]]}?" if close else ""
+
+
+def _not_found(name: str, package: str) -> str:
+    suggestion = _suggestion(name, package)
+    if package in known_packages():
+        word = name.removeprefix(f"{package}/")
+        return f"Interface '{word}' not found in package '{package}'{suggestion}"
+    return f"Unknown package '{package}'{suggestion}" if suggestion else unknown_package(package)
 
 
 def _find_event(name: str) -> type[Message]:
@@ -134,7 +106,7 @@ def find_interface(name: str) -> type[Message | Service | Action]:
         found = _load(package, each, word)
         if found is not None:
             return found
-    raise UnknownInterfaceError(f"No interface '{name}'{_suggestion(name, package)}")
+    raise UnknownInterfaceError(_not_found(name, package))
 
 
 def _default_of(cls: type[Message], name: str) -> Any:

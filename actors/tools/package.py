@@ -27,7 +27,7 @@ from importlib.resources import files
 from string import Template
 from typing import TYPE_CHECKING, Final
 
-from actors.interfaces.registry import standard_packages
+from actors.interfaces.catalog import standard_packages
 from actors.tools.licenses import license_text, spdx
 from actors.tools.maintainer import EMAIL
 from proto.errors import CallboardError, shown

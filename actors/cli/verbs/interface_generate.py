@@ -28,7 +28,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run it."""
-    from actors.cli import interface
+    from actors.cli import interface_generate
 
-    interface.generate(options)
-    return 0
+    return interface_generate.run(options)

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.parsing import add_json_option
+from actors.cli.parsing import add_json_option, add_kind_options
 
 if TYPE_CHECKING:
     import argparse
 
 EXAMPLES: Final = {
-    "callboard interface list": "all types that come with callboard",
+    "callboard interface list": "all types: callboard's, installed ones, and those in the current directory",
+    "callboard interface list -s": "only services",
 }
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the arguments."""
-    add_json_option(parser)
+    add_kind_options(parser)
+    add_json_option(parser, "one array of names")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run it."""
-    from actors.cli import interface
+    from actors.cli import interface_list
 
-    interface.list_all(options)
-    return 0
+    return interface_list.list_all(options)

@@ -17,12 +17,11 @@ EXAMPLES: Final = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the arguments."""
     parser.add_argument("package", metavar="PACKAGE", help="such as std_msgs")
-    add_json_option(parser)
+    add_json_option(parser, "one array of names")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run it."""
-    from actors.cli import interface
+    from actors.cli import interface_list
 
-    interface.package(options)
-    return 0
+    return interface_list.package(options)

@@ -1,7 +1,9 @@
-"""`callboard interface`: definitions, lists, generated classes."""
+"""`callboard interface`: definitions, prototypes, lists, generated classes."""
 
 from __future__ import annotations
 
+import asyncio
+import io
 import json
 import sys
 from typing import TYPE_CHECKING
@@ -9,9 +11,13 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.cli.main import main
+from actors.cli.values import message_from_text
+from actors.interfaces.sensor_msgs.msg import BatteryState
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from tests.actors.cli.conftest import Desk
 
 
 @pytest.fixture(autouse=True)
@@ -45,8 +51,146 @@ def test_show_knows_what_was_meant(capsys: pytest.CaptureFixture[str]) -> None:
     """A mistyped name fails with a suggestion."""
     assert main(["interface", "show", "std_msgs/msg/Strin"]) == 1
     assert capsys.readouterr().err == (
-        "No interface 'std_msgs/msg/Strin'; did you mean std_msgs/msg/String?\n"
+        "Interface 'msg/Strin' not found in package 'std_msgs'; did you mean std_msgs/msg/String?\n"
     )
+
+
+def test_show_expands_what_is_contained(capsys: pytest.CaptureFixture[str]) -> None:
+    """Below each field, indented with tabs."""
+    assert main(["interface", "show", "std_msgs/msg/Header"]) == 0
+    assert capsys.readouterr().out == (
+        "builtin_interfaces/Time stamp\n\tint32 sec\n\tuint32 nanosec\nstring frame_id\n"
+    )
+
+
+@pytest.fixture
+def wheels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package of text with comments in the current directory, not generated."""
+    (tmp_path / "cli_wheels" / "msg").mkdir(parents=True)
+    (tmp_path / "cli_wheels" / "msg" / "Wheel.msg").write_text("# round\nfloat64 speed # m/s\n")
+    (tmp_path / "cli_wheels" / "msg" / "Axle.msg").write_text("# two\n\nWheel left\n")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("wheels")
+@pytest.mark.parametrize(
+    ("options", "out"),
+    [
+        ([], "# two\n\nWheel left\n\tfloat64 speed\n"),
+        (["--all-comments"], "# two\n\nWheel left\n\t# round\n\tfloat64 speed # m/s\n"),
+        (["--no-comments"], "Wheel left\n\tfloat64 speed\n"),
+    ],
+)
+def test_show_with_comments(capsys: pytest.CaptureFixture[str], options: list[str], out: str) -> None:
+    """Of the interface itself, of all, or none."""
+    assert main(["interface", "show", "cli_wheels/Axle", *options]) == 0
+    assert capsys.readouterr().out == out
+
+
+@pytest.mark.usefixtures("wheels")
+def test_packages_of_the_current_directory_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Also such as are only text."""
+    main(["interface", "packages", "-m", "--json"])
+    assert "cli_wheels" in json.loads(capsys.readouterr().out)
+    main(["interface", "packages", "-s"])
+    services = capsys.readouterr().out.split()
+    assert "std_srvs" in services
+    assert "cli_wheels" not in services
+    main(["interface", "list", "-m"])
+    assert "    cli_wheels/msg/Axle\n    cli_wheels/msg/Wheel\n" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "out", "err"),
+    [
+        ("std_msgs/msg/String\nstd_msgs/msg/Bool\n", 0, "string data\n", ""),
+        ("\n", 2, "", "stdin names no type\n"),
+    ],
+)
+def test_show_reads_the_type_from_a_pipe(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    text: str,
+    code: int,
+    out: str,
+    err: str,
+) -> None:
+    """The first line counts."""
+    monkeypatch.setattr(sys, "stdin", io.StringIO(text))
+    assert main(["interface", "show", "-"]) == code
+    assert capsys.readouterr() == (out, err)
+
+
+def test_show_does_not_wait_for_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It says what - is for."""
+    terminal = io.StringIO()
+    monkeypatch.setattr(terminal, "isatty", lambda: True)
+    monkeypatch.setattr(sys, "stdin", terminal)
+    assert main(["interface", "show", "-"]) == 2
+    assert "reads the type from a pipe" in capsys.readouterr().err
+
+
+async def test_show_of_what_only_a_node_knows(desk: Desk) -> None:
+    """Not installed here: the broker has the definition. Without a broker the type is unknown."""
+    publisher = (
+        "import actors, asyncio\n"
+        "from actors.interfaces.message import Message\n"
+        "class Wheel(Message, type_name='only_there/msg/Wheel'):\n"
+        "    speed: float = 0.0\n"
+        "class Axle(Message, type_name='only_there/msg/Axle'):\n"
+        "    left: Wheel\n"
+        "async def main():\n"
+        f"    async with actors.Node('there', url='{desk.url}') as node:\n"
+        "        node.create_publisher(Axle, 'axles')\n"
+        "        await node.get_graph()\n"
+        "        print('ready', flush=True)\n"
+        "        await asyncio.Event().wait()\n"
+        "asyncio.run(main())\n"
+    )
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-c", publisher, stdout=asyncio.subprocess.PIPE
+    )
+    try:
+        assert process.stdout is not None
+        assert await asyncio.wait_for(process.stdout.readline(), 50) == b"ready\n"
+        ended = await desk.callboard("interface", "show", "only_there/msg/Axle")
+        document = (await desk.callboard("interface", "show", "only_there/msg/Wheel", "--json")).json
+    finally:
+        process.kill()
+        await process.wait()
+    assert ended == (0, "only_there/Wheel left\n\tfloat64 speed\n", "")
+    assert document == {"name": "only_there/msg/Wheel", "definition": "float64 speed\n"}
+
+
+@pytest.mark.parametrize("url", ["callboard+unix:///nowhere/at/all", ""])
+async def test_show_of_what_nobody_knows(desk: Desk, capsys: pytest.CaptureFixture[str], url: str) -> None:
+    """The same text whether a broker answers or not."""
+    arguments = ["interface", "show", "only_there/msg/Axle", "--url", url or desk.url]
+    assert await asyncio.to_thread(main, arguments) == 1
+    assert capsys.readouterr() == ("", "Unknown package 'only_there'\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "out"),
+    [
+        (["std_msgs/msg/String"], "\"data: ''\n\"\n"),
+        (["std_msgs/msg/Header", "--no-quotes"], "stamp:\n  sec: 0\n  nanosec: 0\nframe_id: ''\n"),
+        (["std_srvs/srv/SetBool", "--no-quotes"], "data: false\n"),
+        (["example_interfaces/action/Fibonacci", "--json"], '{"order": 0}\n'),
+    ],
+)
+def test_proto(capsys: pytest.CaptureFixture[str], arguments: list[str], out: str) -> None:
+    """What is sent, with its defaults: a message, a request, a goal."""
+    assert main(["interface", "proto", *arguments]) == 0
+    assert capsys.readouterr().out == out
+
+
+def test_proto_can_be_published(capsys: pytest.CaptureFixture[str]) -> None:
+    """What is printed is read back as the same message."""
+    main(["interface", "proto", "--no-quotes", "sensor_msgs/msg/BatteryState"])
+    assert message_from_text(BatteryState, capsys.readouterr().out) == BatteryState()
 
 
 def test_list_is_by_kind(capsys: pytest.CaptureFixture[str]) -> None:
@@ -65,6 +209,12 @@ def test_package_lists_its_types(capsys: pytest.CaptureFixture[str]) -> None:
     assert names == [f"std_srvs/srv/{name}" for name in ("Empty", "SetBool", "Trigger")]
     main(["interface", "package", "std_srvs", "--json"])
     assert json.loads(capsys.readouterr().out) == names
+
+
+def test_unknown_package(capsys: pytest.CaptureFixture[str]) -> None:
+    """ROS 2's text, with what may have been meant."""
+    assert main(["interface", "package", "std_srv"]) == 1
+    assert capsys.readouterr() == ("", "Unknown package 'std_srv'; did you mean std_srvs?\n")
 
 
 def test_generated_classes_are_found_from_their_directory(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import re
 import signal
 import subprocess
@@ -149,6 +150,9 @@ def test_help_loads_neither_asyncio_nor_the_nodes() -> None:
         ["service", "info", "/x"],
         ["node", "list"],
         ["node", "info", "/x"],
+        ["interface", "list"],
+        ["interface", "packages"],
+        ["interface", "package", "std_msgs"],
     ],
     ids=" ".join,
 )
@@ -159,7 +163,8 @@ async def test_what_only_asks_loads_no_node(arguments: list[str], broker: Broker
         "print(*{'asyncio', 'msgspec', 'yaml', 'actors.node', 'broker'} & set(sys.modules), file=sys.stderr)"
     )
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-c", code, *arguments, "--url", broker.url),
+        *(sys.executable, "-c", code, *arguments),
+        env={**os.environ, "CALLBOARD_URL": broker.url},
         stdout=asyncio.subprocess.DEVNULL,
         stderr=asyncio.subprocess.PIPE,
     )

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-import actors
 from actors.cli.main import main
 from actors.inspector import Inspector
 from actors.interfaces.action import action_types
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
-from actors.testing import FaultProxy
 from broker import Broker, BrokerOptions
+from proto import frames, limits
+from proto.codec import encode
+from proto.url import parse_urls
 
 if TYPE_CHECKING:
     from tests.actors.cli.conftest import Desk
@@ -99,18 +100,19 @@ async def test_info_of_an_unknown_node(desk: Desk, name: str, code: int, text: s
 async def test_info_of_a_suspended_node(capsys: pytest.CaptureFixture[str]) -> None:
     """A node whose link has fallen silent is out of the graph; the command knows why."""
     options = BrokerOptions(port=0, keepalive_sec=0.2, idle_keepalive_sec=0.2)
-    async with (
-        Broker(options) as broker,
-        FaultProxy(broker.url) as proxy,
-        actors.Node("zoe", url=proxy.url) as node,
-    ):
-        await node.get_graph()
-        proxy.black_hole()
+    hello = frames.Hello(
+        limits.PROTOCOL_VERSION,
+        {"agent": "mute", "domain": 0, "instance": bytes(16), "token": bytes(16)},
+    )
+    async with Broker(options) as broker:
+        (url,) = parse_urls(broker.url)
+        _, writer = await asyncio.open_connection(url.host, url.port)
+        writer.write(encode(hello) + encode(frames.Node(1, "/zoe")))  # and never another byte
         async with asyncio.timeout(20):
             while not await asyncio.to_thread(_suspended, broker.url):
                 pass
         assert await asyncio.to_thread(main, ["node", "info", "/zoe", "--url", broker.url]) == 1
-        proxy.heal()
+        writer.close()
     err = capsys.readouterr().err
     assert err.startswith("Node '/zoe' is suspended: nothing has come from it for ")
 

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import actors.interfaces
+from actors.interfaces.catalog import interfaces_of, standard_packages
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.generator import generate, render_package
@@ -21,9 +22,7 @@ from actors.interfaces.parser import parse
 from actors.interfaces.registry import (
     find_interface,
     interface_source,
-    interfaces_of,
     source_of,
-    standard_packages,
 )
 
 ROOT = Path(actors.interfaces.__file__).parent

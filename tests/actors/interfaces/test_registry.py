@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.interfaces.catalog import interfaces_of, standard_packages
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.message import Message
-from actors.interfaces.registry import find_interface, interface_source, interfaces_of, standard_packages
+from actors.interfaces.registry import find_interface, interface_source
 from actors.interfaces.std_msgs.msg import String
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def test_classes_of_this_program_are_found() -> None:
         ("String", "such as std_msgs/msg/String"),
         ("", "such as"),
         ("../../etc/passwd", "such as"),
-        ("nothing_like_it/msg/Zzzzzzzz", "No interface"),
+        ("nothing_like_it/msg/Zzzzzzzz", "Unknown package 'nothing_like_it'"),
     ],
 )
 def test_unknown_names_get_a_suggestion(name: str, hint: str) -> None:

@@ -1,0 +1,109 @@
+"""Which interface packages and types there are, without importing a class: what lists need, at once.
+
+An interface package is one of callboard's, a Python package that `interface generate` has written, or a
+folder on the import path with msg/*.msg, srv/*.srv or action/*.action.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final, cast
+
+from actors.interfaces.errors import UnknownInterfaceError
+
+KINDS: Final = ("msg", "srv", "action")
+STANDARD_ROOT: Final = "actors.interfaces"
+"""The Python package of the standard interface packages."""
+_STANDARD: Final = Path(__file__).parent
+_PACKAGE: Final = re.compile(r"[a-z][a-z0-9_]*")
+_TYPE: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
+_GENERATED: Final = "from actors.interfaces.lazy import lazy_exports"
+"""What the packages that `interface generate` writes have in common."""
+
+
+def standard_packages() -> list[str]:
+    """Return the names of the interface packages that callboard ships, sorted."""
+    return sorted({path.parent.name for kind in KINDS for path in _STANDARD.glob(f"*/{kind}")})
+
+
+def known_packages() -> list[str]:
+    """Return the names of all interface packages: the standard ones and those on the import path, sorted."""
+    found = set(standard_packages())
+    for place in sys.path:
+        try:
+            folders = [each for each in Path(place or ".").iterdir() if _PACKAGE.fullmatch(each.name)]
+        except OSError:  # a zip file, or a folder that is not there
+            continue
+        found.update(folder.name for folder in folders if any(_has(folder / kind, kind) for kind in KINDS))
+    return sorted(found)
+
+
+def python_package(package: str, kind: str) -> str | None:
+    """Return the Python package with the interfaces of `kind`, not imported; None if there is none."""
+    if (_STANDARD / package / kind / "__init__.py").is_file():
+        return f"{STANDARD_ROOT}.{package}.{kind}"
+    if any((folder / kind / "__init__.py").is_file() for folder in _folders(package)):
+        return f"{package}.{kind}"
+    return None
+
+
+def source_file(package: str, kind: str, name: str) -> Path | None:
+    """Return the file that an interface is written in, None if it is not at hand."""
+    if not (_PACKAGE.fullmatch(package) and kind in KINDS and _TYPE.fullmatch(name)):
+        return None
+    if package in standard_packages():
+        return None
+    files = (folder / kind / f"{name}.{kind}" for folder in _folders(package))
+    return next((file for file in files if file.is_file()), None)
+
+
+def interfaces_of(package: str) -> list[str]:
+    """Return the type names of all interfaces of a package, messages first.
+
+    Raises:
+        UnknownInterfaceError: There is no such interface package.
+    """
+    names = [f"{package}/{kind}/{name}" for kind in KINDS for name in _names(package, kind)]
+    if not names:
+        raise UnknownInterfaceError(unknown_package(package))
+    return names
+
+
+def unknown_package(package: str) -> str:
+    """Say that there is no such interface package, and which one may be meant."""
+    close = difflib.get_close_matches(package, known_packages(), n=1)
+    return f"Unknown package '{package}'" + (f"; did you mean {close[0]}?" if close else "")
+
+
+def _names(package: str, kind: str) -> list[str]:
+    module = python_package(package, kind) if _PACKAGE.fullmatch(package) else None
+    if module is not None:
+        return sorted(cast("list[str]", getattr(import_module(module), "__all__", [])))
+    files = (file for folder in _folders(package) for file in (folder / kind).glob(f"*.{kind}"))
+    return sorted({file.stem for file in files if _TYPE.fullmatch(file.stem)})
+
+
+def _folders(package: str) -> list[Path]:
+    """Return the folders of a package on the import path, without importing it."""
+    try:
+        spec = find_spec(package) if _PACKAGE.fullmatch(package) else None
+    except (ImportError, ValueError):
+        return []
+    return [Path(each) for each in (spec.submodule_search_locations or ())] if spec is not None else []
+
+
+def _has(folder: Path, kind: str) -> bool:
+    """Tell whether a folder has interfaces of a kind: generated, or as text."""
+    if not folder.is_dir():
+        return False
+    try:
+        if _GENERATED in (folder / "__init__.py").read_text(encoding="utf-8"):
+            return True
+    except (OSError, UnicodeDecodeError):
+        pass
+    return any(_TYPE.fullmatch(file.stem) for file in folder.glob(f"*.{kind}"))

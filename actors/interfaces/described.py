@@ -1,0 +1,53 @@
+"""From a type's canonical definition back to text: how a type is shown whose class is not at hand."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Final, cast
+
+from actors.interfaces.definition import EMPTY_MEMBER, STRING_BOUND_OFFSET, TYPE_IDS, array_kind
+from actors.interfaces.errors import InvalidMessageError
+
+_BASES: Final = {number: base for base, number in TYPE_IDS.items() if base != "char"}
+_STRINGS: Final = {TYPE_IDS[base] + STRING_BOUND_OFFSET: base for base in ("string", "wstring")}
+_SEPARATOR: Final = "---\n"
+
+
+def texts_of(definition: bytes) -> dict[str, str]:
+    """Return the texts of a definition's types: type name to what stands in a `.msg` or `.srv` file.
+
+    Constants, defaults and comments are not part of a definition.
+
+    Args:
+        definition: As `actors.interfaces.message.definition` makes it, and the broker keeps it.
+
+    Raises:
+        InvalidMessageError: It is no such definition.
+    """
+    try:
+        whole: Any = json.loads(definition)
+        described = [whole["type_description"], *whole["referenced_type_descriptions"]]
+        texts = {str(each["type_name"]): _text(each["fields"]) for each in described}
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
+        raise InvalidMessageError(f"A definition that cannot be read: {error!r}") from None
+    for name in list(texts):
+        parts = [texts.get(f"{name}_{part}") for part in ("Request", "Response")]
+        if "/srv/" in name and None not in parts:
+            texts[name] = _SEPARATOR.join(cast("list[str]", parts))
+    return texts
+
+
+def _text(fields: list[dict[str, Any]]) -> str:
+    lines = [f"{_type(field['type'])} {field['name']}\n" for field in fields if field["name"] != EMPTY_MEMBER]
+    return "".join(lines)
+
+
+def _type(field_type: dict[str, Any]) -> str:
+    array, number = array_kind(int(field_type["type_id"]))
+    if nested := str(field_type["nested_type_name"]):
+        base = nested.replace("/msg/", "/")
+    elif number in _STRINGS:
+        base = f"{_STRINGS[number]}<={int(field_type['string_capacity'])}"
+    else:
+        base = _BASES[number]
+    return base + array.format(int(field_type["capacity"]))

@@ -1,0 +1,80 @@
+"""The text of an interface with that of the messages it contains, indented below: as ROS 2 shows it.
+
+std_msgs/Header header
+builtin_interfaces/Time stamp
+int32 sec
+uint32 nanosec
+string frame_id
+"""
+
+from __future__ import annotations
+
+import re
+from enum import Enum
+from typing import TYPE_CHECKING, Final
+
+from actors.interfaces.errors import InterfaceSyntaxError
+from actors.interfaces.parser import PRIMITIVES, without_comment
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+MAX_LINES: Final = 50_000
+"""A text from afar may contain a message a million times; real ones have hundreds of lines."""
+MAX_DEPTH: Final = 64
+"""Messages in messages; real ones have about ten levels. One that contains itself is stopped by this."""
+_TYPE: Final = re.compile(r"(?:(?P<package>\w+)/(?:msg/)?)?(?P<name>\w+)")
+
+
+class Comments(Enum):
+    """Which comments and blank lines are shown."""
+
+    NONE = 0
+    OWN = 1
+    """Those of the interface itself."""
+    ALL = 2
+    """Those of the messages it contains, too."""
+
+
+def outline(name: str, text_of: Callable[[str], str | None], comments: Comments = Comments.OWN) -> list[str]:
+    """Return the lines of an interface, with those of contained messages below, indented with tabs.
+
+    Args:
+        name: Its full type name.
+        text_of: Gives the text behind a type name; None if that is not known: then it is not shown.
+        comments: Which to show.
+
+    Raises:
+        InterfaceSyntaxError: It is too large, or contains itself.
+    """
+    lines: list[str] = []
+    for line in _lines(name, text_of, comments, 0):
+        if len(lines) >= MAX_LINES:
+            raise InterfaceSyntaxError(
+                name, 0, f"With all that it contains it has more than {MAX_LINES} lines"
+            )
+        lines.append(line)
+    return lines
+
+
+def _lines(name: str, text_of: Callable[[str], str | None], comments: Comments, depth: int) -> Iterator[str]:
+    if depth > MAX_DEPTH:
+        raise InterfaceSyntaxError(name, 0, f"Messages contain one another, {MAX_DEPTH} levels deep")
+    with_comments = comments is Comments.ALL or (comments is Comments.OWN and depth == 0)
+    for raw in (text_of(name) or "").splitlines():
+        code = without_comment(raw).strip()
+        text = raw.rstrip() if with_comments else code
+        if text or with_comments:
+            yield "\t" * depth + text if text else ""
+        nested = _nested(code, name.partition("/")[0])
+        if nested:
+            yield from _lines(nested, text_of, comments, depth + 1)
+
+
+def _nested(code: str, package: str) -> str:
+    """Return the type name of the message that a line's field holds, or nothing."""
+    match = _TYPE.match(code)
+    if match is None or (match["package"] is None and match["name"] in PRIMITIVES):
+        return ""
+    owner = match["package"] or ("std_msgs" if match["name"] == "Header" else package)
+    return f"{owner}/msg/{match['name']}"
