@@ -1,0 +1,49 @@
+"""A drawing of the graph in DOT, Graphviz's language."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from actors.tools.graph_drawing.model import Kind, Relation
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from actors.tools.graph_drawing.model import Edge, GraphModel
+
+_LOOKS: Final = {
+    Kind.NODE: 'shape=box, style="rounded,filled", fillcolor="#eaf1fb", color="#3b6fb6"',
+    Kind.TOPIC: 'shape=box, style=filled, fillcolor="#e8f6ef", color="#2e8b62"',
+    Kind.SERVICE: 'shape=hexagon, style=filled, fillcolor="#fdf1e3", color="#c2701c"',
+}
+_BROKEN: Final = {Relation.CALLS, Relation.SERVES}
+
+
+def dot_of(model: GraphModel) -> str:
+    """Return a model as a DOT document, without a line end after its last line."""
+    number = {vertex: f"{vertex.kind.value}{at}" for at, vertex in enumerate(model.vertices)}
+    lines = [
+        "digraph callboard {",
+        "  rankdir=LR;",
+        '  node [fontname="monospace", fontsize=11];',
+        '  edge [fontname="monospace", fontsize=10, color="#667085"];',
+    ]
+    lines += [
+        f"  {number[vertex]} [label={_quoted(vertex.name)}, {_LOOKS[vertex.kind]}];"
+        for vertex in model.vertices
+    ]
+    lines += [f"  {number[edge.source]} -> {number[edge.target]}{_look(edge)};" for edge in model.edges]
+    return "\n".join([*lines, "}"])
+
+
+def _look(edge: Edge) -> str:
+    looks: list[str] = []
+    if edge.names:
+        looks.append(f"label={_quoted(', '.join(edge.names))}")
+    if edge.relation in _BROKEN:
+        looks.append("style=dashed")
+    return f" [{', '.join(looks)}]" if looks else ""
+
+
+def _quoted(text: str) -> str:
+    """Return a text as DOT's quoted string. A backslash would begin one of DOT's escapes."""
+    return '"' + shown(text).replace("\\", "\\\\").replace('"', '\\"') + '"'

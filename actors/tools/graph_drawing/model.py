@@ -1,0 +1,248 @@
+"""What a drawing of the graph shows: nodes, topics, services, and who has to do with which.
+
+An edge goes the way that data goes: from a publisher's node to the topic, from there to a subscription's
+node; from a client's node to the service, from there to the server's node.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from proto.codes import EntryKind
+from proto.errors import CallboardError
+from proto.names import is_hidden
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from actors.picture import GraphPicture
+    from proto.frames import GraphEntry
+
+
+MAX_DIRECT_EDGES: Final = 50_000
+"""From node to node. A topic of a thousand publishers and a thousand subscriptions would make a million."""
+
+
+class DrawingTooLargeError(CallboardError):
+    """A graph has more in it than a drawing can show. Choose a namespace, or another format."""
+
+
+class Kind(StrEnum):
+    """What a vertex is."""
+
+    NODE = "node"
+    TOPIC = "topic"
+    SERVICE = "service"
+
+
+class Relation(StrEnum):
+    """What a node has to do with a topic or a service."""
+
+    PUBLISHES = "publishes"
+    SUBSCRIBES = "subscribes"
+    CALLS = "calls"
+    SERVES = "serves"
+
+
+class Vertex(NamedTuple):
+    """A node, a topic or a service. A service may have the name of a node, so the kind belongs to it."""
+
+    kind: Kind
+    name: str
+
+
+class Edge(NamedTuple):
+    """An arrow.
+
+    Between a node and a topic or service `names` is empty. Between two nodes (`nodes_only`) it says on which
+    topics the source publishes what the target hears, or which services of the target it calls.
+    """
+
+    source: Vertex
+    target: Vertex
+    relation: Relation
+    names: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class GraphFilter:
+    """What is left out, as in rqt_graph.
+
+    Attributes:
+        hidden: Show names that have a token with a leading underscore.
+        debug: Show what serves debugging: /rosout, /clock, /parameter_events, /statistics, nodes of command
+            lines, rqt and rviz, services about parameters.
+        dead_sinks: Show topics that nobody subscribes to.
+        leaf_topics: Show topics that have one publisher or subscription only.
+        services: Show services.
+        namespace: Show only the nodes in it, and what they are connected to. Empty: all.
+        nodes_only: Show no topics and services; their names stand at the arrows from node to node.
+    """
+
+    hidden: bool = False
+    debug: bool = False
+    dead_sinks: bool = True
+    leaf_topics: bool = True
+    services: bool = True
+    namespace: str = ""
+    nodes_only: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class GraphModel:
+    """What to draw: sorted, each vertex and each edge once.
+
+    Edges join vertices that are in it, and every topic and every service has one.
+    """
+
+    vertices: tuple[Vertex, ...] = ()
+    edges: tuple[Edge, ...] = ()
+    types: dict[Vertex, tuple[str, ...]] = field(default_factory=dict[Vertex, tuple[str, ...]])
+    """The types seen on each topic and service, sorted."""
+
+    def of_kind(self, kind: Kind) -> list[Vertex]:
+        """Return the vertices of a kind."""
+        return [vertex for vertex in self.vertices if vertex.kind is kind]
+
+
+_DEBUG_TOPICS: Final = {"/rosout", "/clock", "/parameter_events", "/statistics"}
+_DEBUG_NODES: Final = ("rqt", "rviz", "_callboard_cli", "_ros2cli")
+_DEBUG_SERVICES: Final = {
+    "describe_parameters",
+    "get_parameter_types",
+    "get_parameters",
+    "get_type_description",
+    "list_parameters",
+    "set_parameters",
+    "set_parameters_atomically",
+}
+_RELATIONS: Final = {
+    EntryKind.PUBLISHER: Relation.PUBLISHES,
+    EntryKind.SUBSCRIPTION: Relation.SUBSCRIBES,
+    EntryKind.CLIENT: Relation.CALLS,
+    EntryKind.SERVICE: Relation.SERVES,
+}
+_OF_TOPICS: Final = {Relation.PUBLISHES, Relation.SUBSCRIBES}
+_OUTWARD: Final = {Relation.PUBLISHES, Relation.CALLS}
+
+
+def model_of(picture: GraphPicture, chosen: GraphFilter | None = None) -> GraphModel:
+    """Return what of a graph is to be drawn.
+
+    A topic or service none of whose nodes is shown is not shown either.
+
+    Raises:
+        DrawingTooLargeError: There are more than `MAX_DIRECT_EDGES` arrows from node to node.
+    """
+    chosen = chosen or GraphFilter()
+    nodes = {name for name in picture.nodes() if _shows_node(name, chosen)}
+    shown = [entry for entry in picture.entries.values() if entry.node in nodes and _shows(entry, chosen)]
+    links = {_edge(entry) for entry in shown if entry.kind in _RELATIONS}
+    links -= _unwanted(links, chosen)
+    types: dict[Vertex, set[str]] = {}
+    hubs = {_hub(edge) for edge in links}
+    for entry in shown:
+        if entry.kind in _RELATIONS and (hub := _hub(_edge(entry))) in hubs:
+            types.setdefault(hub, set()).update({entry.type_name} - {""})
+    vertices = {Vertex(Kind.NODE, name) for name in nodes}
+    if chosen.nodes_only:
+        return GraphModel(tuple(sorted(vertices)), tuple(sorted(_direct(links))))
+    return GraphModel(
+        tuple(sorted(vertices | hubs)),
+        tuple(sorted(links)),
+        {hub: tuple(sorted(names)) for hub, names in sorted(types.items())},
+    )
+
+
+def _shows_node(name: str, chosen: GraphFilter) -> bool:
+    if not chosen.debug and name.rpartition("/")[2].startswith(_DEBUG_NODES):
+        return False
+    space = chosen.namespace.rstrip("/") + "/"
+    return (chosen.hidden or not is_hidden(name)) and (not chosen.namespace or name.startswith(space))
+
+
+def _shows(entry: GraphEntry, chosen: GraphFilter) -> bool:
+    """Tell whether an endpoint is shown, as far as it can be told without the others."""
+    if not chosen.hidden and is_hidden(entry.name):
+        return False
+    if entry.kind in {EntryKind.SERVICE, EntryKind.CLIENT}:
+        return chosen.services and (chosen.debug or entry.name.rpartition("/")[2] not in _DEBUG_SERVICES)
+    return chosen.debug or entry.name not in _DEBUG_TOPICS
+
+
+def _edge(entry: GraphEntry) -> Edge:
+    relation = _RELATIONS[EntryKind(entry.kind)]
+    node = Vertex(Kind.NODE, entry.node)
+    hub = Vertex(Kind.TOPIC if relation in _OF_TOPICS else Kind.SERVICE, entry.name)
+    return Edge(node, hub, relation) if relation in _OUTWARD else Edge(hub, node, relation)
+
+
+def _hub(edge: Edge) -> Vertex:
+    """Return the topic or service of an edge."""
+    return edge.target if edge.relation in _OUTWARD else edge.source
+
+
+def _unwanted(links: Iterable[Edge], chosen: GraphFilter) -> set[Edge]:
+    """Return the edges of topics that are dead sinks or leaves and are not wanted."""
+    readers: dict[Vertex, int] = {}
+    ends: dict[Vertex, int] = {}
+    for edge in links:
+        hub = _hub(edge)
+        ends[hub] = ends.get(hub, 0) + 1
+        readers[hub] = readers.get(hub, 0) + (edge.relation is Relation.SUBSCRIBES)
+    return {
+        edge
+        for edge in links
+        if (hub := _hub(edge)).kind is Kind.TOPIC
+        and ((not chosen.dead_sinks and not readers[hub]) or (not chosen.leaf_topics and ends[hub] == 1))
+    }
+
+
+def _direct(links: Iterable[Edge]) -> list[Edge]:
+    """Return the edges from node to node that edges over topics and services make.
+
+    Raises:
+        DrawingTooLargeError: There are more than `MAX_DIRECT_EDGES`.
+    """
+    into: dict[Vertex, set[Vertex]] = {}
+    out_of: dict[Vertex, set[Vertex]] = {}
+    for edge in links:
+        if edge.relation in _OUTWARD:
+            into.setdefault(edge.target, set()).add(edge.source)
+        else:
+            out_of.setdefault(edge.source, set()).add(edge.target)
+    if sum(len(sources) * len(out_of.get(hub, ())) for hub, sources in into.items()) > MAX_DIRECT_EDGES:
+        raise DrawingTooLargeError(f"more than {MAX_DIRECT_EDGES} arrows from node to node are too many")
+    names: dict[tuple[Vertex, Vertex, Relation], list[str]] = {}
+    for hub, sources in into.items():
+        relation = Relation.PUBLISHES if hub.kind is Kind.TOPIC else Relation.CALLS
+        for source in sources:
+            for target in out_of.get(hub, ()):
+                names.setdefault((source, target, relation), []).append(hub.name)
+    return [Edge(*ends, tuple(sorted(found))) for ends, found in names.items()]
+
+
+def document_of(model: GraphModel) -> dict[str, list[dict[str, object]]]:
+    """Return a model as plain data, for JSON; docs/reference/json.md describes it."""
+    return {
+        "nodes": [{"name": vertex.name} for vertex in model.of_kind(Kind.NODE)],
+        "topics": _documents(model, Kind.TOPIC),
+        "services": _documents(model, Kind.SERVICE),
+        "edges": [
+            {
+                "source": edge.source.name,
+                "target": edge.target.name,
+                "relation": edge.relation.value,
+                **({"names": list(edge.names)} if edge.names else {}),
+            }
+            for edge in model.edges
+        ],
+    }
+
+
+def _documents(model: GraphModel, kind: Kind) -> list[dict[str, object]]:
+    return [
+        {"name": vertex.name, "types": list(model.types.get(vertex, ()))} for vertex in model.of_kind(kind)
+    ]

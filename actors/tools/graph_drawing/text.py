@@ -1,0 +1,237 @@
+"""A drawing of the graph in characters, for a terminal; or a listing, where that is too narrow.
+
+Nodes are boxes; topics stand between them, with solid lines; services stand in brackets, with broken lines.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from actors.tools.graph_drawing.canvas import Canvas, Paint
+from actors.tools.graph_drawing.channel import Net, routed
+from actors.tools.graph_drawing.layout import Layout, Measure
+from actors.tools.graph_drawing.model import Kind, Relation
+from actors.tools.graph_drawing.wiring import parts_of, wiring_of
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from actors.tools.graph_drawing.layout import Segment
+    from actors.tools.graph_drawing.model import Edge, GraphModel, Vertex
+    from actors.tools.graph_drawing.wiring import Hub, Wiring
+
+MAX_DRAWN: Final = 300
+"""Vertices. Beyond it lines are too many to follow, and a listing says more."""
+USUAL_WIDTH: Final = 100
+"""Columns in which nodes without any wire stand side by side, if no width is given."""
+_MEASURE: Final = Measure(node=3, hub=1, line=1, step=1, gap=0, whole=True)
+_FEWEST_COLUMNS: Final = 3
+"""A drawing folded more often than to this is harder to read than a listing."""
+_SHORTEST: Final = 3
+"""Columns of a line that does not change its row."""
+
+
+def text_of(
+    model: GraphModel, *, width: int | None = None, color: bool = False, ascii_only: bool = False
+) -> str:
+    """Return a drawing of a model, or a listing if it does not fit.
+
+    Args:
+        model: What to draw.
+        width: How many columns there are; None for as many as it takes.
+        color: Use colours, by escape sequences.
+        ascii_only: Use no box characters.
+
+    Returns:
+        Lines, without a line end after the last one; empty for an empty model.
+    """
+    lines = None
+    if len(model.vertices) <= MAX_DRAWN:
+        lines = _drawn(model, width, color=color, ascii_only=ascii_only)
+    if lines is None:
+        return listing_of(model)
+    return "\n".join(lines)
+
+
+def listing_of(model: GraphModel) -> str:
+    """Return a model as lines: each node, and what it does, indented."""
+    nodes = model.of_kind(Kind.NODE)
+    told: dict[Vertex, list[str]] = {node: [] for node in nodes}
+    for edge in model.edges:
+        if edge.source.kind is Kind.NODE:
+            told[edge.source].append(_told(edge))
+        else:
+            told[edge.target].append(f"{edge.relation.value} {shown(edge.source.name)}")
+    lines: list[str] = []
+    for node in nodes:
+        lines.append(shown(node.name))
+        lines += [f"  {each}" for each in sorted(told[node])]
+    return "\n".join(lines)
+
+
+def _told(edge: Edge) -> str:
+    target = shown(edge.target.name)
+    if not edge.names:
+        return f"{edge.relation.value} {target}"
+    names = ", ".join(map(shown, edge.names))
+    preposition = "to" if edge.relation is Relation.PUBLISHES else "of"
+    return f"{edge.relation.value} {names} {preposition} {target}"
+
+
+def _drawn(model: GraphModel, width: int | None, *, color: bool, ascii_only: bool) -> list[str] | None:
+    """Return the lines of the drawing; None if it does not fit."""
+    parts, alone = parts_of(wiring_of(model))
+    canvases: list[Canvas] = []
+    first_hub = 0
+    for part in parts:
+        drawing = _fitting(part, width, first_hub)
+        if drawing is None:
+            return None
+        canvases.append(drawing.canvas)
+        first_hub += len(part.hubs)
+    boxes = _boxes(alone, USUAL_WIDTH if width is None else width)
+    if boxes is None:
+        return None
+    lines: list[str] = []
+    for canvas in [*canvases, boxes]:
+        drawn = canvas.lines(color=color, ascii_only=ascii_only)
+        lines += ["", *drawn] if lines and drawn else drawn
+    return lines
+
+
+def _fitting(part: Wiring, width: int | None, first_hub: int) -> TextDrawing | None:
+    """Draw a connected part, folded as often as it must be to fit; None if it does not."""
+    layout = Layout(part, _MEASURE)
+    drawing = TextDrawing(layout, first_hub)
+    for last in range(len(layout.columns) - 2, _FEWEST_COLUMNS - 2, -1):
+        if width is None or drawing.width <= width:
+            break
+        drawing = TextDrawing(Layout(part, _MEASURE, last_column=last), first_hub)
+    return drawing if width is None or drawing.width <= width else None
+
+
+def _boxes(nodes: list[Vertex], width: int) -> Canvas | None:
+    """Draw nodes side by side, in as many rows as it takes; None if one is too wide."""
+    canvas = Canvas()
+    top = left = 0
+    for node in nodes:
+        name = shown(node.name)
+        if len(name) + 4 > width:
+            return None
+        if left + len(name) + 4 > width:
+            top, left = top + 3, 0
+        canvas.box(top, left, len(name) + 4, 3)
+        canvas.write(top + 1, left + 2, name, Paint.NODE)
+        left += len(name) + 5
+    return canvas
+
+
+class TextDrawing:
+    """A layout on a canvas.
+
+    Attributes:
+        canvas: The drawing.
+        width: How many characters it is wide.
+        lefts: Where each column of the layout begins.
+        widths: How wide each column is.
+    """
+
+    def __init__(self, layout: Layout, first_hub: int) -> None:
+        self.canvas = Canvas()
+        self._layout = layout
+        self._first_hub = first_hub
+        for hub, each in enumerate(layout.wiring.hubs):
+            if each.kind is Kind.SERVICE:
+                self.canvas.dash(first_hub + hub)
+        self.widths = [max(map(self._width_of, column)) for column in layout.columns]
+        self.lefts: list[int] = []
+        self._rows = round(layout.height)
+        left = 0
+        for number, column in enumerate(layout.columns):
+            self.lefts.append(left)
+            left += self.widths[number]
+            if number + 1 < len(layout.columns):
+                left += self._draw_channel(column, left)
+        self.width = left
+        for number, column in enumerate(layout.columns):
+            for at in column:
+                self._draw_thing(at, self.lefts[number], self.widths[number])
+
+    def _width_of(self, at: int) -> int:
+        thing = self._layout.things[at]
+        if thing.node is not None:
+            return len(shown(self._layout.wiring.nodes[thing.node].name)) + 4
+        return 0 if thing.hub is None else len(_label(self._layout.wiring.hubs[thing.hub]))
+
+    def _draw_thing(self, at: int, left: int, width: int) -> None:
+        thing = self._layout.things[at]
+        row, height = round(thing.top), round(thing.height)
+        if thing.node is not None:
+            self.canvas.box(row, left, width, height)
+            name = shown(self._layout.wiring.nodes[thing.node].name)
+            self.canvas.write(row + (height - 1) // 2, left + 2, name, Paint.NODE)
+            self._draw_ports(at, left, width)
+        elif thing.hub is None:
+            hub = self._first_hub + self._layout.segments[thing.left[0]].hub
+            self.canvas.across(hub, row, left - 1, left + width)
+        else:
+            self._draw_hub(at, left, width)
+
+    def _draw_ports(self, at: int, left: int, width: int) -> None:
+        """Draw where lines without a head meet a box."""
+        thing = self._layout.things[at]
+        for segment in (self._layout.segments[each] for each in thing.left):
+            if not segment.head_right:
+                self.canvas.write(round(self._layout.port_right(segment)), left, "┤")
+        for segment in (self._layout.segments[each] for each in thing.right):
+            if not segment.head_left:
+                self.canvas.write(round(self._layout.port_left(segment)), left + width - 1, "├")
+
+    def _draw_hub(self, at: int, left: int, width: int) -> None:
+        """Draw a hub's label, and its line and head on to the right end of its column."""
+        thing = self._layout.things[at]
+        assert thing.hub is not None
+        row, hub = round(thing.top), self._first_hub + thing.hub
+        label = _label(self._layout.wiring.hubs[thing.hub])
+        if thing.right:
+            self.canvas.across(hub, row, left + len(label), left + width)
+        self.canvas.write_of(hub, row, left, label)
+        if any(self._layout.segments[each].head_left for each in thing.right):
+            self.canvas.write_of(hub, row, left + len(label), "◀")
+
+    def _draw_channel(self, column: list[int], left: int) -> int:
+        """Draw what is between a column and the next; return how wide that is."""
+        segments = [self._layout.segments[each] for at in column for each in self._layout.things[at].right]
+        routes = routed(self._nets(segments), self._rows)
+        self._rows = routes.rows
+        lead = 1 + any(segment.head_left for segment in segments)
+        width = max(_SHORTEST, 2 * routes.tracks + 1 + lead)
+        for run in routes.runs:
+            begin = left - 1 if run.begin < 0 else left + lead + 2 * run.begin
+            end = left + width if run.end is None else left + lead + 2 * run.end
+            self.canvas.across(self._first_hub + run.hub, run.row, begin, end)
+        for trunk in routes.trunks:
+            self.canvas.down(
+                self._first_hub + trunk.hub, left + lead + 2 * trunk.track, trunk.top, trunk.bottom
+            )
+        for segment in segments:
+            self._draw_heads(segment, left, width)
+        return width
+
+    def _nets(self, segments: list[Segment]) -> list[Net]:
+        rows: dict[int, tuple[set[int], set[int]]] = {}
+        for segment in segments:
+            on_left, on_right = rows.setdefault(segment.hub, (set(), set()))
+            on_left.add(round(self._layout.port_left(segment)))
+            on_right.add(round(self._layout.port_right(segment)))
+        return [Net(hub, frozenset(ends[0]), frozenset(ends[1])) for hub, ends in rows.items()]
+
+    def _draw_heads(self, segment: Segment, left: int, width: int) -> None:
+        hub = self._first_hub + segment.hub
+        if segment.head_left and self._layout.things[segment.left].node is not None:
+            self.canvas.write_of(hub, round(self._layout.port_left(segment)), left, "◀")
+        if segment.head_right:
+            self.canvas.write_of(hub, round(self._layout.port_right(segment)), left + width - 1, "▶")
+
+
+def _label(hub: Hub) -> str:
+    return f" [{hub.label}] " if hub.kind is Kind.SERVICE else f" {hub.label} "

@@ -1,0 +1,33 @@
+"""Drawings in DOT."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.tools.graph_drawing.dot import dot_of
+from actors.tools.graph_drawing.model import GraphFilter, model_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.picture import GraphPicture
+
+
+@pytest.mark.parametrize("nodes_only", [False, True], ids=["all", "nodes"])
+def test_drawings(
+    nodes_only: bool, graph: Callable[[str], GraphPicture], golden: Callable[[str], str]
+) -> None:
+    """Vertices with labels, edges by their numbers."""
+    model = model_of(graph("course"), GraphFilter(nodes_only=nodes_only))
+    assert dot_of(model) == golden(f"course_{'nodes' if nodes_only else 'all'}.dot")
+
+
+def test_names_stay_within_their_quotes(graph: Callable[[str], GraphPicture]) -> None:
+    """Quotes, backslashes and line ends are escaped."""
+    text = dot_of(model_of(graph('/"];evil[label="\\ >/x\x07')))
+    labels = re.findall(r'label="((?:[^"\\]|\\.)*)", shape', text)
+    assert labels == ['/\\"];evil[label=\\"\\\\', "/x\\\\x07"]
+    assert all(line.count(";") <= 1 or "evil" in line for line in text.splitlines())

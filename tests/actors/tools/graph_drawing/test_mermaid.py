@@ -1,0 +1,34 @@
+"""Drawings in Mermaid."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.tools.graph_drawing.mermaid import mermaid_of
+from actors.tools.graph_drawing.model import GraphFilter, model_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.picture import GraphPicture
+
+
+@pytest.mark.parametrize("nodes_only", [False, True], ids=["all", "nodes"])
+def test_drawings(
+    nodes_only: bool, graph: Callable[[str], GraphPicture], golden: Callable[[str], str]
+) -> None:
+    """Vertices with shapes, edges by their numbers."""
+    model = model_of(graph("course"), GraphFilter(nodes_only=nodes_only))
+    assert mermaid_of(model) == golden(f"course_{'nodes' if nodes_only else 'all'}.mmd")
+
+
+def test_names_stay_within_their_quotes(graph: Callable[[str], GraphPicture]) -> None:
+    """What means something to Mermaid, or to the HTML that it makes, becomes a number."""
+    (line,) = [each for each in mermaid_of(model_of(graph('/"<b>`#x\\;%%'))).splitlines() if "/" in each]
+    label = re.fullmatch(r'  node0\(\["([^"]*)"\]\):::nodes', line)
+    assert label is not None
+    assert re.sub(r"#(\d+);", lambda code: chr(int(code[1])), label[1]) == '/"<b>`#x\\;%%'
+    assert not set(re.sub(r"#\d+;", "", label[1])) & set('"<>`#\\;%')

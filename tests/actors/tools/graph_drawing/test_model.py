@@ -1,0 +1,135 @@
+"""What of a graph is drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from actors.tools.graph_drawing import model as model_module
+from actors.tools.graph_drawing.model import (
+    DrawingTooLargeError,
+    Edge,
+    GraphFilter,
+    Kind,
+    Relation,
+    Vertex,
+    document_of,
+    model_of,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.picture import GraphPicture
+
+
+def names(graph: GraphPicture, **chosen: Any) -> set[str]:
+    """Return the names of what is drawn."""
+    return {vertex.name for vertex in model_of(graph, GraphFilter(**chosen)).vertices}
+
+
+def test_edges_go_the_way_data_goes(graph: Callable[[str], GraphPicture]) -> None:
+    """From publishers and clients to topics and services, from there to subscriptions and servers."""
+    found = model_of(graph("/a >/x ?/s\n/b </x !/s")).edges
+    a, b = Vertex(Kind.NODE, "/a"), Vertex(Kind.NODE, "/b")
+    topic, service = Vertex(Kind.TOPIC, "/x"), Vertex(Kind.SERVICE, "/s")
+    assert set(found) == {
+        Edge(a, topic, Relation.PUBLISHES),
+        Edge(topic, b, Relation.SUBSCRIBES),
+        Edge(a, service, Relation.CALLS),
+        Edge(service, b, Relation.SERVES),
+    }
+    assert list(found) == sorted(found)
+
+
+def test_a_service_and_a_node_may_have_one_name(graph: Callable[[str], GraphPicture]) -> None:
+    """They are two vertices."""
+    assert [vertex.kind for vertex in model_of(graph("/x !/x")).vertices] == [Kind.NODE, Kind.SERVICE]
+
+
+def test_two_publishers_of_a_node_are_one_arrow(graph: Callable[[str], GraphPicture]) -> None:
+    """A picture says who talks to whom, not how often they have said so."""
+    assert len(model_of(graph("/a >/x >/x")).edges) == 1
+
+
+@pytest.mark.parametrize(
+    ("chosen", "expected"),
+    [
+        ({}, "/a /b /x /dead /s"),
+        ({"dead_sinks": False}, "/a /b /x /s"),
+        ({"leaf_topics": False}, "/a /b /x /s"),
+        ({"services": False}, "/a /b /x /dead"),
+        ({"hidden": True}, "/a /b /x /dead /s /_h /b/_t"),
+        ({"debug": True}, "/a /b /x /dead /s /rosout /b/get_parameters /rqt_plot"),
+        ({"nodes_only": True}, "/a /b"),
+    ],
+    ids=str,
+)
+def test_what_is_left_out(
+    chosen: dict[str, bool], expected: str, graph: Callable[[str], GraphPicture]
+) -> None:
+    """Hidden names and what serves debugging, unless it is asked for; the rest only if asked for."""
+    drawn = graph(
+        "/a >/x >/dead >/rosout ?/s\n/b </x !/s !/b/get_parameters </b/_t\n/_h >/b/_t\n/rqt_plot </x"
+    )
+    assert names(drawn, **chosen) == set(expected.split())
+
+
+def test_a_leaf_may_have_a_subscription_only(graph: Callable[[str], GraphPicture]) -> None:
+    """A topic that nobody publishes on is no dead sink, but a leaf."""
+    assert names(graph("/a </x"), dead_sinks=False) == {"/a", "/x"}
+    assert names(graph("/a </x"), leaf_topics=False) == {"/a"}
+
+
+def test_nodes_of_command_lines_serve_debugging(graph: Callable[[str], GraphPicture]) -> None:
+    """They are left out although hidden names are asked for."""
+    assert names(graph("/_callboard_cli_1 </x\n/a >/x"), hidden=True) == {"/a", "/x"}
+
+
+def test_a_namespace_is_whole_tokens(graph: Callable[[str], GraphPicture]) -> None:
+    """Topics outside it are drawn if a node inside has to do with them."""
+    drawn = graph("/r1/a >/x\n/r1/deep/b >/y\n/r10/c </x\n/d </y >/z")
+    assert names(drawn, namespace="/r1") == {"/r1/a", "/r1/deep/b", "/x", "/y"}
+
+
+def test_nodes_only_names_topics_at_the_arrows(graph: Callable[[str], GraphPicture]) -> None:
+    """One arrow for each pair and kind; a topic with one end makes none."""
+    drawn = graph("/a >/x >/y ?/s >/dead\n/b </x </y !/s >/y")
+    a, b = Vertex(Kind.NODE, "/a"), Vertex(Kind.NODE, "/b")
+    assert model_of(drawn, GraphFilter(nodes_only=True)).edges == (
+        Edge(a, b, Relation.CALLS, ("/s",)),
+        Edge(a, b, Relation.PUBLISHES, ("/x", "/y")),
+        Edge(b, b, Relation.PUBLISHES, ("/y",)),
+    )
+
+
+def test_too_many_arrows_are_refused(
+    graph: Callable[[str], GraphPicture], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before they are made."""
+    monkeypatch.setattr(model_module, "MAX_DIRECT_EDGES", 3)
+    drawn = graph("/a >/x\n/b >/x\n/c </x\n/d </x")
+    assert len(model_of(drawn).edges) == 4
+    with pytest.raises(DrawingTooLargeError, match="more than 3 arrows"):
+        model_of(drawn, GraphFilter(nodes_only=True))
+
+
+def test_document(graph: Callable[[str], GraphPicture]) -> None:
+    """Plain data with types; names at the arrows with nodes only."""
+    drawn = graph("/a >/x\n/b </x !/s")
+    assert document_of(model_of(drawn)) == {
+        "nodes": [{"name": "/a"}, {"name": "/b"}],
+        "topics": [
+            {"name": "/x", "types": ["example_msgs/msg/Publisher", "example_msgs/msg/Subscription"]},
+        ],
+        "services": [{"name": "/s", "types": ["example_msgs/msg/Service"]}],
+        "edges": [
+            {"source": "/a", "target": "/x", "relation": "publishes"},
+            {"source": "/s", "target": "/b", "relation": "serves"},
+            {"source": "/x", "target": "/b", "relation": "subscribes"},
+        ],
+    }
+    assert document_of(model_of(drawn, GraphFilter(nodes_only=True)))["edges"] == [
+        {"source": "/a", "target": "/b", "relation": "publishes", "names": ["/x"]},
+    ]
