@@ -95,6 +95,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "remove": Verb("actors.cli.verbs.context_remove", "forget a named broker"),
         },
     ),
+    "graph": Verb("actors.cli.verbs.graph", "draw who talks to whom"),
     "bench": Verb("actors.cli.bench", "measure how fast callboard is on this machine"),
 }
 

@@ -153,6 +153,8 @@ def test_help_loads_neither_asyncio_nor_the_nodes() -> None:
         ["interface", "list"],
         ["interface", "packages"],
         ["interface", "package", "std_msgs"],
+        ["graph"],
+        ["graph", "--format", "svg"],
     ],
     ids=" ".join,
 )

@@ -1,0 +1,126 @@
+"""`callboard graph`: the graph as a picture."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from actors.cli.errors import USAGE, CommandError
+from actors.cli.output import note
+from actors.cli.parsing import did_you_mean
+from actors.cli.place import inspector
+from actors.cli.tables import colored
+from actors.tools.graph_drawing.model import GraphFilter, document_of, model_of
+from proto.names import normalize_namespace, split_node_name, validate_namespace
+
+if TYPE_CHECKING:
+    import argparse
+
+    from actors.tools.graph_drawing.model import GraphModel
+
+_BY_SUFFIX: Final = {
+    ".svg": "svg",
+    ".dot": "dot",
+    ".gv": "dot",
+    ".mmd": "mermaid",
+    ".mermaid": "mermaid",
+    ".json": "json",
+}
+_BOXES: Final = "╭─╎▶"
+"""Some characters of each kind that a drawing has."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the picture, or write it into a file."""
+    chosen = _filter(options)
+    with inspector(options) as look:
+        picture = look.graph()
+    model = model_of(picture, chosen)
+    if chosen.namespace and not model.vertices:
+        raise CommandError(_no_namespace(chosen.namespace, picture.nodes()))
+    text = _rendered(model, _format(options), options)
+    if options.output is not None:
+        Path(options.output).write_text(f"{text}\n", encoding="utf-8")
+    elif text:
+        print(text)
+    if not model.vertices:
+        note("There is nothing to draw: no nodes are running.")
+    return 0
+
+
+def _filter(options: argparse.Namespace) -> GraphFilter:
+    namespace = normalize_namespace(options.namespace.rstrip("/")) if options.namespace.strip("/") else ""
+    if namespace:
+        validate_namespace(namespace)
+    return GraphFilter(
+        hidden=options.include_hidden,
+        debug=options.include_debug,
+        dead_sinks=not options.hide_dead_sinks,
+        leaf_topics=not options.hide_leaf_topics,
+        services=not options.no_services,
+        namespace=namespace,
+        nodes_only=options.nodes_only,
+    )
+
+
+def _format(options: argparse.Namespace) -> str:
+    """Return what to write.
+
+    Raises:
+        CommandError: `--json` and `--format` contradict each other.
+    """
+    if options.json:
+        if options.format not in {None, "json"}:
+            raise CommandError(f"callboard graph: --json contradicts --format {options.format}", USAGE)
+        return "json"
+    if options.format is not None:
+        return str(options.format)
+    return _BY_SUFFIX.get(Path(options.output or "").suffix.lower(), "text")
+
+
+def _rendered(model: GraphModel, kind: str, options: argparse.Namespace) -> str:
+    # ruff: noqa: PLC0415 - one of these is needed
+    if kind == "json":
+        return json.dumps(document_of(model))
+    if kind == "svg":
+        from actors.tools.graph_drawing.svg import svg_of
+
+        return svg_of(model)
+    if kind == "dot":
+        from actors.tools.graph_drawing.dot import dot_of
+
+        return dot_of(model)
+    if kind == "mermaid":
+        from actors.tools.graph_drawing.mermaid import mermaid_of
+
+        return mermaid_of(model)
+    from actors.tools.graph_drawing.text import text_of
+
+    to_file = options.output is not None
+    return text_of(
+        model,
+        width=options.width or (None if to_file else _terminal_width()),
+        color=not to_file and colored(sys.stdout),
+        ascii_only=options.ascii or not (to_file or _has_boxes(sys.stdout.encoding)),
+    )
+
+
+def _terminal_width() -> int | None:
+    """Return how wide the terminal is; None if stdout is none, since a file is as wide as it has to be."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+
+
+def _has_boxes(encoding: str | None) -> bool:
+    try:
+        _BOXES.encode(encoding or "ascii")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _no_namespace(namespace: str, nodes: list[str]) -> str:
+    spaces = {split_node_name(node)[0] for node in nodes}
+    return f"No nodes in namespace '{namespace}'{did_you_mean(namespace, spaces)}"
