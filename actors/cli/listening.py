@@ -83,8 +83,12 @@ class Listener:
         qos: QoSProfile,
         *,
         msg_type: type[Message] | None = None,
+        raw: bool = False,
     ) -> None:
-        """Give `take` each message of a topic: as bytes without a type. What it raises ends the waiting."""
+        """Give `take` each message of a topic: as bytes without a type, or with `raw`.
+
+        What it raises ends the waiting.
+        """
 
         def heard(message: Any, info: MessageInfo) -> None:
             if self._done.done():
@@ -97,7 +101,7 @@ class Listener:
 
         events = SubscriptionEventCallbacks(message_lost=lambda _: self._tell(NOTE_EVERY_SEC))
         subscription = self._node.create_subscription(
-            msg_type, topic, heard, qos, raw=msg_type is None, event_callbacks=events
+            msg_type, topic, heard, qos, raw=raw or msg_type is None, event_callbacks=events
         )
         self._heard.append(_Losses(subscription, self._loop.time))
 

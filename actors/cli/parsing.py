@@ -17,6 +17,13 @@ if TYPE_CHECKING:
 
     from actors.cli.table import Verb
 
+SHOWN_LENGTH: Final = 128
+"""What is shown of a string or sequence, as in ROS 2."""
+QOS_PRESETS: Final = (
+    *("default", "system_default", "sensor_data", "services_default", "parameters", "parameter_events"),
+    *("action_status_default", "best_available", "rosout_default"),
+)
+"""Those of actors.qos.QoSPresetProfiles that somebody can ask for."""
 _CHOICE: Final = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
 
 
@@ -102,7 +109,10 @@ def add_kind_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_qos_options(parser: argparse.ArgumentParser) -> None:
-    """Add ROS 2's options for single QoS policies."""
+    """Add ROS 2's options for QoS: a preset, and single policies."""
+    parser.add_argument(
+        "--qos-profile", choices=QOS_PRESETS, metavar="NAME", help=f"a preset: {', '.join(QOS_PRESETS)}"
+    )
     parser.add_argument("--qos-depth", type=count, metavar="N", help="messages to keep")
     parser.add_argument("--qos-history", choices=("keep_last", "keep_all"), help="what to keep")
     parser.add_argument(
@@ -113,6 +123,13 @@ def add_qos_options(parser: argparse.ArgumentParser) -> None:
         choices=("volatile", "transient_local"),
         help="transient_local: for late joiners, too",
     )
+    parser.add_argument(
+        "--qos-liveliness", choices=("automatic", "manual_by_topic"), help="what shows that a publisher lives"
+    )
+    parser.add_argument(
+        "--qos-liveliness-lease-duration-seconds", type=positive, metavar="SEC",
+        help="a publisher shows itself at least this often",
+    )  # fmt: skip
 
 
 def add_watch_options(parser: argparse.ArgumentParser, *, window: str, subscribe: bool = True) -> None:
@@ -129,6 +146,24 @@ def add_watch_options(parser: argparse.ArgumentParser, *, window: str, subscribe
     parser.add_argument(
         "--timeout", type=positive, metavar="SEC", help="end with 124 when no message comes for this long"
     )
+
+
+def add_print_options(parser: argparse.ArgumentParser) -> None:
+    """Add how messages are printed, and how many."""
+    parser.add_argument("--once", action="store_true", help="print one message and end")
+    parser.add_argument(
+        "--timeout", type=positive, metavar="SEC", help="end with 124 when no message comes for this long"
+    )
+    parser.add_argument("--csv", action="store_true", help="the values, separated by commas")
+    parser.add_argument("--flow-style", action="store_true", help="each message in one line")
+    parser.add_argument("--no-arr", action="store_true", help="describe arrays rather than print them")
+    parser.add_argument("--no-str", action="store_true", help="describe strings rather than print them")
+    parser.add_argument("-f", "--full-length", action="store_true", help="cut nothing short")
+    parser.add_argument(
+        "-l", "--truncate-length", type=count_or_zero, metavar="N", default=SHOWN_LENGTH,
+        help=f"cut strings and arrays to this length; default: {SHOWN_LENGTH}",
+    )  # fmt: skip
+    add_json_option(parser, "one document a line, never cut short")
 
 
 def domain(text: str) -> int:

@@ -51,6 +51,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "type": Verb("actors.cli.verbs.service_type", "print the type of a service"),
             "find": Verb("actors.cli.verbs.service_find", "list the services of a type"),
             "call": Verb("actors.cli.verbs.service_call", "call a service"),
+            "echo": Verb("actors.cli.verbs.service_echo", "print what becomes of a service's calls"),
         },
     ),
     "node": Group(

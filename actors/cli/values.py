@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from actors.cli.errors import CommandError
@@ -9,7 +10,14 @@ from actors.cli.here import look_here
 from actors.interfaces.convert import message_from_fields
 from actors.interfaces.message import Message, Service, type_name
 from actors.interfaces.registry import find_interface
-from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from actors.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoSPresetProfiles,
+    QoSProfile,
+    ReliabilityPolicy,
+)
 
 if TYPE_CHECKING:
     import argparse
@@ -74,13 +82,20 @@ def _fields(text: str) -> dict[str, Any]:
 
 
 def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:
-    """Return `default` with what the --qos options say."""
-    history, reliability, durability = default.history, default.reliability, default.durability
-    if options.qos_history is not None:
-        history = HistoryPolicy[options.qos_history.upper()]
-    if options.qos_reliability is not None:
-        reliability = ReliabilityPolicy[options.qos_reliability.upper()]
-    if options.qos_durability is not None:
-        durability = DurabilityPolicy[options.qos_durability.upper()]
-    depth = default.depth if options.qos_depth is None else options.qos_depth
-    return QoSProfile(history=history, depth=depth, reliability=reliability, durability=durability)
+    """Return `default`, or the preset that --qos-profile names, with what the other --qos options say."""
+    preset = options.qos_profile
+    base = default if preset is None else QoSPresetProfiles.get_from_short_key(preset)
+    policies = {
+        "history": (HistoryPolicy, options.qos_history),
+        "reliability": (ReliabilityPolicy, options.qos_reliability),
+        "durability": (DurabilityPolicy, options.qos_durability),
+        "liveliness": (LivelinessPolicy, options.qos_liveliness),
+    }
+    asked: dict[str, Any] = {
+        name: kind.get_from_short_key(key) for name, (kind, key) in policies.items() if key is not None
+    }
+    if options.qos_depth is not None:
+        asked["depth"] = options.qos_depth
+    if options.qos_liveliness_lease_duration_seconds is not None:
+        asked["liveliness_lease_duration"] = options.qos_liveliness_lease_duration_seconds
+    return replace(base, **asked)

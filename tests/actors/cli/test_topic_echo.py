@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import base64
+import builtins
+import threading
 from typing import TYPE_CHECKING
 
 import pytest
@@ -10,7 +12,7 @@ import pytest
 import actors
 from actors.cli.main import main
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
-from actors.interfaces.std_msgs.msg import Float64MultiArray, String
+from actors.interfaces.std_msgs.msg import Float64MultiArray, Int32, String
 
 if TYPE_CHECKING:
     from tests.actors.cli.conftest import Desk, Ended
@@ -174,3 +176,94 @@ async def test_a_bad_topic_name_is_wrong_usage(desk: Desk) -> None:
     ended = await desk.callboard("topic", "echo", "with spaces")
     assert ended.code == 2
     assert ended.err.startswith("Invalid topic name")
+
+
+async def test_echo_of_some_messages(desk: Desk) -> None:
+    """A filter chooses, in every form; --once waits for one that is chosen."""
+    async with desk.node() as node:
+        kept = actors.QoSProfile(depth=9, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+        publisher = node.create_publisher(Int32, "said", kept)
+        for number in range(9):
+            publisher.publish(Int32(data=number))
+        await node.get_graph()
+        wanted = ("topic", "echo", "/said", "--filter", "m.data % 4 == 3", "--timeout", "1")
+        some = await desk.callboard(*wanted, "--csv")
+        one = await desk.callboard(*wanted, "--once")
+        typed = await desk.callboard("topic", "echo", "/said", "std_msgs/msg/Int32", *wanted[3:], "--once")
+        raw = await desk.callboard(*wanted, "--once", "--raw")
+    assert (some.code, some.out) == (124, "3\n7\n")
+    assert one == typed == (0, "data: 3\n---\n", "")
+    assert raw.out == "b'\\x81\\xa4data\\x03'\n---\n"
+
+
+@pytest.mark.parametrize(
+    ("expression", "text"),
+    [("m.data >", "is no Python expression"), ("m.nothing > 1", "failed: AttributeError")],
+)
+async def test_echo_of_a_bad_filter(desk: Desk, expression: str, text: str) -> None:
+    """It ends the command, with the reason."""
+    ended = await echoed(desk, String(), "--filter", expression)
+    assert (ended.code, ended.out) == (1, "")
+    assert text in ended.err
+
+
+async def test_echo_with_message_info(desk: Desk) -> None:
+    """Times, number and publisher, before each message."""
+    message, options = String(data="hi"), ("--include-message-info",)
+    ended = await echoed(desk, message, *options)
+    assert [line.split(":")[0] for line in ended.out.splitlines()] == [
+        "source_timestamp",
+        "received_timestamp",
+        "publication_sequence_number",
+        "publisher_gid",
+        "publisher_node",
+        "---",
+        "data",
+        "---",
+    ]
+    document = (await echoed(desk, message, *options, "--json")).json
+    assert document["message"] == {"data": "hi"}
+    assert document["info"]["publisher_node"] == "/fellow"
+    assert len(document["info"]["publisher_gid"]) == 32
+    values = (await echoed(desk, message, *options, "--csv")).out.rstrip().split(",")
+    assert (values[2], values[4:]) == ("0", ["/fellow", "hi"])
+    raw = (await echoed(desk, message, *options, "--raw", "--json")).json
+    assert set(raw) == {"info", "msgpack"}
+
+
+@pytest.mark.parametrize("silent", [False, True])
+async def test_echo_says_what_it_has_missed(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch, silent: bool
+) -> None:
+    """On stderr, unless told not to."""
+    go_on = threading.Event()
+    monkeypatch.setattr(builtins, "go_on", go_on.wait, raising=False)
+    options = ["--no-lost-messages"] if silent else []
+    async with desk.node() as node:
+        publisher = node.create_publisher(String, "said", 1)
+        await node.get_graph()
+        slow = ("--filter", "go_on(50) and m.data == 'end'", "--qos-depth", "1")
+        echo = desk.start("topic", "echo", "/said", "--once", *slow, *options)
+        await desk.matched(publisher)
+        for _ in range(200):  # far more than sockets hold
+            publisher.publish(String(data="x" * 200_000))
+            await publisher.flush(10)
+        publisher.publish(String(data="end"))
+        await publisher.flush(10)
+        go_on.set()
+        ended = await echo
+    assert ended.out == "data: end\n---\n"
+    assert ("message(s) of /said lost: too fast, or lost on the way" in ended.err) is not silent
+
+
+async def test_echo_asks_for_the_qos_it_is_told(desk: Desk) -> None:
+    """A preset, as the graph shows it."""
+    async with desk.node() as node:
+        publisher = node.create_publisher(String, "said", 10)
+        await node.get_graph()
+        echo = desk.start("topic", "echo", "/said", "--qos-profile", "sensor_data", "--once")
+        await desk.matched(publisher)
+        (info,) = await node.get_subscriptions_info_by_topic("said")
+        publisher.publish(String(data="hi"))
+        assert (await echo).out == "data: hi\n---\n"
+    assert info.qos_profile == actors.qos_profile_sensor_data

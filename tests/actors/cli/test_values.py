@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from dataclasses import replace
 
 import pytest
 
 from actors.cli.errors import CommandError
+from actors.cli.parsing import QOS_PRESETS, add_qos_options
 from actors.cli.values import message_from_text, named_message, named_service, profile
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.std_msgs.msg import String
-from actors.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from actors.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoSPresetProfiles,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_sensor_data,
+)
+from actors.time_types import Duration
 
 
 def test_types_are_found_by_name() -> None:
@@ -62,10 +72,33 @@ def test_wrong_values_say_why(text: str, reason: str) -> None:
     assert "\n" not in str(failure.value)
 
 
+def asked(options: str, default: QoSProfile) -> QoSProfile:
+    """Return the profile that a command line asks for."""
+    parser = argparse.ArgumentParser()
+    add_qos_options(parser)
+    return profile(parser.parse_args(options.split()), default)
+
+
+def test_qos_presets_go_before_the_default_and_single_policies_before_both() -> None:
+    """As ROS 2 has it."""
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    assert asked("", latched) == latched
+    assert asked("--qos-profile sensor_data", latched) == qos_profile_sensor_data
+    mixed = asked("--qos-profile sensor_data --qos-depth 7 --qos-liveliness manual_by_topic", latched)
+    assert mixed == replace(qos_profile_sensor_data, depth=7, liveliness=LivelinessPolicy.MANUAL_BY_TOPIC)
+    leased = asked("--qos-liveliness-lease-duration-seconds 2.5", latched)
+    assert leased == replace(latched, liveliness_lease_duration=Duration(seconds=2.5))
+
+
+def test_every_preset_can_be_asked_for() -> None:
+    """All but the one that stands for what is not known."""
+    assert {*QOS_PRESETS, "unknown"} == set(QoSPresetProfiles.short_keys())
+
+
 def test_qos_options_go_before_the_default() -> None:
     """What is not said stays."""
-    options: dict[str, Any] = {"qos_depth": 3, "qos_history": None, "qos_reliability": "best_effort"}
-    made = profile(argparse.Namespace(**options, qos_durability="transient_local"), QoSProfile(depth=10))
+    options = "--qos-depth 3 --qos-reliability best_effort --qos-durability transient_local"
+    made = asked(options, QoSProfile(depth=10))
     assert made == QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=3,

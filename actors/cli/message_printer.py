@@ -1,0 +1,133 @@
+"""Printing messages one after the other as a command's options want them."""
+
+from __future__ import annotations
+
+import base64
+import re
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from actors.cli.errors import CommandError
+from actors.cli.output import note, say, say_json
+from actors.interfaces.convert import message_to_csv, message_to_ordereddict, message_to_yaml
+from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.message import Message
+from actors.tools.message_filter import MessageFilter
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Callable
+
+    from actors.entities.backlog import MessageInfo
+
+_FIELD: Final = re.compile(r"\w+(\[\d+\])*(\.\w+(\[\d+\])*)*")
+
+
+class MessagePrinter:
+    """Prints messages.
+
+    Args:
+        options: With what `parsing.add_print_options` has added, and `field`, `filter`, `raw` and
+            `include_message_info`.
+
+    Raises:
+        CommandError: `--field` is no path of fields.
+        InvalidFilterError: `--filter` is no expression.
+    """
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        if options.field is not None and not _FIELD.fullmatch(options.field):
+            raise CommandError(f"Invalid field value '{options.field}'")
+        self._options = options
+        self._chosen = None if options.filter is None else MessageFilter(options.filter)
+        self._shortened: dict[str, Any] = {
+            "truncate_length": None if options.full_length else options.truncate_length,
+            "no_arr": options.no_arr,
+            "no_str": options.no_str,
+        }
+
+    def show(self, message: Any, info: MessageInfo, decode: Callable[[bytes], Any]) -> bool:
+        """Print a message, or pass it over; return whether it was printed.
+
+        Args:
+            message: An instance of its class, a dict of its fields, or its bytes.
+            info: What came with it.
+            decode: Reads bytes.
+
+        Raises:
+            CommandError: There is no such field.
+            InvalidFilterError: The filter failed.
+        """
+        options = self._options
+        told = _told(info) if options.include_message_info else None
+        if options.raw and self._chosen is None:
+            self._show_raw(message, told)
+            return True
+        data, whole = message, message
+        if isinstance(message, bytes):
+            try:
+                whole = decode(message)
+            except InvalidMessageError as error:
+                note(str(error))
+                return False
+        if self._chosen is not None and not self._chosen.passes(whole):
+            return False
+        if options.raw:
+            self._show_raw(data, told)
+        else:
+            self._show(whole if options.field is None else _part(whole, options.field), told)
+        return True
+
+    def _show(self, value: Any, info: dict[str, Any] | None) -> None:
+        options = self._options
+        if options.json:
+            plain = message_to_ordereddict({"value": value})["value"]
+            say_json(plain if info is None else {"info": info, "message": plain})
+            return
+        fields = isinstance(value, Message | dict)
+        if fields and options.csv:
+            text = message_to_csv(cast("Any", value), **self._shortened)
+            say(text if info is None else f"{message_to_csv(info)},{text}")
+            return
+        self._show_info(info)
+        if fields:
+            text = message_to_yaml(cast("Any", value), flow_style=options.flow_style, **self._shortened)
+        else:
+            text = str(message_to_ordereddict({"value": value}, **self._shortened)["value"])
+        say(text.rstrip("\n"))
+        say("---")
+
+    def _show_raw(self, data: bytes, info: dict[str, Any] | None) -> None:
+        if self._options.json:
+            document = {"msgpack": base64.b64encode(data).decode()}
+            say_json(document if info is None else {"info": info, **document})
+            return
+        self._show_info(info)
+        say(f"{data!r}\n---")
+
+    def _show_info(self, info: dict[str, Any] | None) -> None:
+        if info is not None:
+            say(f"{message_to_yaml(info)}---")
+
+
+def _told(info: MessageInfo) -> dict[str, Any]:
+    return {**info._asdict(), "publisher_gid": info.publisher_gid.hex()}
+
+
+def _part(message: Any, path: str) -> Any:
+    """Return the value at `path`.
+
+    Raises:
+        CommandError: There is no such field.
+    """
+    value = message
+    for step in re.findall(r"\w+", path):
+        try:
+            if isinstance(value, dict):
+                value = cast("dict[str, Any]", value)[step]
+            elif isinstance(value, Message):
+                value = getattr(value, step if step in value.__struct_fields__ else "")
+            else:
+                value = value[int(step)]
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError):
+            raise CommandError(f"Invalid field '{path}': there is no '{step}' in it") from None
+    return value
