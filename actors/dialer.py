@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 from actors.errors import BrokerUnreachable, NodeNameTaken
 from actors.pulse import Pulse
+from actors.starting import start_hint
 from proto import frames, limits
 from proto.aio import Channel
 from proto.errors import ErrorCode, ProtocolError
+from proto.identity import agent
 from proto.liveness import Finding
 from proto.session import Role
-from proto.url import DEFAULT_HOST, DEFAULT_PORT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -34,7 +35,7 @@ FIRST_RETRY_SEC: Final = 0.05
 LAST_RETRY_SEC: Final = 2.0
 CONNECT_TIMEOUT_SEC: Final = 5.0
 
-AGENT: Final = "callboard-python"
+AGENT: Final = agent("callboard-python")
 
 
 class LinkLog(Protocol):
@@ -170,14 +171,6 @@ class Dialer:
         link.handle(frames.Error, self._on_error)
         link.handle(frames.Refused, self._on_refused)
 
-    @property
-    def _remedy(self) -> str:
-        url = self._urls[0]
-        if url.path:
-            return f"Start one with: callboard broker --unix {url.path}"
-        default = url.port == DEFAULT_PORT and url.host in {DEFAULT_HOST, "localhost"}
-        return "Start one with: callboard broker" + ("" if default else f" --port {url.port}")
-
     async def run(self, *, connect_timeout_sec: float | None = None) -> None:
         """Connect, and connect again after every loss, until `close`.
 
@@ -233,10 +226,12 @@ class Dialer:
     def _nobody_answered(self, *, too_late: bool) -> None:
         """Say so once; raise if there has never been a session, and now it is too late for one."""
         if too_late and not self._link.connections:
-            raise BrokerUnreachable(f"No broker at {self._link.place}. {self._remedy}")
+            raise BrokerUnreachable(f"No broker at {self._link.place}. {start_hint(self._urls[0])}")
         if not self._complained:
             self._complained = True
-            self._log.warning(f"No broker at {self._link.place}; waiting for one. {self._remedy}")
+            self._log.warning(
+                f"No broker at {self._link.place}; waiting for one. {start_hint(self._urls[0])}"
+            )
 
     async def _connect(
         self, url: BrokerUrl, loop: asyncio.AbstractEventLoop, deadline: float

@@ -22,6 +22,7 @@ from actors.picture import GraphPicture
 from proto import frames, limits
 from proto.codec import BIN_32, Decoder, encode
 from proto.errors import ErrorCode, ProtocolError, shown
+from proto.identity import agent
 from proto.session import Role, Session
 from proto.url import parse_urls
 
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from proto.frames import Frame
     from proto.url import BrokerUrl
 
-AGENT: Final = "callboard-inspector"
+AGENT: Final = agent("callboard-inspector")
 READ_BYTES: Final = 64 * 1024
 _QUESTION: Final = 1
 """The id of each question: there is never more than one."""
@@ -58,8 +59,10 @@ class Inspector:
     Attributes:
         urls: Where it looks for the broker.
         url: The one it is connected to.
-        welcome: What the broker has said about itself: agent, broker, keepalive_ms, max_message_bytes.
+        welcome: What the broker has said about itself: agent, broker, keepalive_ms, max_message_bytes, …
         round_trip_sec: How long the broker took to answer the greeting.
+        clock_ahead_sec: By how much the broker's wall clock is ahead of this machine's, give or take half a
+            round trip; None if it does not say.
     """
 
     def __init__(self, url: str, *, domain: int = 0, timeout_sec: float = 2.0) -> None:
@@ -67,6 +70,7 @@ class Inspector:
         self.url = self.urls[0]
         self.welcome: frames.Options = {}
         self.round_trip_sec = 0.0
+        self.clock_ahead_sec: float | None = None
         self._domain = domain
         self._timeout_sec = timeout_sec
         self._socket: socket.socket | None = None
@@ -167,6 +171,7 @@ class Inspector:
         welcome = self._next(frames.Welcome, deadline)
         self.round_trip_sec = time.monotonic() - asked
         self.welcome = welcome.options
+        self.clock_ahead_sec = _ahead(welcome.options.get("wall_time_ns"), self.round_trip_sec)
 
     def _ask(self, question: Frame, kind: type[FrameT], take: Callable[[FrameT], bool]) -> None:
         """Send a question, and give the answer's pieces to `take` until it is content."""
@@ -233,6 +238,13 @@ class Inspector:
 def _known(code: int) -> ErrorCode:
     """Return what an ERROR's code means; a later version's is taken for INTERNAL."""
     return ErrorCode(code) if code in set(ErrorCode) else ErrorCode.INTERNAL
+
+
+def _ahead(wall_time_ns: object, round_trip_sec: float) -> float | None:
+    """Return how far a clock that was read half a round trip ago is ahead of this machine's."""
+    if type(wall_time_ns) is not int:
+        return None
+    return (wall_time_ns - time.time_ns()) / 1e9 + round_trip_sec / 2
 
 
 def _left(deadline: float) -> float:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import logging
+import time
 from typing import TYPE_CHECKING, Final
 
 from proto import frames, limits
 from proto.aio import Channel
 from proto.errors import ErrorCode, ProtocolError, shown
+from proto.identity import agent
 from proto.liveness import Finding, Liveness
 from proto.outbox import Outbox
 from proto.session import Role, State
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 
 logger: Final = logging.getLogger("callboard.broker")
 
-AGENT: Final = "callboard-broker"
+AGENT: Final = agent("callboard-broker")
 
 CATCH_UP: Final = 1
 """The token of the PING whose PONG says that what a peer sent before is here."""
@@ -110,6 +112,7 @@ class Connection:
             "session": self.session,
             "keepalive_ms": round(self._broker.options.keepalive_sec * 1000),
             "max_message_bytes": self._broker.options.max_message_bytes,
+            "wall_time_ns": time.time_ns(),
         }
         self.channel.send(frames.Welcome(limits.PROTOCOL_VERSION, welcome))
         router = self._broker.router(domain)

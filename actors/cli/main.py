@@ -39,6 +39,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as stop:
         number = stop.number if isinstance(stop, Interrupted) else 2
         return 0 if verb is not None and verb.stays else 128 + number
+    except ImportError as error:
+        return _complain_of_clash(error)
     finally:
         if own_process:
             ignore_signals()
@@ -158,6 +160,22 @@ def usage_of(name: str, group: Group) -> str:
 def _listed(verbs: Mapping[str, Verb | Group]) -> str:
     width = max(map(len, verbs)) + 1
     return "\n".join(f"  {name:<{width}} {verb.summary}" for name, verb in verbs.items())
+
+
+def _complain_of_clash(error: ImportError) -> int:
+    """Another package called `proto` may go before callboard's: nothing of callboard's works then."""
+    from pathlib import Path
+
+    home = Path(__file__).resolve().parent.parent.parent
+    file = getattr(sys.modules.get("proto"), "__file__", None)
+    if file is None or home in Path(file).resolve().parents:
+        raise error
+    print(
+        f"callboard: the import name 'proto' is another package's here: {file}\n"
+        "Rename that, or give callboard an environment of its own: python -m venv",
+        file=sys.stderr,
+    )
+    return 1
 
 
 def _complain(text: str, code: int) -> int:

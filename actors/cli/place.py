@@ -10,18 +10,16 @@ from actors.cli.errors import CommandError
 from actors.cli.interrupts import raise_at_once
 from actors.cli.parsing import did_you_mean
 from actors.errors import BrokerUnreachable
+from actors.starting import start_hint
 from actors.tools.contexts import DEFAULT, Place, UnknownContextError, find_place
-from proto.url import DEFAULT_PORT
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Generator
 
     from actors.inspector import Inspector
-    from proto.url import BrokerUrl
 
 CONNECT_TIMEOUT_SEC: Final = 2.0
-_HERE: Final = {"127.0.0.1", "::1", "localhost"}
 
 
 def place_of(options: argparse.Namespace) -> Place:
@@ -83,13 +81,4 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
 def missing_broker(place: Place) -> str:
     """Say in one line that there is no broker, and what starts one."""
     source = "" if place.url_from in {"--url", DEFAULT} else f" ({place.url_from})"
-    return f"No broker at {', '.join(map(str, place.urls))}{source}. Start one{_remedy(place.urls[0])}"
-
-
-def _remedy(url: BrokerUrl) -> str:
-    if url.path:
-        return f" with: callboard broker --unix {url.path}"
-    port = "" if url.port == DEFAULT_PORT else f" --port {url.port}"
-    if url.host in _HERE:
-        return f" with: callboard broker{port}"
-    return f" there with: callboard broker --host {url.host}{port}"
+    return f"No broker at {', '.join(map(str, place.urls))}{source}. {start_hint(place.urls[0])}"

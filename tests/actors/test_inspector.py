@@ -7,7 +7,9 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from contextlib import contextmanager
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,7 +20,7 @@ from actors.inspector import Inspector
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.message import definition, type_hash
 from actors.interfaces.std_msgs.msg import String
-from broker import Broker, BrokerOptions
+from broker import Broker, BrokerOptions, connection
 from proto import frames, limits
 from proto.codec import encode
 from proto.errors import ErrorCode, InvalidUrlError, ProtocolError
@@ -204,3 +206,17 @@ def test_loads_no_event_loop() -> None:
         "sys.exit(bool({'asyncio', 'msgspec', 'actors.node'} & set(sys.modules)))"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=50)
+
+
+async def test_the_brokers_clock_is_compared(broker: Broker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """How far ahead it is, give or take the way there and back; None if it does not say."""
+
+    def ahead(inspector: Inspector) -> tuple[float | None, float]:
+        return inspector.clock_ahead_sec, inspector.round_trip_sec
+
+    fast = SimpleNamespace(time_ns=lambda: time.time_ns() + 3600 * 10**9)
+    monkeypatch.setattr(connection, "time", fast)
+    found, round_trip = await look(broker.url, ahead)
+    assert found == pytest.approx(3600.0, abs=round_trip + 1.0)
+    monkeypatch.setattr(connection, "time", SimpleNamespace(time_ns=lambda: None))
+    assert (await look(broker.url, ahead))[0] is None

@@ -13,6 +13,7 @@ from broker import AddressInUseError, Broker, BrokerOptions, InvalidOptionError,
 from proto import frames, limits
 from proto.codec import encode
 from proto.errors import ErrorCode
+from proto.identity import VERSION
 from proto.url import parse_url
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, stream, told, until
@@ -57,6 +58,8 @@ async def test_welcome_says_who_and_how(broker: Broker) -> None:
         assert first.options["session"] != second.options["session"]
         assert first.options["max_message_bytes"] == limits.MAX_MESSAGE_BYTES
         assert type(first.options["keepalive_ms"]) is int
+        assert first.options["agent"] == f"callboard-broker/{VERSION}"
+        assert type(first.options["wall_time_ns"]) is int
 
 
 async def test_domains_are_disjoint(broker: Broker) -> None:

@@ -22,6 +22,9 @@ from actors.errors import BrokerUnreachable, ServiceTimeout
 if TYPE_CHECKING:
     from broker import Broker
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 def test_help_names_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
     """Asked for, the usage goes to stdout with 0."""
@@ -187,3 +190,20 @@ def _interface_raises(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> 
         raise error
 
     monkeypatch.setattr(interface_list, "run", run)
+
+
+def test_another_package_called_proto_is_one_clear_text(tmp_path: Path) -> None:
+    """Where it goes before callboard's, the text says where it is; no traceback."""
+    file = tmp_path / "proto.py"
+    file.touch()
+    code = "from actors.cli.main import main; raise SystemExit(main(['doctor']))"
+    ended = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(tmp_path)!r}); {code}"],
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=50,
+    )
+    assert ended.returncode == 1
+    assert ended.stderr.startswith(f"callboard: the import name 'proto' is another package's here: {file}\n")
+    assert "Traceback" not in ended.stderr

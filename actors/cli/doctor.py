@@ -1,0 +1,60 @@
+"""`callboard doctor`: what was looked at, how it is, and what to do."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from typing import TYPE_CHECKING, Final
+
+from actors.cli.errors import FAILURE, OK
+from actors.cli.interrupts import raise_at_once
+from actors.cli.output import say_json
+from actors.cli.tables import colored, painted
+from actors.tools.health import all_good, examine
+
+if TYPE_CHECKING:
+    import argparse
+
+    from actors.cli.tables import Style
+    from actors.tools.check import Check, Status
+
+_STYLES: Final[dict[Status, Style]] = {"ok": "good", "warn": "warn", "fail": "bad", "skip": "dim"}
+_STATUS_WIDTH: Final = 4
+
+
+def run(options: argparse.Namespace) -> int:
+    """Look at everything and print what was found."""
+    raise_at_once()
+    checks = examine(options.url or None, options.domain, options.context or None)
+    if options.json:
+        say_json([check._asdict() for check in checks])
+    else:
+        _print(checks)
+    return OK if all_good(checks) else FAILURE
+
+
+def _print(checks: list[Check]) -> None:
+    color = colored(sys.stdout)
+    width = max(len(check.name) for check in checks)
+    indent = " " * (_STATUS_WIDTH + width + 4)
+    for check in checks:
+        status = painted(check.status, _STYLES[check.status], color=color)
+        padding = " " * (_STATUS_WIDTH - len(check.status))
+        finding = painted(check.finding, "", color=color)
+        print(f"{status}{padding}  {check.name:<{width}}  {finding}")
+        if check.remedy:
+            print(painted(f"{indent}{check.remedy}", "dim", color=color))
+    print(f"\n{_verdict(checks)}")
+
+
+def _verdict(checks: list[Check]) -> str:
+    counts = Counter(check.status for check in checks)
+    problems = _several(counts["fail"], "problem")
+    warnings = _several(counts["warn"], "warning")
+    if counts["fail"]:
+        return f"{problems}, {warnings}." if counts["warn"] else f"{problems}."
+    return f"Nothing is wrong; {warnings}." if counts["warn"] else "All is well."
+
+
+def _several(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -1,0 +1,22 @@
+"""What to say when there is no broker: the command that starts one at that place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from proto.url import DEFAULT_PORT
+
+if TYPE_CHECKING:
+    from proto.url import BrokerUrl
+
+_HERE: Final = {"127.0.0.1", "::1", "localhost"}
+
+
+def start_hint(url: BrokerUrl) -> str:
+    """Return "Start one with: callboard broker …"; on another machine it says "there"."""
+    if url.path:
+        return f"Start one with: callboard broker --unix {url.path}"
+    port = "" if url.port == DEFAULT_PORT else f" --port {url.port}"
+    if url.host in _HERE:
+        return f"Start one with: callboard broker{port}"
+    return f"Start one there with: callboard broker --host {url.host}{port}"

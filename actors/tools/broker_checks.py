@@ -1,0 +1,166 @@
+"""What can be wrong at the broker, told from what it says of itself. Pure: nothing here asks anybody."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING, Final
+
+from actors.qos_compatibility import disagreements
+from actors.tools.check import Check, summed_up
+from proto.codes import EntryKind
+from proto.identity import VERSION, version_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from actors.broker_report import BrokerReport
+    from actors.picture import EndpointInfo, GraphPicture
+    from actors.tools.check import Status
+    from proto.frames import GraphEntry
+    from proto.stats import LinkStats
+
+SKEW_SEC: Final = 0.1
+"""Clocks further apart make delays that are measured across machines wrong ..."""
+WRONG_CLOCK_SEC: Final = 10.0
+"""... and this far apart one of them is wrong: messages with a lifespan may expire before they are heard."""
+LATE_SEC: Final = 0.1
+"""A broker's loop should not come later than this to what is due."""
+MAX_PROFILES: Final = 32
+"""Different QoS profiles on each side of a topic that are compared."""
+
+
+def greeting(welcome: Mapping[str, object], ahead_sec: float | None, round_trip_sec: float) -> list[Check]:
+    """Look at what the broker has answered to the greeting: its version and its clock."""
+    said = str(welcome.get("agent", ""))
+    version = version_of(said)
+    if version == VERSION:
+        checks = [Check("versions", "ok", f"{said}, as here")]
+    else:
+        remedy = "run the same version on both sides; both speak the same protocol, so most things work"
+        checks = [
+            Check("versions", "warn", f"the broker is {said or 'of unknown make'}, here is {VERSION}", remedy)
+        ]
+    if ahead_sec is None:
+        return [*checks, Check("clock", "skip", "the broker does not tell its time")]
+    sure = max(0.0, abs(ahead_sec) - round_trip_sec / 2)
+    apart = f"the broker's is {abs(ahead_sec):.3f} s {'ahead' if ahead_sec > 0 else 'behind'}"
+    if sure <= SKEW_SEC:
+        within = max(abs(ahead_sec) + round_trip_sec / 2, 0.001)
+        return [*checks, Check("clock", "ok", f"the broker's and this one agree within {within:.3f} s")]
+    status: Status = "fail" if sure > WRONG_CLOCK_SEC else "warn"
+    remedy = "set the clocks with NTP: delays and lifespans are told by them"
+    return [*checks, Check("clock", status, apart, remedy)]
+
+
+def numbers(report: BrokerReport) -> list[Check]:
+    """Look at the broker's counters: is it slow, is anybody slow, was anything lost?"""
+    totals = report.totals
+    load = f"connections: {totals.connections}; the loop at worst {1000 * totals.lag_longest_sec:.0f} ms late"
+    checks = [Check("load", "ok", load)]
+    if totals.lag_longest_sec > LATE_SEC:
+        remedy = "the machine is too busy, or there is too much traffic for one broker"
+        checks = [Check("load", "warn", load, remedy)]
+    if totals.refused_connections:
+        remedy = "raise the broker's limit of open files: ulimit -n"
+        text = f"{totals.refused_connections} connections turned away: there were too many"
+        checks.append(Check("load", "warn", text, remedy))
+    checks += summed_up("links", _slow_links(report), f"{len(report.links)}, none slow, none silent")
+    return checks + summed_up(
+        "messages", _losing_topics(report), f"{len(report.topics)} topics, nothing lost"
+    )
+
+
+def _slow_links(report: BrokerReport) -> list[Check]:
+    found: list[Check] = []
+    for link in report.links.values():
+        who = ", ".join(link.nodes) or f"a link without nodes ({link.agent})"
+        if link.suspended:
+            text = f"{who} has been silent for {link.silent_ms / 1000:.0f} s and counts as gone"
+            remedy = "its process is frozen or stopped, or the network between is cut"
+            found.append(Check("links", "warn", text, remedy))
+        if link.dropped:
+            remedy = "let it read faster, let it keep more (depth), or hold publishers back: history KEEP_ALL"
+            found.append(Check("links", "warn", f"{who}: {_slowness(link)}", remedy))
+    return found
+
+
+def _slowness(link: LinkStats) -> str:
+    waiting = f", {link.queued} wait" if link.queued else ""
+    return f"{link.dropped} messages dropped because it was slow{waiting}"
+
+
+def _losing_topics(report: BrokerReport) -> list[Check]:
+    found: list[Check] = []
+    for topic in report.topics.values():
+        lost = {
+            "dropped for slow readers": topic.dropped,
+            "lost with broken links": topic.lost_on_break,
+            "missed by late joiners": topic.latched_dropped,
+        }
+        text = ", ".join(f"{number} {what}" for what, number in lost.items() if number)
+        if text:
+            remedy = f"docs/delivery.md says what each means; watch it with: callboard topic hz {topic.name}"
+            found.append(Check("messages", "warn", f"{topic.name}: {text}", remedy))
+    return found
+
+
+def graph(picture: GraphPicture) -> list[Check]:
+    """Look at who offers and wants what: do they agree on types and on quality of service?"""
+    types = [
+        *_type_conflicts(picture, "topic", EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION),
+        *_type_conflicts(picture, "service", EntryKind.SERVICE, EntryKind.CLIENT),
+    ]
+    quality = _disagreements(picture)
+    return [
+        *summed_up("types", types, "everybody agrees on every topic's and service's"),
+        *summed_up("qos", quality, "every publisher offers what its subscriptions ask for"),
+    ]
+
+
+def _type_conflicts(picture: GraphPicture, what: str, *kinds: EntryKind) -> list[Check]:
+    by_name: dict[str, list[GraphEntry]] = {}
+    for entry in picture.of_kind(*kinds):
+        if entry.type_name:  # a raw subscription takes any
+            by_name.setdefault(entry.name, []).append(entry)
+    found: list[Check] = []
+    for name, entries in sorted(by_name.items()):
+        types = sorted({entry.type_name for entry in entries})
+        hashes = {entry.type_hash for entry in entries}
+        if len(types) > 1:
+            each = ", ".join(f"{one} ({_users(entries, one)})" for one in types)
+            text = f"{what} {name} has several: {each}"
+            remedy = "only those with the same type meet: rename one of them, or give it the other's type"
+        elif len(hashes) > 1:
+            text = f"{what} {name}: {types[0]} has {len(hashes)} definitions ({_users(entries, types[0])})"
+            remedy = "generate the classes anew from one .msg or .srv, and restart the nodes"
+        else:
+            continue
+        found.append(Check("types", "fail", text, remedy))
+    return found
+
+
+def _users(entries: list[GraphEntry], type_name: str) -> str:
+    return ", ".join(sorted({entry.node for entry in entries if entry.type_name == type_name}))
+
+
+def _disagreements(picture: GraphPicture) -> list[Check]:
+    found: list[Check] = []
+    for name, _ in picture.names_and_types(EntryKind.PUBLISHER):
+        publishers = _profiles(picture.endpoints(EntryKind.PUBLISHER, name))
+        subscriptions = _profiles(picture.endpoints(EntryKind.SUBSCRIPTION, name))
+        for pub, sub in product(publishers, subscriptions):
+            for _, why in disagreements(pub.qos_profile, sub.qos_profile):
+                text = f"{name}, from {_node(pub)} to {_node(sub)}: {why}"
+                remedy = f"give both the same profile; see: callboard topic info -v {name}"
+                found.append(Check("qos", "warn", text, remedy))
+    return found
+
+
+def _profiles(endpoints: list[EndpointInfo]) -> list[EndpointInfo]:
+    """Return one endpoint for each different profile."""
+    distinct = {repr(each.qos_profile): each for each in reversed(endpoints)}
+    return list(distinct.values())[:MAX_PROFILES]
+
+
+def _node(endpoint: EndpointInfo) -> str:
+    return f"{endpoint.node_namespace.rstrip('/')}/{endpoint.node_name}"

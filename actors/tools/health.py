@@ -1,0 +1,84 @@
+"""Whether everything is in order for nodes here and for those on the broker.
+
+    for check in examine():
+        print(check.status, check.name, check.finding, check.remedy)
+
+It looks at this Python and machine (`machine_checks`), finds the broker as a node would, and looks at what
+the broker knows (`broker_checks`). It changes nothing; each answer may take `timeout_sec`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from actors.errors import BrokerUnreachable
+from actors.inspector import Inspector
+from actors.starting import start_hint
+from actors.tools import broker_checks, machine_checks
+from actors.tools.check import Check
+from actors.tools.contexts import find_place
+from proto.errors import CallboardError, ErrorCode, ProtocolError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from actors.tools.contexts import Place
+
+TIMEOUT_SEC: Final = 2.0
+
+
+def examine(
+    url: str | None = None,
+    domain: int | None = None,
+    context: str | None = None,
+    *,
+    timeout_sec: float = TIMEOUT_SEC,
+) -> list[Check]:
+    """Look at everything.
+
+    Args:
+        url: The broker; None: where nodes would go, as `actors.tools.contexts` says.
+        domain: Which graph; None as above.
+        context: A named broker; None as above.
+        timeout_sec: How long connecting may take, and each answer.
+
+    Returns:
+        What was found, in a sensible order; nothing raises.
+    """
+    checks = machine_checks.all_checks()
+    try:
+        place = find_place(url, domain, context)
+    except CallboardError as error:
+        remedy = "give another with --url, or correct where it comes from"
+        return [*checks, Check("broker", "fail", str(error), remedy)]
+    return checks + _broker(place, timeout_sec)
+
+
+def all_good(checks: Iterable[Check]) -> bool:
+    """Tell whether nothing is wrong; a warning is not wrong."""
+    return all(check.status != "fail" for check in checks)
+
+
+def _broker(place: Place, timeout_sec: float) -> list[Check]:
+    source = f" ({place.url_from})"
+    try:
+        with Inspector(place.url, domain=place.domain, timeout_sec=timeout_sec) as look:
+            return [
+                Check("broker", "ok", f"{look.url} answers in {1000 * look.round_trip_sec:.1f} ms{source}"),
+                *broker_checks.greeting(look.welcome, look.clock_ahead_sec, look.round_trip_sec),
+                *broker_checks.numbers(look.report()),
+                *broker_checks.graph(look.graph()),
+            ]
+    except BrokerUnreachable as error:
+        return [Check("broker", "fail", f"{error}{source}", start_hint(place.urls[0]))]
+    except ProtocolError as error:
+        return [_refused(error, place)]
+
+
+def _refused(error: ProtocolError, place: Place) -> Check:
+    remedy = (
+        "run the same version of callboard on both sides"
+        if error.code == ErrorCode.VERSION
+        else "see what listens there: another program may have the port"
+    )
+    return Check("broker", "fail", f"{place.url}: {error}", remedy)

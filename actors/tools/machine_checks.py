@@ -1,0 +1,187 @@
+"""What can be wrong on this side: Python, the packages that callboard needs, names, limits and settings."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from difflib import get_close_matches
+from importlib import import_module
+from importlib.metadata import packages_distributions, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from actors import environment
+from actors.tools.check import Check
+from actors.tools.contexts import Contexts, contexts_file
+from proto.errors import CallboardError
+from proto.identity import VERSION
+from proto.url import parse_urls
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from types import ModuleType
+
+OLDEST_PYTHON: Final = (3, 11)
+PACKAGES: Final = ("proto", "broker", "actors")
+"""The import names that are callboard's."""
+FEW_FILES: Final = 1024
+"""A broker needs an open file for each connection."""
+
+
+def all_checks() -> list[Check]:
+    """Look at everything on this side."""
+    return [
+        python(),
+        event_loop(),
+        codec(),
+        *import_names(),
+        *shadows(Path.cwd()),
+        open_files(),
+        *variables(),
+        *contexts(),
+    ]
+
+
+def python(number: tuple[int, ...] = sys.version_info[:3]) -> Check:
+    """Look at the interpreter."""
+    finding = f"{platform.python_implementation()} {'.'.join(map(str, number))}, callboard {VERSION}"
+    if number < OLDEST_PYTHON:
+        return Check("python", "fail", finding, "install Python 3.11 or later")
+    return Check("python", "ok", finding)
+
+
+def event_loop(*, platform_name: str = sys.platform) -> Check:
+    """Look for uvloop, which scripts and the daemon use where there is one."""
+    try:
+        uvloop = import_module("uvloop")
+    except ImportError:
+        if platform_name == "win32" or platform.python_implementation() != "CPython":
+            return Check("event loop", "ok", "asyncio; there is no uvloop for this platform")
+        return Check(
+            "event loop", "warn", "asyncio: uvloop is not installed", "pip install uvloop: it is faster"
+        )
+    return Check("event loop", "ok", f"uvloop {uvloop.__version__}")
+
+
+def codec() -> Check:
+    """Look at what encodes and decodes: msgpack in C, and msgspec."""
+    import msgpack  # noqa: PLC0415 - what is looked at
+
+    try:
+        import_module("msgspec")
+    except ImportError as error:
+        remedy = "pip install --force-reinstall msgspec"
+        return Check("codec", "fail", f"msgspec cannot be imported: {error}", remedy)
+    finding = f"msgpack {version('msgpack')}, msgspec {version('msgspec')}"
+    if msgpack.Packer.__module__ == "msgpack.fallback":
+        remedy = "unset MSGPACK_PUREPYTHON, or: pip install --force-reinstall --only-binary :all: msgpack"
+        return Check(
+            "codec", "warn", f"{finding}; msgpack runs without its C extension, which is slow", remedy
+        )
+    return Check("codec", "ok", finding)
+
+
+def import_names(claims: Mapping[str, list[str]] | None = None) -> list[Check]:
+    """Look whether callboard's import names are its own.
+
+    Args:
+        claims: The distributions that provide each import name; None: the installed ones.
+    """
+    owners = packages_distributions() if claims is None else claims
+    home = _folder(import_module("actors")).parent
+    found: list[Check] = []
+    for name in PACKAGES:
+        folder = _folder(import_module(name))
+        others = sorted(set(owners.get(name, ())) - {"callboard"})
+        if folder.parent != home:
+            remedy = "keep the two in separate environments, or rename what is your own"
+            found.append(Check("import names", "fail", f"'{name}' is {folder}, not callboard's", remedy))
+        elif others:
+            text = f"'{name}' also belongs to {', '.join(others)}: each overwrites files of the other"
+            remedy = f"keep callboard and {others[0]} in separate environments: python -m venv"
+            found.append(Check("import names", "fail", text, remedy))
+    return found or [Check("import names", "ok", f"proto, broker and actors are callboard's, in {home}")]
+
+
+def _folder(module: ModuleType) -> Path:
+    return Path(next(iter(module.__path__))).resolve()
+
+
+def shadows(folder: Path) -> list[Check]:
+    """Look whether something in a folder would hide callboard from the scripts in it."""
+    home = _folder(import_module("actors")).parent
+    if folder.resolve() == home:
+        return []
+    hiding = [
+        name
+        for package in PACKAGES
+        for name in (f"{package}.py", f"{package}/__init__.py")
+        if (folder / name).is_file()
+    ]
+    found: list[Check] = []
+    for name in hiding:
+        hidden = name.partition("/")[0].removesuffix(".py")
+        text = f"{folder / name} hides callboard's '{hidden}' from scripts beside it"
+        found.append(Check("import names", "warn", text, "rename it"))
+    return found
+
+
+def open_files() -> Check:
+    """Look at how many files a process may open."""
+    try:
+        import resource  # noqa: PLC0415 - not on Windows
+    except ImportError:
+        return Check("open files", "skip", "this platform has no such limit")
+    return judged_files(*resource.getrlimit(resource.RLIMIT_NOFILE))
+
+
+def judged_files(soft: int, hard: int) -> Check:
+    """Judge a limit of open files. Negative is none; a broker raises its own to the hard one."""
+    finding = f"{_limit(soft)} for a process, {_limit(hard)} for a broker"
+    if 0 <= hard <= FEW_FILES:
+        remedy = "raise the hard limit where brokers run: ulimit -Hn, LimitNOFILE= or limits.conf"
+        return Check("open files", "warn", f"{finding}, one for each connection", remedy)
+    return Check("open files", "ok", finding)
+
+
+def _limit(number: int) -> str:
+    return "no limit" if number < 0 else str(number)
+
+
+def variables(environ: Mapping[str, str] | None = None) -> list[Check]:
+    """Look at the environment variables that are callboard's, or are called as if they were."""
+    found: list[Check] = []
+    given = environment.own_variables(environ)
+    for name in sorted(given):
+        if name not in environment.VARIABLES:
+            close = get_close_matches(name, environment.VARIABLES, n=1)
+            remedy = f"did you mean {close[0]}?" if close else f"there is {', '.join(environment.VARIABLES)}"
+            found.append(Check("variables", "warn", f"{name} is set, and means nothing to callboard", remedy))
+    try:
+        parse_urls(environment.broker_url(environ) or "callboard://any")
+    except CallboardError as error:
+        found.append(Check("variables", "fail", f"CALLBOARD_URL: {error}", "correct it, or unset it"))
+    for read in (environment.domain_id, environment.log_level):
+        try:
+            read(environ)
+        except CallboardError as error:
+            found.append(Check("variables", "fail", str(error), "correct it, or unset it"))
+    return found or [Check("variables", "ok", ", ".join(sorted(given)) or "none is set")]
+
+
+def contexts() -> list[Check]:
+    """Look at the file of named brokers."""
+    path = Path(contexts_file())
+    try:
+        known = Contexts.load()
+        for name, source in ((known.current, str(path)), (environment.context_name(), "CALLBOARD_CONTEXT")):
+            if name is not None:
+                known.get(name, source)
+    except CallboardError as error:
+        return [Check("contexts", "fail", str(error), "correct it, or: callboard context use default")]
+    if not path.exists():
+        return [Check("contexts", "ok", "none is named")]
+    if os.name == "posix" and path.stat().st_mode & 0o077:
+        return [Check("contexts", "warn", f"others can read or write {path}", f"chmod 600 {path}")]
+    return [Check("contexts", "ok", f"{len(known.named)} named; '{known.current}' is in use")]
