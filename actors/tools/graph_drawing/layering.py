@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Final
 from actors.tools.graph_drawing.wiring import Flow
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from actors.tools.graph_drawing.wiring import Wiring
 
 _PULLS: Final = 4
@@ -46,6 +48,27 @@ def folded(columns: list[int], last: int | None) -> list[int]:
     if last is None:
         return columns
     return [last - abs(last - each % (2 * last)) for each in columns]
+
+
+def folds(
+    columns: list[int], widths: list[float], *, between: float, room: float, fewest: int
+) -> Iterator[int]:
+    """Yield the last columns that might do for a width, the largest first, without laying anything out.
+
+    Args:
+        columns: Of each node and hub.
+        widths: How wide each node and hub is.
+        between: The least width between columns.
+        room: How wide it all may be.
+        fewest: Do not fold to fewer columns.
+    """
+    most = max(columns)
+    for last in range(most, min(most, fewest - 1) - 1, -1):
+        widest = [0.0] * (last + 1)
+        for column, width in zip(folded(columns, last), widths, strict=True):
+            widest[column] = max(widest[column], width)
+        if sum(widest) + between * last <= room:
+            yield last
 
 
 def _arrows(wiring: Wiring) -> tuple[Neighbours, Neighbours]:

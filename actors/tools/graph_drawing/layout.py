@@ -86,6 +86,8 @@ class Layout:
         self.things: list[Thing] = []
         self.segments: list[Segment] = []
         self._measure = measure
+        self._ports_left: dict[Segment, float] = {}
+        self._ports_right: dict[Segment, float] = {}
         _Laying(wiring, self.things, self.segments).lay(folded(layers_of(wiring), last_column))
         by_column: list[list[int]] = [[] for _ in range(max(thing.column for thing in self.things) + 1)]
         for at, thing in enumerate(self.things):
@@ -97,20 +99,17 @@ class Layout:
 
     def port_left(self, segment: Segment) -> float:
         """Return the height at which a segment begins, on the right side of its left thing."""
-        return self._port(self.things[segment.left], self.things[segment.left].right, segment)
+        return self.things[segment.left].top + self._ports_left[segment]
 
     def port_right(self, segment: Segment) -> float:
         """Return the height at which a segment ends, on the left side of its right thing."""
-        return self._port(self.things[segment.right], self.things[segment.right].left, segment)
+        return self.things[segment.right].top + self._ports_right[segment]
 
-    def _port(self, thing: Thing, side: list[int], segment: Segment) -> float:
+    def _offset(self, thing: Thing, port: int, ports: int) -> float:
+        """Return how far below a thing's top a port is. Only a node has more than one on a side."""
         if thing.node is None:
-            return thing.top + self._offset(thing.height, 0, 1)
-        ports = [self.segments[each].hub for each in side]
-        return thing.top + self._offset(thing.height, ports.index(segment.hub), len(ports))
-
-    def _offset(self, height: float, port: int, ports: int) -> float:
-        first = (height - self._measure.whole - (ports - 1) * self._measure.step) / 2
+            port, ports = 0, 1
+        first = (thing.height - self._measure.whole - (ports - 1) * self._measure.step) / 2
         return (math.floor(first) if self._measure.whole else first) + port * self._measure.step
 
     def _connect(self) -> None:
@@ -128,6 +127,10 @@ class Layout:
                 thing.height = measure.node + (ports - 1) * measure.step
             else:
                 thing.height = measure.line if thing.hub is None else measure.hub
+            for port, at in enumerate(thing.left):
+                self._ports_right[self.segments[at]] = self._offset(thing, port, len(thing.left))
+            for port, at in enumerate(thing.right):
+                self._ports_left[self.segments[at]] = self._offset(thing, port, len(thing.right))
 
     def _place(self) -> None:
         for column in self.columns:

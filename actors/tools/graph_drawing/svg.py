@@ -10,6 +10,7 @@ import re
 from html import escape
 from typing import TYPE_CHECKING, Final
 
+from actors.tools.graph_drawing.layering import folds, layers_of
 from actors.tools.graph_drawing.layout import Layout, Measure
 from actors.tools.graph_drawing.model import DrawingTooLargeError, Kind
 from actors.tools.graph_drawing.wiring import parts_of, wiring_of
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
     from actors.tools.graph_drawing.model import GraphModel, Vertex
     from actors.tools.graph_drawing.wiring import Hub, Wiring
 
-MAX_DRAWN: Final = 2000
-"""Vertices. More take minutes, and nobody sees anything on a picture of them."""
+MAX_DRAWN: Final = 500
+"""Vertices. More take long, and nobody sees anything on a picture of them."""
 USUAL_WIDTH: Final = 1600.0
 """Pixels. What would be wider is folded."""
 _FEWEST_COLUMNS: Final = 4
@@ -31,6 +32,7 @@ _LETTER: Final = 7.83
 _NODE_PADDING: Final = 34.0
 _HUB_PADDING: Final = 30.0
 _LABEL_PADDING: Final = 14.0
+_LEAST_CHANNEL: Final = 56.0
 _MARGIN: Final = 32.0
 _BETWEEN_PARTS: Final = 36.0
 _LEGEND: Final = 48.0
@@ -151,13 +153,17 @@ def _boxes(nodes: list[Vertex], width: float) -> tuple[str, float, float]:
 
 
 def _folded(part: Wiring, model: GraphModel) -> _Drawing:
-    layout = Layout(part, _MEASURE)
-    drawing = _Drawing(layout, model)
-    for last in range(len(layout.columns) - 2, _FEWEST_COLUMNS - 2, -1):
-        if drawing.width <= USUAL_WIDTH:
-            break
+    """Draw a connected part, folded until it is not too wide, or as often as can still be read."""
+    widths = [_width(node.name) + _NODE_PADDING for node in part.nodes] + [
+        _hub_width(hub) for hub in part.hubs
+    ]
+    columns = layers_of(part)
+    for last in folds(columns, widths, between=_LEAST_CHANNEL, room=USUAL_WIDTH, fewest=_FEWEST_COLUMNS):
         drawing = _Drawing(Layout(part, _MEASURE, last_column=last), model)
-    return drawing
+        if drawing.width <= USUAL_WIDTH:
+            return drawing
+    fewest = min(max(columns), _FEWEST_COLUMNS - 1)
+    return _Drawing(Layout(part, _MEASURE, last_column=fewest), model)
 
 
 class _Drawing:
@@ -205,16 +211,13 @@ class _Drawing:
             for at in self._layout.columns[number]
             for each in self._layout.things[at].right
         ]
-        return 56 + min(90.0, 0.22 * max(climbs, default=0))
+        return _LEAST_CHANNEL + min(90.0, 0.22 * max(climbs, default=0))
 
     def _width_of(self, at: int) -> float:
         thing = self._layout.things[at]
         if thing.node is not None:
             return _width(self._layout.wiring.nodes[thing.node].name) + _NODE_PADDING
-        if thing.hub is None:
-            return 0.0
-        hub = self._layout.wiring.hubs[thing.hub]
-        return len(hub.label) * _LETTER + (_LABEL_PADDING if hub.vertex is None else _HUB_PADDING)
+        return 0.0 if thing.hub is None else _hub_width(self._layout.wiring.hubs[thing.hub])
 
     def _left(self, at: int) -> float:
         column = self._layout.things[at].column
@@ -291,6 +294,10 @@ def _node(node: Vertex, left: float, top: float, width: float, height: float) ->
 
 def _width(name: str) -> float:
     return len(shown(name)) * _LETTER
+
+
+def _hub_width(hub: Hub) -> float:
+    return len(hub.label) * _LETTER + (_LABEL_PADDING if hub.vertex is None else _HUB_PADDING)
 
 
 def _n(number: float) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.tools.graph_drawing.canvas import Canvas, Paint
 from actors.tools.graph_drawing.channel import Net, routed
+from actors.tools.graph_drawing.layering import folds, layers_of
 from actors.tools.graph_drawing.layout import Layout, Measure
 from actors.tools.graph_drawing.model import Kind, Relation
 from actors.tools.graph_drawing.wiring import parts_of, wiring_of
@@ -19,13 +20,14 @@ if TYPE_CHECKING:
     from actors.tools.graph_drawing.model import Edge, GraphModel, Vertex
     from actors.tools.graph_drawing.wiring import Hub, Wiring
 
-MAX_DRAWN: Final = 300
+MAX_DRAWN: Final = 200
 """Vertices. Beyond it lines are too many to follow, and a listing says more."""
 USUAL_WIDTH: Final = 100
 """Columns in which nodes without any wire stand side by side, if no width is given."""
 _MEASURE: Final = Measure(node=3, hub=1, line=1, step=1, gap=0, whole=True)
 _FEWEST_COLUMNS: Final = 3
 """A drawing folded more often than to this is harder to read than a listing."""
+_NODE_PADDING: Final = 4
 _SHORTEST: Final = 3
 """Columns of a line that does not change its row."""
 
@@ -100,13 +102,15 @@ def _drawn(model: GraphModel, width: int | None, *, color: bool, ascii_only: boo
 
 def _fitting(part: Wiring, width: int | None, first_hub: int) -> TextDrawing | None:
     """Draw a connected part, folded as often as it must be to fit; None if it does not."""
-    layout = Layout(part, _MEASURE)
-    drawing = TextDrawing(layout, first_hub)
-    for last in range(len(layout.columns) - 2, _FEWEST_COLUMNS - 2, -1):
-        if width is None or drawing.width <= width:
-            break
+    if width is None:
+        return TextDrawing(Layout(part, _MEASURE), first_hub)
+    widths: list[float] = [len(shown(node.name)) + _NODE_PADDING for node in part.nodes]
+    widths += [len(_label(hub)) for hub in part.hubs]
+    for last in folds(layers_of(part), widths, between=_SHORTEST, room=width, fewest=_FEWEST_COLUMNS):
         drawing = TextDrawing(Layout(part, _MEASURE, last_column=last), first_hub)
-    return drawing if width is None or drawing.width <= width else None
+        if drawing.width <= width:
+            return drawing
+    return None
 
 
 def _boxes(nodes: list[Vertex], width: int) -> Canvas | None:
@@ -159,7 +163,7 @@ class TextDrawing:
     def _width_of(self, at: int) -> int:
         thing = self._layout.things[at]
         if thing.node is not None:
-            return len(shown(self._layout.wiring.nodes[thing.node].name)) + 4
+            return len(shown(self._layout.wiring.nodes[thing.node].name)) + _NODE_PADDING
         return 0 if thing.hub is None else len(_label(self._layout.wiring.hubs[thing.hub]))
 
     def _draw_thing(self, at: int, left: int, width: int) -> None:
