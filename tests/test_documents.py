@@ -16,6 +16,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PERFORMANCE = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
+TOP = (ROOT / "docs" / "how-to" / "top.md").read_text(encoding="utf-8")
 
 
 def commands(text: str) -> list[str]:
@@ -37,7 +38,7 @@ def test_the_readme_program_is_the_example() -> None:
 
 
 @pytest.mark.parametrize(
-    "command", [line for line in commands(README) + commands(PERFORMANCE) if line.startswith("callboard")]
+    "command", [line for line in commands(README + PERFORMANCE + TOP) if line.startswith("callboard")]
 )
 def test_every_callboard_command_in_the_documents_exists(command: str) -> None:
     """The verbs and options that the documents show are accepted by the command line."""

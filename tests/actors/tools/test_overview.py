@@ -1,0 +1,183 @@
+"""What goes on, from looks."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import String
+from actors.picture import GraphPicture
+from actors.tools.overview import Look, Looks, Overview
+from proto.codes import EntryKind
+from tests.actors.meeting import matched, until
+from tests.actors.tools.made_up import STRING, entry, link, look, picture, topic
+
+if TYPE_CHECKING:
+    from tests.actors.meeting import Meeting
+
+NODE, PUBLISHER, SUBSCRIPTION, SERVICE, CLIENT = EntryKind
+PAIR = picture(
+    entry(NODE, "/talker"),
+    entry(PUBLISHER, "/talker", "/chatter"),
+    entry(NODE, "/listener"),
+    entry(SUBSCRIPTION, "/listener", "/chatter"),
+    entry(SUBSCRIPTION, "/listener", "/quiet"),
+)
+
+
+def at_second(second: int) -> Look:
+    """Return a look at a pair of nodes that has sent 10 messages of 5 bytes a second."""
+    return look(
+        float(second),
+        PAIR,
+        topics=(
+            topic("/chatter", messages=10 * second, bytes=50 * second, dropped=2 * second, queued=3),
+            topic("/quiet", messages=7, lost_on_break=1, dropped=4),
+        ),
+        links=(
+            link(1, "/talker", bytes_received=100 * second, bytes_sent=second, pending_calls=2),
+            link(2, "/listener", bytes_sent=200 * second, queued=3, dropped=2 * second, owed_calls=5),
+        ),
+        routed=10 * second,
+        delivered=20 * second,
+        dropped=2 * second,
+        lag_longest_sec=0.25,
+    )
+
+
+def names(seen: Overview) -> list[list[str]]:
+    """Return the names of topics, nodes and services."""
+    return [[row.name for row in rows] for rows in (seen.topics, seen.nodes, seen.services)]
+
+
+def test_one_look_has_no_rates() -> None:
+    """But it has everything else."""
+    seen = Looks().add(at_second(4))
+    assert (seen.seconds, seen.totals.routed_per_sec, seen.topics[0].messages_per_sec) == (0.0, None, None)
+    assert (seen.nodes[0].sent_bytes_per_sec, seen.nodes[0].queued) == (None, 3)
+    assert (seen.topics[0].queued, seen.topics[0].dropped, seen.totals.longest_lag_sec) == (3, 8, 0.25)
+
+
+def test_two_looks_give_rates() -> None:
+    """Per second of the broker's clock, whatever lay between the looks."""
+    looks = Looks()
+    looks.add(at_second(1))
+    seen = looks.add(at_second(3))
+    assert seen.seconds == 2.0
+    assert (seen.totals.routed_per_sec, seen.totals.delivered_per_sec, seen.totals.drops_per_sec) == (
+        10,
+        20,
+        2,
+    )
+    chatter, quiet = seen.topics
+    assert (chatter.name, chatter.types) == ("/chatter", (STRING,))
+    assert (chatter.publishers, chatter.subscriptions) == (1, 1)
+    assert (chatter.messages_per_sec, chatter.bytes_per_sec, chatter.drops_per_sec) == (10, 50, 2)
+    assert (quiet.messages_per_sec, quiet.publishers, quiet.lost) == (0, 0, 5)
+    listener, talker = seen.nodes
+    assert (talker.sent_bytes_per_sec, talker.received_bytes_per_sec, talker.pending_calls) == (100, 1, 2)
+    assert (listener.received_bytes_per_sec, listener.drops_per_sec, listener.owed_calls) == (200, 2, 5)
+    assert (listener.endpoints, talker.endpoints, talker.state) == (2, 1, "linked")
+
+
+def test_rates_are_those_of_the_last_few_looks() -> None:
+    """What was before the window is forgotten."""
+    looks = Looks(window=2)
+    for second in (0, 50, 51):
+        looks.add(at_second(second))
+    assert looks.add(at_second(52)).seconds == 2.0
+
+
+def test_a_broker_that_began_anew_has_no_rates() -> None:
+    """Nor one whose clock stands still."""
+    looks = Looks()
+    looks.add(at_second(5))
+    again = looks.add(look(9.0, PAIR, broker="b2"))
+    assert (again.seconds, again.totals.broker) == (0.0, "b2")
+    assert looks.add(look(9.0, PAIR, broker="b2")).seconds == 0.0
+    assert looks.add(look(10.0, PAIR, broker="b2")).seconds == 1.0
+
+
+def test_graph_and_numbers_may_differ() -> None:
+    """A topic and a node that the numbers do not know yet have none; those that have left are left out."""
+    looks = Looks()
+    looks.add(look(1.0, PAIR))
+    seen = looks.add(look(2.0, PAIR, topics=(topic("/gone"),), links=(link(7, "/gone"),)))
+    assert names(seen) == [["/chatter", "/quiet"], ["/listener", "/talker"], []]
+    assert (seen.topics[0].messages_per_sec, seen.nodes[0].sent_bytes_per_sec) == (None, None)
+
+
+def test_a_suspended_node_is_shown() -> None:
+    """Its link names it, though it is not in the graph."""
+    silent = link(3, "/frozen", suspended=True, silent_ms=4000, endpoints=4)
+    seen = Looks().add(look(1.0, PAIR, links=(silent,)))
+    frozen = seen.nodes[0]
+    assert (frozen.name, frozen.state, frozen.silent_ms, frozen.endpoints) == (
+        "/frozen",
+        "suspended",
+        4000,
+        3,
+    )
+
+
+def test_services_owe_what_their_nodes_owe() -> None:
+    """Each server's link once, however many services it has under the name."""
+    graph = picture(
+        *(entry(SERVICE, node, "/add", "example_interfaces/srv/AddTwoInts") for node in ("/a", "/a", "/b")),
+        entry(CLIENT, "/c", "/add", "std_srvs/srv/Empty"),
+        entry(CLIENT, "/c", "/nowhere", "std_srvs/srv/Empty"),
+    )
+    owing = (link(1, "/a", owed_calls=3), link(2, "/b", owed_calls=4), link(3, "/c", owed_calls=9))
+    add, nowhere = Looks().add(look(1.0, graph, links=owing)).services
+    assert (add.name, add.servers, add.clients, add.owed_calls) == ("/add", 3, 1, 7)
+    assert add.types == ("example_interfaces/srv/AddTwoInts", "std_srvs/srv/Empty")
+    assert (nowhere.name, nowhere.servers, nowhere.clients, nowhere.owed_calls) == ("/nowhere", 0, 1, 0)
+
+
+def test_hidden_names_can_be_left_out() -> None:
+    """Topics, nodes and services with a token that starts with an underscore."""
+    graph = picture(
+        *(entry(NODE, name) for name in ("/_tool", "/node")),
+        *(entry(PUBLISHER, "/node", name) for name in ("/a/_feedback", "/topic")),
+        *(entry(SERVICE, "/node", name) for name in ("/_get", "/service")),
+    )
+    seen = Looks().add(look(1.0, graph))
+    assert names(seen) == [["/a/_feedback", "/topic"], ["/_tool", "/node"], ["/_get", "/service"]]
+    assert names(seen.without_hidden()) == [["/topic"], ["/node"], ["/service"]]
+
+
+def test_an_overview_is_json() -> None:
+    """Everything in it is plain."""
+    looks = Looks()
+    looks.add(at_second(1))
+    document = json.loads(json.dumps(looks.add(at_second(2)).as_dict()))
+    assert set(document) == {"seconds", "totals", "topics", "nodes", "services"}
+    assert document["topics"][0]["messages_per_sec"] == 10.0
+
+
+def test_nobody_there() -> None:
+    """An empty graph."""
+    assert names(Looks().add(look(1.0, GraphPicture()))) == [[], [], []]
+
+
+async def test_a_real_broker_is_seen_as_it_is(meeting: Meeting) -> None:
+    """What has been published between two looks is what the rates say."""
+    talker, listener = await meeting.node("talker"), await meeting.node("listener")
+    heard: list[String] = []
+    listener.create_subscription(String, "chatter", heard.append, 100)
+    listener.create_service(AddTwoInts, "add", lambda request, response: response)
+    publisher = talker.create_publisher(String, "chatter", 100)
+    await matched(publisher)
+    looks = Looks()
+    looks.add(Look(await talker.get_graph(), await talker.get_broker_stats()))
+    for _ in range(50):
+        publisher.publish(String(data="hello"))
+    await until(lambda: len(heard) == 50)
+    await meeting.settled(talker, listener)
+    seen = looks.add(Look(await talker.get_graph(), await talker.get_broker_stats()))
+    assert names(seen) == [["/chatter"], ["/listener", "/talker"], ["/add"]]
+    rate, routed = seen.topics[0].messages_per_sec, seen.totals.routed_per_sec
+    assert rate is not None
+    assert routed is not None
+    assert (round(rate * seen.seconds), round(routed * seen.seconds)) == (50, 50)
