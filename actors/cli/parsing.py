@@ -34,6 +34,12 @@ class Parser(argparse.ArgumentParser):
         options.setdefault("allow_abbrev", False)
         super().__init__(**options)
 
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Read a command line; options may stand between arguments."""
+        if any(action.nargs in {argparse.REMAINDER, argparse.PARSER} for action in self._actions):
+            return super().parse_args(args, namespace)
+        return self.parse_intermixed_args(args, namespace)
+
     def error(self, message: str) -> NoReturn:
         """Print the text and what helps, and exit with 2."""
         wrong = _CHOICE.fullmatch(message)

@@ -26,8 +26,12 @@ STOP_TIMEOUT_SEC: Final = 1.0
 
 
 @asynccontextmanager
-async def session(options: argparse.Namespace) -> AsyncGenerator[Node]:
-    """Join the graph that `--url`, `--domain` and `--context` name, as a hidden node.
+async def session(options: argparse.Namespace, *, name: str | None = None) -> AsyncGenerator[Node]:
+    """Join the graph that `--url`, `--domain` and `--context` name.
+
+    Args:
+        options: The command line.
+        name: The node's name; None for a hidden one.
 
     Raises:
         BrokerUnreachable: No broker within 2 s; the text says how to start one.
@@ -37,9 +41,9 @@ async def session(options: argparse.Namespace) -> AsyncGenerator[Node]:
         _set_up_log()
     place = place_of(options)
     # A process id alone is not unique: in a container it is 1.
-    name = f"_callboard_cli_{os.getpid()}_{secrets.token_hex(3)}"
+    hidden = f"_callboard_cli_{os.getpid()}_{secrets.token_hex(3)}"
     node = Node(
-        name,
+        hidden if name is None else name,
         url=place.url,
         domain=place.domain,
         use_global_arguments=False,

@@ -3,44 +3,101 @@
 from __future__ import annotations
 
 import asyncio
-from itertools import count
-from typing import TYPE_CHECKING, Final
+import sys
+import time
+from contextlib import aclosing
+from typing import TYPE_CHECKING, Final, NamedTuple
 
-from actors.cli.errors import TIMEOUT, CommandError
+from actors.cli.errors import TIMEOUT, USAGE, CommandError
 from actors.cli.loop import run_async
 from actors.cli.output import note, say, say_json
 from actors.cli.session import session
-from actors.cli.values import message_from_text, named_message, profile
+from actors.cli.stdin import pieces
+from actors.cli.values import named_message, profile, stamped_message_from_text
 from actors.errors import WaitTimeout
 from actors.interfaces.convert import message_to_ordereddict
 from actors.qos import QoSProfile
+from actors.tools.documents import Documents
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import AsyncGenerator
 
     from actors.entities.publisher import Publisher
     from actors.interfaces.message import Message
+    from actors.tools.stamps import Stamps
 
 FLUSH_TIMEOUT_SEC: Final = 5.0
 FOREVER_SEC: Final = 1e9
+DEFAULT_HZ: Final = 1.0
+
+
+class Said(NamedTuple):
+    """A message to publish, and where in it the time is to be filled in."""
+
+    message: Message
+    stamps: Stamps
 
 
 def run(options: argparse.Namespace) -> int:
     """Publish as often as asked."""
-    message = message_from_text(named_message(options.type), options.values)
-    run_async(lambda: _publish(options, message))
+    msg_type = named_message(options.type)
+    if options.stdin and options.values is not None:
+        raise CommandError("Give VALUES or --stdin, not both", USAGE)
+    said = None if options.stdin else Said(*stamped_message_from_text(msg_type, options.values or "{}"))
+    run_async(lambda: _publish(options, msg_type, said))
     return 0
 
 
-async def _publish(options: argparse.Namespace, message: Message) -> None:
-    async with session(options) as node:
-        qos = profile(options, QoSProfile(depth=10))
-        publisher = node.create_publisher(type(message), options.topic, qos)
+async def _publish(options: argparse.Namespace, msg_type: type[Message], said: Said | None) -> None:
+    async with session(options, name=options.node_name) as node:
+        publisher = node.create_publisher(msg_type, options.topic, profile(options, QoSProfile(depth=10)))
         await _wait_for_subscriptions(options, publisher)
         if not options.json:
             say("publisher: beginning loop")
-        await _repeat(options, publisher, message)
+        if said is None:
+            if sys.stdin is not None and sys.stdin.isatty():
+                note("Write YAML, and --- in a line of its own after each message; Ctrl-D ends")
+            async with aclosing(_read(msg_type)) as messages:
+                await _repeat(options, publisher, messages, options.rate)
+        else:
+            async with aclosing(_again(said)) as messages:
+                await _repeat(options, publisher, messages, options.rate or DEFAULT_HZ)
         await publisher.flush(FLUSH_TIMEOUT_SEC)
+        if options.keep_alive:
+            await asyncio.sleep(options.keep_alive)
+
+
+async def _again(said: Said) -> AsyncGenerator[Said]:
+    while True:
+        yield said
+
+
+async def _read(msg_type: type[Message]) -> AsyncGenerator[Said]:
+    """Yield what stdin says, as soon as it says it.
+
+    Raises:
+        CommandError: It says something else than messages of this type.
+    """
+    documents, number = Documents(), 0
+    async with aclosing(pieces()) as coming:
+        async for piece in coming:
+            try:
+                texts = documents.feed(piece) if piece else []
+            except ValueError as error:
+                raise CommandError(str(error)) from None
+            for text in texts:
+                number += 1
+                yield _message(msg_type, text, number)
+    for text in documents.end():
+        yield _message(msg_type, text, number + 1)
+
+
+def _message(msg_type: type[Message], text: str, number: int) -> Said:
+    try:
+        return Said(*stamped_message_from_text(msg_type, text))
+    except CommandError as error:
+        raise CommandError(f"Message {number} on stdin: {error}") from None
 
 
 async def _wait_for_subscriptions(options: argparse.Namespace, publisher: Publisher[Message]) -> None:
@@ -67,13 +124,20 @@ async def _wait_for_subscriptions(options: argparse.Namespace, publisher: Publis
         ) from None
 
 
-async def _repeat(options: argparse.Namespace, publisher: Publisher[Message], message: Message) -> None:
+async def _repeat(
+    options: argparse.Namespace,
+    publisher: Publisher[Message],
+    messages: AsyncGenerator[Said],
+    rate: float | None,
+) -> None:
     """Publish at the rate asked for, without drift; end after as many messages as asked for."""
     loop = asyncio.get_running_loop()
     times = 1 if options.once else options.times
-    due = loop.time()
-    for number in count(1):
+    due, number = loop.time(), 0
+    async for message, stamps in messages:
+        number += 1
         await publisher.ready(FOREVER_SEC)
+        stamps.set(message, time.time_ns())
         publisher.publish(message)
         if number % options.print == 0:
             if options.json:
@@ -82,5 +146,6 @@ async def _repeat(options: argparse.Namespace, publisher: Publisher[Message], me
                 say(f"publishing #{number}: {message!r}\n")
         if number == times:
             return
-        due += 1 / options.rate
-        await asyncio.sleep(max(0.0, due - loop.time()))
+        if rate is not None:
+            due = max(due, loop.time() - 1 / rate) + 1 / rate
+            await asyncio.sleep(max(0.0, due - loop.time()))

@@ -18,6 +18,7 @@ from actors.qos import (
     QoSProfile,
     ReliabilityPolicy,
 )
+from actors.tools.stamps import Stamps
 
 if TYPE_CHECKING:
     import argparse
@@ -60,8 +61,25 @@ def message_from_text(msg_type: type[M], text: str) -> M:
     Raises:
         CommandError: The text is no YAML map, or does not fit the type.
     """
+    return _filled(msg_type, _fields(text))
+
+
+def stamped_message_from_text(msg_type: type[M], text: str) -> tuple[M, Stamps]:
+    """Return a message as `message_from_text` does, and where `auto` and `now` ask for the time.
+
+    Raises:
+        CommandError: The text is no YAML map, or does not fit the type.
+    """
     try:
-        return message_from_fields(msg_type, _fields(text))
+        values, stamps = Stamps.taken_from(msg_type, _fields(text))
+    except RecursionError:
+        raise CommandError("Failed to populate a message: nested too deeply") from None
+    return _filled(msg_type, values), stamps
+
+
+def _filled(msg_type: type[M], values: dict[str, Any]) -> M:
+    try:
+        return message_from_fields(msg_type, values)
     except (AttributeError, TypeError, ValueError, RecursionError) as error:
         reason = "nested too deeply" if isinstance(error, RecursionError) else str(error)
         raise CommandError(f"Failed to populate a message: {reason}") from None

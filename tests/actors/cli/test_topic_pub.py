@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
 
+import actors
+from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_msgs.msg import String
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.actors.cli.conftest import Desk
 
 HELLO = ("topic", "pub", "/said", "std_msgs/msg/String", "{data: hello}")
@@ -28,6 +34,15 @@ async def test_pub_says_what_it_publishes(desk: Desk) -> None:
         "publishing #1: std_msgs.msg.String(data='hello')\n\n"
         "publishing #2: std_msgs.msg.String(data='hello')\n\n"
     )
+
+
+async def test_options_may_stand_between_arguments(desk: Desk) -> None:
+    """In front of the values, too, as people type them."""
+    ended = await desk.callboard(
+        "topic", "pub", "-w", "0", "/said", "std_msgs/msg/String", "-1", "{data: hi}"
+    )
+    assert ended.code == 0
+    assert "String(data='hi')" in ended.out
 
 
 async def test_pub_prints_every_nth(desk: Desk) -> None:
@@ -85,3 +100,140 @@ async def test_bad_input_is_named(desk: Desk, arguments: tuple[str, ...], code: 
     assert (ended.code, ended.out) == (code, "")
     assert text in ended.err
     assert "Traceback" not in ended.err
+
+
+READ = ("topic", "pub", "/said", "std_msgs/msg/String", "--stdin")
+
+
+async def test_pub_from_stdin_publishes_what_comes_as_it_comes(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """YAML and JSON; a message leaves when it is whole, however it was cut; the end of stdin ends it."""
+    reading, writing = os.pipe()
+    with os.fdopen(reading, encoding="utf-8") as stream:
+        monkeypatch.setattr(sys, "stdin", stream)
+        async with desk.node() as node:
+            heard = aiter(node.create_subscription(String, "said", qos=10))
+            await node.get_graph()
+            pub = desk.start(*READ)
+            os.write(writing, b"data: \xc3")
+            os.write(writing, b"\xa4\n---\n")
+            assert await anext(heard) == String(data="\xe4")
+            os.write(writing, b'{"data": "b"}\n{"data": "c"}\ndata: d')
+            assert [await anext(heard), await anext(heard)] == [String(data="b"), String(data="c")]
+            os.close(writing)
+            assert await anext(heard) == String(data="d")
+            ended = await pub
+    assert (ended.code, ended.err) == (0, "")
+    assert ended.out.count("publishing #") == 4
+
+
+async def test_pub_from_a_file(desk: Desk, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """As fast as it is read; --times ends it sooner."""
+    for options, count in (((), 500), (("-t", "3", "-w", "0"), 3)):
+        with (tmp_path / "said").open("w+", encoding="utf-8") as stream:
+            stream.writelines(f"data: {number}\n---\n" for number in range(500))
+            stream.seek(0)
+            monkeypatch.setattr(sys, "stdin", stream)
+            async with desk.node() as node:
+                subscription = node.create_subscription(String, "said", qos=1000)
+                await node.get_graph()
+                ended = await desk.callboard(*READ, *options)
+                heard = aiter(subscription)
+                assert [await anext(heard) for _ in range(count)] == [
+                    String(data=str(n)) for n in range(count)
+                ]
+                assert subscription.queued == 0
+        assert (ended.code, ended.err) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("data", "text"),
+    [
+        (b"data: a\n---\ndata: [\n---\n", "Message 2 on stdin: The values are not YAML"),
+        (
+            b'{"daata": 1}\n',
+            "Message 1 on stdin: Failed to populate a message: std_msgs/msg/String has no field",
+        ),
+        (b"data: \xff\n", "What comes on stdin is not UTF-8"),
+    ],
+)
+async def test_pub_of_what_is_no_message(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, data: bytes, text: str
+) -> None:
+    """It ends with the number of the message and what is wrong with it."""
+    (tmp_path / "said").write_bytes(data)
+    with (tmp_path / "said").open(encoding="utf-8") as stream:
+        monkeypatch.setattr(sys, "stdin", stream)
+        ended = await desk.callboard(*READ)
+    assert ended.code == 1
+    assert ended.err.startswith(text)
+
+
+async def test_pub_without_a_stdin(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The shell has closed it: `<&-`."""
+    monkeypatch.setattr(sys, "stdin", None)
+    ended = await desk.callboard(*READ)
+    assert (ended.code, ended.err) == (1, "There is nothing to read from: stdin is closed\n")
+
+
+async def test_pub_takes_values_or_stdin(desk: Desk) -> None:
+    """Not both."""
+    ended = await desk.callboard(*READ, "{data: x}")
+    assert (ended.code, ended.err) == (2, "Give VALUES or --stdin, not both\n")
+
+
+async def test_pub_fills_in_times(desk: Desk) -> None:
+    """Each message has that at which it was sent."""
+    async with desk.node() as node:
+        subscription = node.create_subscription(Imu, "imu", qos=10)
+        await node.get_graph()
+        values = "{header: auto}"
+        ended = await desk.callboard(
+            "topic", "pub", "imu", "sensor_msgs/msg/Imu", values, "-t", "2", "-r", "100"
+        )
+        heard = aiter(subscription)
+        stamps = [(await anext(heard)).header.stamp for _ in range(2)]
+    assert ended.code == 0
+    assert 1_600_000_000 < stamps[0].sec <= stamps[1].sec
+    assert stamps[0] != stamps[1]
+
+
+async def test_pub_stays_when_it_is_told_to(desk: Desk) -> None:
+    """Late joiners get what it has latched."""
+    options = (
+        "-w",
+        "0",
+        "--once",
+        "--keep-alive",
+        "1.5",
+        "--qos-durability",
+        "transient_local",
+        "-n",
+        "speaker",
+    )
+    async with desk.node() as node:
+        pub = desk.start(*HELLO, *options)
+        assert await node.wait_for_node("speaker", 30)
+        latched = actors.QoSProfile(depth=1, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+        assert await anext(aiter(node.create_subscription(String, "said", qos=latched))) == String(
+            data="hello"
+        )
+        assert (await pub).code == 0
+
+
+async def test_pub_as_a_named_node(desk: Desk) -> None:
+    """Seen in the graph; two nodes cannot have one name, and a bad one is wrong usage."""
+    async with desk.node() as node:
+        subscription = node.create_subscription(String, "said", qos=10)
+        pub = desk.start(*HELLO, "-w", "2", "--once", "--timeout", "30", "--node-name", "speaker")
+        await subscription.core.wait_until(lambda: subscription.get_publisher_count() > 0, "Matching", 30)
+        publishers = await node.get_publishers_info_by_topic("said")
+        node.create_subscription(String, "said", qos=10)
+        assert await anext(aiter(subscription)) == String(data="hello")
+        taken = await desk.callboard(*HELLO, "--once", "-n", "fellow")
+        bad = await desk.callboard(*HELLO, "--once", "-n", "9")
+        assert (await pub).code == 0
+    assert [info.node_name for info in publishers] == ["speaker"]
+    assert (taken.code, bad.code) == (1, 2)
+    assert "/fellow" in taken.err

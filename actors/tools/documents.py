@@ -1,0 +1,75 @@
+r"""Documents in a stream of text: YAML with `---` between them, or JSON, one object a line.
+
+    documents = Documents()
+    documents.feed("data: a\n---\nda")  # ["data: a\n"]
+    documents.feed('ta: b\n---\n{"data": "c"}\n')  # ["data: b\n", '{"data": "c"}\n']
+    documents.end()  # []
+
+That is what `topic echo` prints, without and with `--json`.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Final
+
+MAX_DOCUMENT_CHARS: Final = 16 * 1024 * 1024
+"""Characters in a document; what waits for its end must have one."""
+
+
+class Documents:
+    """What has come of a stream, cut into documents. Empty ones are left out."""
+
+    def __init__(self) -> None:
+        self._line: list[str] = []
+        """Pieces of a line whose end has not come."""
+        self._lines: list[str] = []
+        """Lines of a document whose end has not come."""
+        self._size = 0
+
+    def feed(self, text: str) -> list[str]:
+        """Return the documents that a piece of text completes.
+
+        Raises:
+            ValueError: A document is longer than 16 Mi characters.
+        """
+        found: list[str] = []
+        for line in text.splitlines(keepends=True):
+            self._line.append(line)
+            self._size += len(line)
+            if self._size > MAX_DOCUMENT_CHARS:
+                raise ValueError(f"A document is longer than {MAX_DOCUMENT_CHARS} characters")
+            if line.endswith("\n"):
+                found += self._take("".join(self._line))
+                self._line.clear()
+        return found
+
+    def end(self) -> list[str]:
+        """Return the last document, if there is one: the stream has ended."""
+        line = "".join(self._line)
+        self._line.clear()
+        return [*(self._take(line) if line else []), *self._close()]
+
+    def _take(self, line: str) -> list[str]:
+        """Take in a whole line; return the document that it completes."""
+        if line.rstrip() in {"---", "..."}:
+            return self._close()
+        first = not self._lines
+        self._lines.append(line)
+        return self._close() if first and _is_object(line) else []
+
+    def _close(self) -> list[str]:
+        document = "".join(self._lines)
+        self._lines.clear()
+        self._size = 0
+        return [document] if document.strip() else []
+
+
+def _is_object(line: str) -> bool:
+    """Tell whether a line is a JSON object."""
+    if not line.startswith("{"):
+        return False
+    try:
+        return isinstance(json.loads(line), dict)
+    except (ValueError, RecursionError):
+        return False
