@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
     elif text:
         print(text)
     if not model.vertices:
-        note("There is nothing to draw: no nodes are running.")
+        note(_nothing(len(picture.nodes())))
     return 0
 
 
@@ -119,6 +119,12 @@ def _has_boxes(encoding: str | None) -> bool:
     except UnicodeEncodeError:
         return False
     return True
+
+
+def _nothing(nodes: int) -> str:
+    if not nodes:
+        return "There is nothing to draw: no nodes are running."
+    return f"Left out: hidden nodes and such for debugging ({nodes}); see --include-hidden, --include-debug"
 
 
 def _no_namespace(namespace: str, nodes: list[str]) -> str:
