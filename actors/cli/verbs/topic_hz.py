@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--wall-time",
         action="store_true",
-        help="accepted, and always so",
+        help="accepted for ROS 2's sake: the wall clock is always used",
     )
     add_watch_options(parser, window="10000")
     add_json_option(

@@ -156,6 +156,8 @@ def test_help_loads_neither_asyncio_nor_the_nodes() -> None:
         ["interface", "list"],
         ["interface", "packages"],
         ["interface", "package", "std_msgs"],
+        ["topic", "hz", "/x", "--timeout", "0.1"],
+        ["topic", "bw", "/x", "--timeout", "0.1"],
         ["graph"],
         ["graph", "--format", "svg"],
     ],

@@ -1,0 +1,72 @@
+"""Commands that go on until they are stopped: signals and pipes, with real processes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.integration.conftest import System
+
+TYPE = "std_msgs/msg/Header"
+
+
+@pytest.mark.parametrize(
+    ("command", "text"),
+    [
+        (("hz", "/said"), "average rate: "),
+        (("hz", "/said", "--subscribe"), "std dev: "),
+        (("bw", "/said"), "Message size mean: "),
+        (("bw", "/said", "--subscribe"), "Message size mean: "),
+        (("echo", "/said", TYPE), "frame_id: map"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+async def test_ctrl_c_ends_what_measures(system: System, command: tuple[str, ...], text: str) -> None:
+    """At once, with 130 and no traceback; the publisher has its own way of ending, and the same code."""
+    await system.broker()
+    pub = await system.python("-m", "actors", "topic", "pub", "/said", TYPE, "frame_id: map", "-r", "100")
+    await pub.says("publishing #1:")
+    program = await system.python("-m", "actors", "topic", *command)
+    await program.says(text)
+    assert await program.stop() == 130
+    assert await pub.stop() == 130
+    assert "Traceback" not in program.output + pub.output
+
+
+async def test_ctrl_c_ends_what_waits_for_stdin(system: System, tmp_path: Path) -> None:
+    """Though nothing comes there; what has come has been published."""
+    await system.broker()
+    fifo = tmp_path / "fifo"
+    os.mkfifo(fifo)
+    writing = os.open(fifo, os.O_RDWR)
+    try:
+        script = f'exec "$0" -m actors topic pub --stdin /said {TYPE} <"$1"'
+        pub = await system.program("sh", "-c", script, sys.executable, str(fifo))
+        await pub.says("beginning loop")
+        os.write(writing, b"{frame_id: map, stamp: now}\n---\nframe_id: od")
+        await pub.says("publishing #1: std_msgs.msg.Header(")
+        assert await pub.stop() == 130
+    finally:
+        os.close(writing)
+    assert "Traceback" not in pub.output
+    assert "#2" not in pub.output
+
+
+async def test_an_echo_can_be_published_again(system: System) -> None:
+    """`topic echo --json | topic pub --stdin` copies a topic; a pipe that nobody reads ends in silence."""
+    await system.broker()
+    command = '"$0" -m actors topic echo --json /said | "$0" -m actors topic pub --stdin /copy ' + TYPE
+    pub = await system.python("-m", "actors", "topic", "pub", "/said", TYPE, "frame_id: map", "-r", "100")
+    await pub.says("publishing #1:")
+    copy = await system.program("sh", "-c", command, sys.executable)
+    await copy.says("frame_id='map'")
+    head = '"$0" -m actors topic echo /copy ' + TYPE + " | head -n 3"
+    first = await system.program("sh", "-c", head, sys.executable)
+    assert await first.ends() == 0
+    assert first.lines == ["stamp:", "  sec: 0", "  nanosec: 0"]
