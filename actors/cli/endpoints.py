@@ -22,7 +22,8 @@ def say_info(types: list[str], counted: dict[str, list[EndpointInfo]], *, verbos
         counted: The endpoints below each of their headings.
         verbose: Whether to print each endpoint, and blank lines between all.
     """
-    say_styled("Type: ", Styled(types[0] if len(types) == 1 else str(types), "type"))
+    shown = types[0] if len(types) == 1 else str(types)
+    say_styled("Type: ", Styled(shown if types else "any", "type"))  # any: only raw subscriptions
     if verbose:
         print()
     for heading, endpoints in counted.items():

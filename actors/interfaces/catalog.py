@@ -6,13 +6,13 @@ folder on the import path with msg/*.msg, srv/*.srv or action/*.action.
 
 from __future__ import annotations
 
+import ast
 import difflib
 import re
 import sys
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Final, cast
+from typing import Final
 
 from actors.interfaces.errors import UnknownInterfaceError
 
@@ -81,11 +81,34 @@ def unknown_package(package: str) -> str:
 
 
 def _names(package: str, kind: str) -> list[str]:
-    module = python_package(package, kind) if _PACKAGE.fullmatch(package) else None
-    if module is not None:
-        return sorted(cast("list[str]", getattr(import_module(module), "__all__", [])))
-    files = (file for folder in _folders(package) for file in (folder / kind).glob(f"*.{kind}"))
+    folders = [_STANDARD / package] if package in standard_packages() else _folders(package)
+    for folder in folders:
+        exported = _exported(folder / kind / "__init__.py")
+        if exported:
+            return sorted(exported)
+    files = (file for folder in folders for file in (folder / kind).glob(f"*.{kind}"))
     return sorted({file.stem for file in files if _TYPE.fullmatch(file.stem)})
+
+
+def _exported(module: Path) -> list[str]:
+    """Return a module's `__all__` without running it: a package may do anything when it is imported."""
+    try:
+        body = ast.parse(module.read_text(encoding="utf-8")).body
+    except (OSError, SyntaxError, ValueError):
+        return []
+    for statement in body:
+        match statement:
+            case ast.Assign(
+                targets=[ast.Name(id="__all__")], value=ast.List(elts=names) | ast.Tuple(elts=names)
+            ):
+                return [
+                    each.value
+                    for each in names
+                    if isinstance(each, ast.Constant) and isinstance(each.value, str)
+                ]
+            case _:
+                pass
+    return []
 
 
 def _folders(package: str) -> list[Path]:

@@ -48,7 +48,12 @@ def _load(package: str, kind: str, name: str) -> type | None:
         if type_name(cls) == full:
             return cls
     module = python_package(package, kind)
-    found = getattr(import_module(module), name, None) if module is not None else None
+    if module is None:
+        return None
+    try:
+        found = getattr(import_module(module), name, None)
+    except (ImportError, SyntaxError) as error:
+        raise UnknownInterfaceError(f"Interface '{full}' cannot be imported: {error}") from error
     return found if isinstance(found, type) and issubclass(found, _BASES[kind]) else None
 
 

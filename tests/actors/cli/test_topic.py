@@ -91,6 +91,15 @@ async def test_info(desk: Desk, name: str) -> None:
     assert ended == (0, f"Type: {types}\nPublisher count: 2\nSubscription count: 0\n", "")
 
 
+async def test_info_of_a_topic_without_a_type(desk: Desk) -> None:
+    """A raw subscription hears any."""
+    async with desk.node() as node:
+        node.create_subscription(None, "/chatter", print, raw=True)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "info", "/chatter")
+    assert ended == (0, "Type: any\nPublisher count: 0\nSubscription count: 1\n", "")
+
+
 async def test_verbose_info(desk: Desk) -> None:
     """P06: blank lines between all, and each endpoint as rclpy prints it."""
     async with desk.node("zoe", namespace="/ns") as node:

@@ -51,9 +51,9 @@ def test_packages_on_the_import_path_are_known() -> None:
     assert known == sorted(known)
 
 
-@pytest.mark.usefixtures("workspace")
-def test_types_of_a_package() -> None:
-    """Messages first; a package that is only text has them, too."""
+def test_types_of_a_package(workspace: Path) -> None:
+    """Messages first, without running the package; one that is only text has them, too."""
+    (workspace / "catalog_made" / "__init__.py").write_text("raise SystemExit('imported')")
     assert interfaces_of("catalog_made") == ["catalog_made/msg/Wheel"]
     assert interfaces_of("catalog_text") == ["catalog_text/msg/Wheel", "catalog_text/srv/Stop"]
     assert python_package("catalog_made", "msg") == "catalog_made.msg"

@@ -77,6 +77,19 @@ def test_a_name_from_afar_imports_nothing_else(tmp_path: Path, monkeypatch: pyte
     assert "antigravity" not in sys.modules
 
 
+@pytest.mark.parametrize("text", ["import no_such_module", "def"])
+def test_a_package_that_cannot_be_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
+) -> None:
+    """One error that says which, and why."""
+    (tmp_path / "broken_msgs" / "msg").mkdir(parents=True)
+    (tmp_path / "broken_msgs" / "msg" / "__init__.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(UnknownInterfaceError, match="'broken_msgs/msg/Wheel' cannot be imported: "):
+        find_interface("broken_msgs/msg/Wheel")
+    monkeypatch.delitem(sys.modules, "broken_msgs", raising=False)
+
+
 def test_packages_list_their_interfaces() -> None:
     """Messages, services, actions; unknown packages get a suggestion."""
     assert interfaces_of("std_srvs") == ["std_srvs/srv/Empty", "std_srvs/srv/SetBool", "std_srvs/srv/Trigger"]
