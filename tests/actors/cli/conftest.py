@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
@@ -13,7 +14,7 @@ from actors.cli.main import main
 from broker import Broker, BrokerOptions
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Iterator
 
 
 class Ended(NamedTuple):
@@ -59,6 +60,16 @@ class Desk:
     async def matched(self, publisher: actors.Publisher[Any]) -> None:
         """Wait until a publisher has a subscription."""
         await publisher.core.wait_until(lambda: publisher.get_subscription_count() > 0, "Matching", 20.0)
+
+
+@pytest.fixture(autouse=True)
+def _callboard_variables_are_put_back() -> Iterator[None]:
+    """Verbs that start programs tell these by the environment where to go; the next test must not hear."""
+    before = {name: value for name, value in os.environ.items() if name.startswith("CALLBOARD_")}
+    yield
+    for name in [name for name in os.environ if name.startswith("CALLBOARD_")]:
+        del os.environ[name]
+    os.environ.update(before)
 
 
 @pytest.fixture
