@@ -186,8 +186,8 @@ async def test_echo_of_some_messages(desk: Desk) -> None:
         for number in range(9):
             publisher.publish(Int32(data=number))
         await node.get_graph()
-        wanted = ("topic", "echo", "/said", "--filter", "m.data % 4 == 3", "--timeout", "1")
-        some = await desk.callboard(*wanted, "--csv")
+        wanted = ("topic", "echo", "/said", "--filter", "m.data % 4 == 3")
+        some = await desk.callboard(*wanted, "--csv", "--timeout", "2")
         one = await desk.callboard(*wanted, "--once")
         typed = await desk.callboard("topic", "echo", "/said", "std_msgs/msg/Int32", *wanted[3:], "--once")
         raw = await desk.callboard(*wanted, "--once", "--raw")
