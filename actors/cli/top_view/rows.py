@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from actors.cli.tables import Style, Styled
 
-SHOWN_ROWS: Final = 300
+SHOWN_ROWS: Final = 200
 """More than anybody reads; the filter finds the others."""
 _LOOKS: Final[dict[Style, str]] = {
     "name": "cyan",
@@ -30,7 +30,7 @@ _LOOKS: Final[dict[Style, str]] = {
     "warn": "yellow",
     "bad": "bold red",
 }
-_ARROWS: Final = {True: " ▼", False: " ▲", None: "  "}
+_ARROWS: Final = {True: "▼", False: "▲", None: " "}
 
 
 def look_of(part: Styled) -> Text:
@@ -142,8 +142,10 @@ class RowsTable(DataTable[Text], Generic[RowT]):
         at = self.get_row_index(row.name)
         for column, cell in enumerate(cells):
             where = Coordinate(at, column)
-            if self.get_cell_at(where) != cell or self.get_cell_at(where).style != cell.style:
-                self.update_cell_at(where, cell, update_width=True)
+            now = self.get_cell_at(where)
+            if now != cell or now.style != cell.style:
+                wider = cell.cell_len > self.ordered_columns[column].content_width
+                self.update_cell_at(where, cell, update_width=wider)  # measures the whole column
 
     def _cell(self, column: Column[RowT], row: RowT) -> Text:
         text = look_of(column.cell(row))

@@ -5,14 +5,13 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import deque
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar
 
 from actors.cli.output import harmless
 from actors.cli.session import graph_of
 from actors.errors import BrokerUnreachable
-from actors.interfaces.convert import message_to_ordereddict, message_to_yaml
+from actors.interfaces.convert import message_to_yaml
 from actors.interfaces.errors import InvalidMessageError
-from actors.interfaces.message import Message
 from actors.tools.hearing import decoder_of, profile_of
 from actors.tools.overview import Look
 from actors.tools.percentiles import Percentiles
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 
     from actors.entities.backlog import MessageInfo
     from actors.entities.subscription import Subscription
+    from actors.interfaces.message import Message
     from actors.node import Node
     from actors.picture import GraphPicture
 
@@ -208,11 +208,14 @@ def shown(data: bytes, decode: Callable[[bytes], Any]) -> str:
         message = decode(data)
     except InvalidMessageError as error:
         return harmless(str(error))
-    if isinstance(message, Message | dict):
-        text = message_to_yaml(cast("Any", message), truncate_length=SHOWN_LENGTH)
-    else:
-        text = str(message_to_ordereddict({"value": message}, truncate_length=SHOWN_LENGTH)["value"])
-    lines = harmless(text).rstrip("\n").split("\n")
+    lines = _lines(message, no_arr=False)
+    if len(lines) > SHOWN_LINES:  # an image, say: its size tells more than its first pixels
+        lines = _lines(message, no_arr=True)
     if len(lines) > SHOWN_LINES:
         lines = [*lines[:SHOWN_LINES], f"... {len(lines) - SHOWN_LINES} more lines"]
     return "\n".join(lines)
+
+
+def _lines(message: Message | dict[str, Any], *, no_arr: bool) -> list[str]:
+    text = message_to_yaml(message, truncate_length=SHOWN_LENGTH, no_arr=no_arr)
+    return harmless(text).rstrip("\n").split("\n")

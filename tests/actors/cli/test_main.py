@@ -160,6 +160,7 @@ def test_help_loads_neither_asyncio_nor_the_nodes() -> None:
         ["topic", "bw", "/x", "--timeout", "0.1"],
         ["graph"],
         ["graph", "--format", "svg"],
+        ["top", "--once", "--interval", "0.1"],
     ],
     ids=" ".join,
 )

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 import time
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
+
+import pytest
 
 from actors.cli import top
 from actors.cli.main import main
@@ -18,8 +21,6 @@ from tests.actors.tools.made_up import look
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
     from typing import Self
-
-    import pytest
 
     from actors.tools.overview import Look
     from tests.actors.cli.conftest import Desk
@@ -140,3 +141,14 @@ def test_without_textual_the_text_says_how_to_get_it(
     monkeypatch.setattr(top, "find_spec", lambda name: None)
     assert main(["top"]) == 1
     assert "pip install 'callboard[top]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["top", "--help"], ["top"]], ids=" ".join)
+def test_only_the_live_view_loads_textual(arguments: list[str]) -> None:
+    """Help starts fast, and so does the error without a terminal."""
+    code = (
+        f"import sys; from actors.cli.main import main; main({arguments});"
+        "sys.exit(bool({'textual', 'rich', 'asyncio'} & set(sys.modules)))"
+    )
+    silent = subprocess.DEVNULL
+    subprocess.run([sys.executable, "-c", code], check=True, stdout=silent, stderr=silent, timeout=50)

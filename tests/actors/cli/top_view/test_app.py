@@ -172,11 +172,11 @@ async def test_keys_sort() -> None:
         await here.press("r")
         assert here.names() == ["/slow", "/idle", "/fast"]
         table: RowsTable[Any] = here.app.query_one("#topics-table", RowsTable)
-        assert str(table.ordered_columns[0].label).rstrip() == "TOPIC ▼"
+        assert str(table.ordered_columns[0].label).rstrip() == "TOPIC▼"
         await here.press("s", "s", "s")
         assert here.names() == ["/fast", "/slow", "/idle"]
         await here.press("S", "S", "S", "S")
-        assert str(table.ordered_columns[8].label).rstrip() == "TYPE ▲"
+        assert str(table.ordered_columns[8].label).rstrip() == "TYPE▲"
 
 
 async def test_clicks_on_titles_sort() -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import array
 from typing import TYPE_CHECKING
 
+import msgpack
 import pytest
 
-import actors
 from actors.cli.top_view.source import SHOWN_AT_ONCE, SHOWN_LENGTH, SHOWN_LINES, NodeSource, shown
 from actors.errors import BrokerUnreachable
 from actors.interfaces.codec import codec_for, decode_untyped
@@ -100,21 +100,24 @@ async def test_a_lost_broker_is_told_at_once(meeting: Meeting) -> None:
         await source.look()
 
 
-class Long(actors.Message, type_name="long_msgs/msg/Long"):
-    """A message of more lines than a screen has."""
-
-    rows: list[String] = []  # noqa: RUF012 - a msgspec default
-
-
 def test_long_messages_are_cut() -> None:
     """In length and in lines; a screen cannot be steered."""
     text = shown(codec_for(String).encode(String(data="x" * 500)), decode_untyped)
     assert text == f"data: {'x' * SHOWN_LENGTH}..."
-    rows = Long(rows=[String(data=str(number)) for number in range(100)])
-    lines = shown(codec_for(Long).encode(rows), decode_untyped).splitlines()
+    lines = shown(
+        msgpack.packb({f"field_{number}": number for number in range(100)}), decode_untyped
+    ).splitlines()
     assert len(lines) == SHOWN_LINES + 1
-    assert lines[-1].endswith("more lines")
+    assert lines[-1] == f"... {100 - SHOWN_LINES} more lines"
     assert "\x1b" not in shown(codec_for(String).encode(String(data="\x1b[2J")), decode_untyped)
+
+
+def test_long_arrays_are_described() -> None:
+    """Short ones are shown."""
+    for size, lines in ((2, ["width: 2", "data:", "- 1", "- 1"]), (100, ["width: 100"])):
+        text = shown(msgpack.packb({"width": size, "data": [1] * size}), decode_untyped)
+        assert text.splitlines()[: len(lines)] == lines
+    assert "length: 100" in text
 
 
 def test_what_is_no_message_is_said() -> None:
