@@ -99,6 +99,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
     "graph": Verb("actors.cli.verbs.graph", "draw who talks to whom"),
     "doctor": Verb("actors.cli.verbs.doctor", "look whether everything is in order here and at the broker"),
     "top": Verb("actors.cli.verbs.top", "see topics, nodes and services at work, live"),
+    "completion": Verb("actors.cli.verbs.completion", "let a shell complete verbs, options and names"),
     "bench": Verb("actors.cli.bench", "measure how fast callboard is on this machine"),
 }
 

@@ -1,0 +1,310 @@
+"""What could come next on a command line: verbs and options from the parsers, names from the broker.
+
+The shells' scripts (`completion_scripts.py`) ask for this at every press of Tab, so it imports little, waits
+for a broker only briefly, and is silent about everything that goes wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from actors.cli.interrupts import raise_at_once
+from actors.cli.output import harmless
+from actors.cli.parsing import parser_of
+from actors.cli.table import VERBS, Group, Verb
+from proto.codes import EntryKind
+from proto.errors import CallboardError
+from proto.names import is_hidden
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from actors.picture import GraphPicture
+
+BROKER_TIMEOUT_SEC: Final = 0.3
+"""Who presses Tab does not wait for a broker that is not there."""
+
+TOPIC_KINDS: Final = (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
+SERVICE_KINDS: Final = (EntryKind.SERVICE, EntryKind.CLIENT)
+
+
+class Offer(NamedTuple):
+    """A word that could come next, and what it means."""
+
+    word: str
+    about: str = ""
+
+
+FILES: Final = Offer(":files:")
+"""Files could come next: shells know them best."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print a shell's script, or, if the script asks, what could come next: a word and its meaning a line."""
+    words: list[str] | None = options.words
+    line: str | None = options.line
+    if line is not None:
+        words = split_line(line)
+    if words is None:
+        from actors.cli.completion_scripts import SCRIPTS  # noqa: PLC0415 - not while completing
+
+        print(SCRIPTS[options.shell], end="")
+        return 0
+    raise_at_once()
+    for offer in offers(words or [""]):
+        about = offer.about.replace("\t", " ").replace("\n", " ")
+        print(harmless(f"{offer.word}\t{about}" if about else offer.word))
+    return 0
+
+
+def split_line(line: str) -> list[str]:
+    """Return the words behind the command's name; the last is the one that is being typed, maybe empty."""
+    for closing in ("", "'", '"'):
+        try:
+            words = shlex.split(line + closing)
+        except ValueError:
+            continue
+        return words[1:] + ([""] if not closing and line[-1:].isspace() else [])
+    return [""]
+
+
+def offers(words: list[str]) -> list[Offer]:
+    """Return what could stand for the last word, which may have been begun."""
+    *before, begun = words
+    try:
+        found = list(_offers(before, begun))
+    except (CallboardError, OSError):  # whoever runs the command will be told
+        return []
+    return [offer for offer in found if offer is FILES or offer.word.startswith(begun)]
+
+
+def _offers(before: list[str], begun: str) -> Iterator[Offer]:
+    if not before:
+        yield from (Offer(name, entry.summary) for name, entry in VERBS.items())
+        yield from (Offer("--help", "print what there is"), Offer("--version", "print the version"))
+        return
+    entry = VERBS.get(before[0])
+    if isinstance(entry, Group):
+        if len(before) == 1:
+            yield from (Offer(name, verb.summary) for name, verb in entry.verbs.items())
+            return
+        verb, typed = entry.verbs.get(before[1]), before[2:]
+    else:
+        verb, typed = entry, before[1:]
+    if verb is not None:
+        command = " ".join(before[: len(before) - len(typed)])
+        yield from _Line(command, verb, typed, begun).offers()
+
+
+class _Line:
+    """The arguments of a verb, as far as they have been typed.
+
+    Args:
+        command: The verb, such as "topic echo".
+        verb: Where it is.
+        typed: The words behind it that are complete.
+        begun: The word that is being typed.
+    """
+
+    def __init__(self, command: str, verb: Verb, typed: list[str], begun: str) -> None:
+        self._command = command
+        self._begun = begun
+        parser = parser_of(command, verb, import_module(verb.module))
+        actions = parser._actions  # noqa: SLF001 - there is no other way to ask
+        self._options = {text: action for action in actions for text in action.option_strings}
+        self._positionals = [action for action in actions if not action.option_strings]
+        self.values: dict[str, list[str]] = {}
+        self._awaits: argparse.Action | None = None
+        for word in typed:
+            self._take(word)
+
+    def _take(self, word: str) -> None:
+        """Say which argument a word belongs to."""
+        name, equals, value = word.partition("=")
+        if self._awaits is not None and _takes_value(self._awaits):
+            self._keep(self._awaits, word)
+            self._awaits = None
+        elif name in self._options and self._program is None:
+            action = self._options[name]
+            self._keep(action, *([value] if equals else []))
+            self._awaits = None if equals else action
+        else:
+            turn = self._positional()
+            if turn is not None:
+                self._keep(turn, word)
+            self._awaits = None
+
+    def _keep(self, action: argparse.Action, *values: str) -> None:
+        self.values.setdefault(action.dest, []).extend(values)
+
+    @property
+    def _program(self) -> list[str] | None:
+        """The program that `run` runs: what follows is the program's own."""
+        return self.values.get("program")
+
+    def _positional(self) -> argparse.Action | None:
+        """Return the positional argument whose turn it is."""
+        for action in self._positionals:
+            many = action.nargs in {"*", "+", "...", argparse.REMAINDER}
+            if many or action.dest not in self.values:
+                return action
+        return None
+
+    def offers(self) -> Iterator[Offer]:
+        """Yield what could come next."""
+        name, equals, value = self._begun.partition("=")
+        if self._awaits is not None and _takes_value(self._awaits):
+            yield from self._values(self._awaits)
+        elif equals and name in self._options:
+            self._begun = value
+            for offer in self._values(self._options[name]):
+                yield offer if offer is FILES else Offer(f"{name}={offer.word}", offer.about)
+        elif self._begun.startswith("-") and self._program is None:
+            yield from self._unused_options()
+        else:
+            action = self._positional()
+            if action is not None:
+                yield from self._values(action)
+
+    def _unused_options(self) -> Iterator[Offer]:
+        for text, action in self._options.items():
+            if action.help != argparse.SUPPRESS and (
+                action.dest not in self.values or action.nargs in {"*", "+"}
+            ):
+                yield Offer(text, (action.help or "").replace("%%", "%"))
+
+    def _values(self, action: argparse.Action) -> Iterator[Offer]:
+        """Yield what an argument may be."""
+        if action.choices is not None:
+            yield from (Offer(str(choice)) for choice in action.choices)
+            return
+        find = _FINDERS.get(action.dest)
+        if find is None and not action.option_strings:
+            find = _FINDERS.get(str(action.metavar).lower())
+        if find is not None:
+            yield from find(self)
+        elif action.metavar in {"FILE", "DIR", "SCRIPT"}:
+            yield FILES
+
+    # What only the broker knows
+
+    def picture(self) -> GraphPicture:
+        """Return the graph of the broker that the line names.
+
+        Raises:
+            CallboardError: It does not answer at once, or the line names none.
+        """
+        from actors.inspector import Inspector  # noqa: PLC0415 - most words need no broker
+        from actors.tools.contexts import find_place  # noqa: PLC0415
+
+        domain = self._said("domain")
+        number = int(domain) if domain and domain.isdecimal() else None
+        place = find_place(self._said("url"), number, self._said("context"))
+        with Inspector(place.url, domain=place.domain, timeout_sec=BROKER_TIMEOUT_SEC) as look:
+            return look.graph()
+
+    def _said(self, option: str) -> str | None:
+        return next(iter(self.values.get(option, ())), None)
+
+    def names(self, *kinds: EntryKind) -> Iterator[Offer]:
+        """Yield topics or services, each with its types."""
+        for name, types in self.picture().names_and_types(*kinds):
+            yield from self._named(name, ", ".join(types))
+
+    def nodes(self) -> Iterator[Offer]:
+        """Yield nodes."""
+        for name in self.picture().nodes():
+            yield from self._named(name, "")
+
+    def _named(self, name: str, about: str) -> Iterator[Offer]:
+        """Yield a full name, or without its first slash if it was begun so; a hidden one if it was begun."""
+        if not is_hidden(name) or "_" in self._begun:
+            yield Offer(name if self._begun[:1] in {"", "/"} else name.removeprefix("/"), about)
+
+    def types(self) -> Iterator[Offer]:
+        """Yield the types of the topic or service before it; all that are known if nobody has it."""
+        from actors.interfaces.catalog import interfaces_of, known_packages  # noqa: PLC0415
+
+        found = self._declared_types()
+        if found:
+            yield from (Offer(each, "the one it has") for each in found)
+            return
+        kind = {"topic": "/msg/", "service": "/srv/"}.get(self._command.partition(" ")[0], "/")
+        for package in known_packages():
+            yield from (Offer(each) for each in interfaces_of(package) if kind in each)
+
+    def _declared_types(self) -> list[str]:
+        """Return the types that the topic or service on the line has now."""
+        for dest, kinds in (("topic", TOPIC_KINDS), ("service", SERVICE_KINDS)):
+            name = self._said(dest)
+            if name is not None:
+                try:
+                    declared = dict(self.picture().names_and_types(*kinds))
+                except (CallboardError, OSError):
+                    return []
+                return declared.get(f"/{name.removeprefix('/')}", [])
+        return []
+
+    def packages(self) -> Iterator[Offer]:
+        """Yield packages: of types, or those that are installed."""
+        if self._command.startswith("interface"):
+            from actors.interfaces.catalog import known_packages  # noqa: PLC0415
+
+            yield from (Offer(each) for each in known_packages())
+            return
+        from actors.tools.executables import packages  # noqa: PLC0415
+
+        yield from (Offer(each.name) for each in packages() if each.uses_callboard)
+
+    def programs(self) -> Iterator[Offer]:
+        """Yield what `run` may run first: packages and scripts."""
+        yield from self.packages()
+        yield FILES
+
+    def executables(self) -> Iterator[Offer]:
+        """Yield the programs of the package that `run` is to run, or files for its arguments."""
+        from actors.tools.executables import find_package  # noqa: PLC0415
+
+        program = (self._program or [""])[0]
+        package = None if Path(program).is_file() else find_package(program)
+        if package is not None and "arguments" not in self.values:
+            yield from (Offer(each.name) for each in package.executables())
+        else:
+            yield FILES
+
+    def contexts(self) -> Iterator[Offer]:
+        """Yield the named brokers."""
+        from actors.tools.contexts import Contexts  # noqa: PLC0415
+
+        known = Contexts.load()
+        yield from (Offer(name, known.get(name).url) for name in known.names())
+
+    def topics(self) -> Iterator[Offer]:
+        """Yield topics."""
+        return self.names(*TOPIC_KINDS)
+
+    def services(self) -> Iterator[Offer]:
+        """Yield services."""
+        return self.names(*SERVICE_KINDS)
+
+
+_FINDERS: Final[dict[str, Callable[[_Line], Iterator[Offer]]]] = {
+    "topic": _Line.topics,
+    "topics": _Line.topics,
+    "service": _Line.services,
+    "node": _Line.nodes,
+    "type": _Line.types,
+    "context": _Line.contexts,
+    "package": _Line.packages,
+    "program": _Line.programs,
+    "arguments": _Line.executables,
+}
+"""By an argument's name."""
+
+
+def _takes_value(action: argparse.Action) -> bool:
+    return action.nargs != 0
