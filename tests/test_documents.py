@@ -181,18 +181,19 @@ def test_the_programs_in_the_delivery_guide_print_what_it_says() -> None:
 
 
 def test_the_command_line_guide_shows_what_is_printed(tmp_path: Path) -> None:
-    """Each command of docs/how-to/command-line.md does what it says; contexts look as shown."""
+    """Each command in it is understood; those about contexts are run and print what is shown."""
     text = (ROOT / "docs" / "how-to" / "command-line.md").read_text(encoding="utf-8")
     environ = {name: value for name, value in os.environ.items() if not name.startswith("CALLBOARD_")}
     environ |= {"PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(tmp_path), "NO_COLOR": "1"}
     shown = re.findall(r"```text\n(.*?)```", text, re.DOTALL)[:2]
     for command in commands(text):
         words = shlex.split(command)[1:]
+        if words[0] != "context":  # it would look for a broker
+            words.append("--help")
         done = subprocess.run(
             [sys.executable, "-m", "actors", *words], env=environ, capture_output=True, text=True, check=False
         )
-        needs_broker = words[0] != "context"
-        assert done.returncode == (3 if words[0] == "topic" else 1 if needs_broker else 0), command
+        assert done.returncode == 0, command
         if words[:2] in (["context", "list"], ["context", "show"]):
             assert done.stdout == shown.pop(0)
     assert not shown
