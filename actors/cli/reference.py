@@ -1,0 +1,114 @@
+"""The command line's reference as Markdown, from the parsers.
+
+python -m actors.cli.reference > docs/reference/cli.md
+"""
+
+from __future__ import annotations
+
+import argparse
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.cli.parsing import Parser, add_broker_options, parser_of
+from actors.cli.table import VERBS, Group, Verb
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+_SHARED: Final = {"url", "domain", "context"}
+"""What `add_broker_options` adds."""
+
+_HEAD: Final = """\
+# The command line
+
+Made from the parsers, so that it says what they do; `callboard VERB --help` says the same.
+
+- Data goes to stdout, everything else to stderr. `--json` prints one document, or one a line where there is no
+  end ([the shapes](json.md)).
+- Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no broker, 124 too late, 130 and 143 stopped by SIGINT and
+  SIGTERM (0 for `broker`, `run` and `demo`, which run until they are stopped).
+- Colours appear on a terminal only; `NO_COLOR` and `FORCE_COLOR` decide otherwise.
+"""
+
+
+def reference() -> str:
+    """Return the whole text."""
+    parts = [_HEAD, _contents(), _broker_options()]
+    for name, entry in VERBS.items():
+        if isinstance(entry, Verb):
+            parts.append(_verb(name, entry, "##"))
+            continue
+        parts.append(f"## callboard {name}\n\n{_sentence(entry.summary)}\n")
+        parts += [_verb(f"{name} {verb}", each, "###") for verb, each in entry.verbs.items()]
+    return "\n".join(parts)
+
+
+def _contents() -> str:
+    rows = ["| | |", "|---|---|"]
+    for name, entry in VERBS.items():
+        verbs = ", ".join(map(_code, entry.verbs)) if isinstance(entry, Group) else ""
+        rows.append(f"| [`callboard {name}`](#callboard-{name}) | {entry.summary}{verbs and ': '}{verbs} |")
+    return "\n".join(rows) + "\n"
+
+
+def _broker_options() -> str:
+    parser = Parser()
+    add_broker_options(parser)
+    rows = _table(each for each in parser._actions if each.dest != "help")  # noqa: SLF001
+    return "\n".join(["## The broker", "", "Verbs that need a broker have these, too:", "", *rows])
+
+
+def _verb(command: str, verb: Verb, level: str) -> str:
+    module: Any = import_module(verb.module)
+    parser = parser_of(command, verb, module)
+    lines = [f"{level} callboard {command}", "", _sentence(verb.summary), "", *_examples(module.EXAMPLES)]
+    # argparse offers no other way to see its arguments than the text of --help, which is each version's own.
+    actions = [each for each in parser._actions if each.help != argparse.SUPPRESS]  # noqa: SLF001
+    shared = {each.dest for each in actions} & _SHARED if command != "broker" else set[str]()
+    own = [each for each in actions if each.dest not in {"help", *shared}]
+    lines += _table(own)
+    if shared:
+        lines += ["It has the options for [the broker](#the-broker).", ""]
+    return "\n".join(lines)
+
+
+def _examples(examples: Mapping[str, str]) -> Iterator[str]:
+    for line, what in examples.items():
+        yield from (f"- {_sentence(what)}", "", f"      {line}", "")
+
+
+def _table(actions: Iterable[argparse.Action]) -> list[str]:
+    rows = [f"| {_shown(each)} | {_cell(str(each.help) % vars(each))} |" for each in actions]
+    return ["| argument | |", "|---|---|", *rows, ""] if rows else []
+
+
+def _shown(action: argparse.Action) -> str:
+    value = _value(action)
+    if not action.option_strings:
+        return _code(f"[{value}]" if action.nargs in {"?", "*", "..."} else value)
+    return ", ".join(_code(f"{option} {value}".rstrip()) for option in action.option_strings)
+
+
+def _value(action: argparse.Action) -> str:
+    if action.nargs == 0:
+        return ""
+    if action.metavar is None and action.choices is not None:
+        return "|".join(map(str, action.choices))
+    name = action.metavar if isinstance(action.metavar, str) else action.dest.upper()
+    return f"{name}..." if action.nargs in {"*", "+", "..."} else name
+
+
+def _code(text: str) -> str:
+    return f"`{_cell(text)}`"
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
+
+
+if __name__ == "__main__":
+    print(reference(), end="")
