@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from actors.cli.reference import reference
+
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PERFORMANCE = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
@@ -51,6 +53,12 @@ def test_every_callboard_command_in_the_documents_exists(command: str) -> None:
     assert done.returncode == 0, done.stderr
     for option in (word for word in words if word.startswith("-")):
         assert option in done.stdout
+
+
+def test_the_command_lines_reference_is_what_the_parsers_say() -> None:
+    """It is made from them; after a change: python -m actors.cli.reference > docs/reference/cli.md."""
+    text = (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8")
+    assert text == reference()
 
 
 def test_the_program_about_diagnostics_runs() -> None:
