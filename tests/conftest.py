@@ -1,0 +1,25 @@
+"""What all tests have in common: nothing of the developer's own brokers reaches them."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+
+import pytest
+
+from actors import environment
+
+_CONFIGURATION: pytest.StashKey[tempfile.TemporaryDirectory[str]] = pytest.StashKey()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Forget the variables that choose a broker, here and in child processes, and the contexts."""
+    for name in environment.VARIABLES:
+        os.environ.pop(name, None)
+    folder = config.stash[_CONFIGURATION] = tempfile.TemporaryDirectory(prefix="callboard-tests-")
+    os.environ["XDG_CONFIG_HOME"] = folder.name
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Leave nothing behind."""
+    config.stash[_CONFIGURATION].cleanup()
