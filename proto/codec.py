@@ -159,6 +159,8 @@ class _Plan(NamedTuple):
     make: Callable[..., Frame]
     has_payload: bool
     max_array_len: int
+    defaults: tuple[Any, ...]
+    """Of the last fields: what they are in a header that ends before them."""
 
 
 _PLANS: Final[Mapping[int, _Plan]] = {
@@ -169,6 +171,7 @@ _PLANS: Final[Mapping[int, _Plan]] = {
         _NESTED.get(op) or cast("Callable[..., Frame]", spec.frame),
         spec.has_payload,
         limits.MAX_HEADER_MAP if _LISTS.isdisjoint(spec.kinds) else limits.MAX_HEADER_ARRAY,
+        tuple(cast("Any", spec.frame)._field_defaults.values()),
     )
     for op, spec in SPECS.items()
 }
@@ -299,7 +302,7 @@ def _checked(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return a header's fields, each of them what it must be."""
     width = plan.width
     if len(header) <= width:
-        raise _malformed(f"{plan.name} needs {width} fields, got {len(header) - 1}")
+        header = _filled_up(plan, header)
     fields = header[1 : 1 + width]
     if plan.make is Run and tuple(map(type, fields)) in _RUN_SHAPES and _in_range(fields):
         return fields
@@ -309,6 +312,15 @@ def _checked(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
         kind = SPECS[Op[plan.name]].kinds[position]
         raise _malformed(f"{plan.name}: field {position + 1} is not a valid {kind}")
     return fields
+
+
+def _filled_up(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return a header of an earlier version with the defaults of the fields that it ends before."""
+    missing = plan.width + 1 - len(header)
+    if missing > len(plan.defaults):
+        least = plan.width - len(plan.defaults)
+        raise _malformed(f"{plan.name} needs {least} fields, got {len(header) - 1}")
+    return header + plan.defaults[-missing:]
 
 
 def _in_range(run_fields: tuple[Any, ...]) -> bool:

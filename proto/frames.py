@@ -2,6 +2,7 @@
 
 A frame's header on the wire is a msgpack array: the opcode, then the fields in the order given here. `SPECS`
 is the whole grammar as data: the codec checks every header against it and knows nothing else about a frame.
+Fields with a default came later than the others: a peer that does not know them sends a header without them.
 """
 
 from __future__ import annotations
@@ -101,6 +102,7 @@ class Publisher(NamedTuple):
     """Declares a publisher. `gid` names it for good; `next_sequence` goes on where an earlier link ended.
 
     Messages from `live_sequence` on are sent for the first time; those below are latched ones, sent again.
+    One that is not above `next_sequence` means that there are none of these.
     """
 
     id: int
@@ -112,7 +114,7 @@ class Publisher(NamedTuple):
     gid: bytes
     next_sequence: int
     definition: bytes | None
-    live_sequence: int
+    live_sequence: int = 0
 
 
 class Subscription(NamedTuple):

@@ -109,7 +109,8 @@ def frames_block() -> str:
         cls = cast("Any", spec.frame)
         sender = SENDERS[may_send(Role.CLIENT, cls), may_send(Role.BROKER, cls)]
         rows: list[tuple[object, ...]] = [
-            (f"`{name}`", f"`{kind}`") for name, kind in zip(cls._fields, spec.kinds, strict=False)
+            (f"`{name}`", f"`{kind}`{default_text(cls, name)}")
+            for name, kind in zip(cls._fields, spec.kinds, strict=False)
         ]
         if spec.has_payload:
             rows.append(("`payload`", "`rest`"))
@@ -117,6 +118,12 @@ def frames_block() -> str:
         text = re.sub(r" `raw` is the.*", "", text)
         parts.append(f"**{op} {Op(op).name}** ({sender}). {text}\n\n{table(('field', 'kind'), rows)}")
     return "\n\n".join(parts)
+
+
+def default_text(frame: Any, name: str) -> str:
+    """Say what a field is when it is missing, if it may be."""
+    defaults = frame._field_defaults
+    return f"; {defaults[name]!r} if missing" if name in defaults else ""
 
 
 def may_send(role: Role, frame: Any) -> bool:
