@@ -113,20 +113,19 @@ class Lane:
     def put_front(self, item: Run | Replay | bytes) -> None:
         """Queue something before everything that has not begun to leave.
 
-        A run only before anything has left on this link; a control frame at any time.
+        A run only before anything has left, and before a control frame was put in; that at any time.
         """
         if not isinstance(item, Run):
             self._count_control(item, 1)
             self._front.appendleft(item)
             return
+        assert not self._front
         self._cut_skipped()
         self._runs += 1
         self.pending += item.length
         self.pending_bytes += message_bytes(item)
         if self._next_sequence is None or item.first_sequence < self._next_sequence:
             self._next_sequence = item.first_sequence
-        self._queue.extendleft(reversed(self._front))
-        self._front.clear()
         self._queue.appendleft(item)
 
     def _count_control(self, item: Replay | bytes, change: int) -> None:

@@ -54,6 +54,7 @@ class Outbox:
     """
 
     __slots__ = (
+        "_behind_calls",
         "_calls",
         "_control",
         "_large_calls",
@@ -75,6 +76,8 @@ class Outbox:
         self._ready: deque[Lane] = deque()
         self._touched: list[Lane] = []
         self._large_calls: dict[tuple[int, int], _LargeCall] = {}
+        self._behind_calls: dict[int, bytes] = {}
+        """By endpoint, what waits until its large calls have left."""
         self._transfers = Transfers()
         self.large_room = sys.maxsize
         self.urgent_bytes = 0
@@ -113,6 +116,26 @@ class Outbox:
         self.bulk_bytes += len(raw)
         self._schedule(lane)
 
+    def put_behind_calls(self, endpoint: int, raw: bytes) -> bool:
+        """Queue a small frame behind all calls of an endpoint that are here, its last word. Once for each.
+
+        Returns:
+            False if it waits for large ones, which may take long.
+        """
+        self.urgent_bytes += len(raw)
+        if self._has_large_calls(endpoint):
+            self._behind_calls[endpoint] = raw
+            return False
+        self._calls.append(raw)
+        return True
+
+    def _has_large_calls(self, endpoint: int) -> bool:
+        return any(owner == endpoint for owner, _ in self._large_calls)
+
+    def _large_call_is_gone(self, endpoint: int) -> None:
+        if endpoint in self._behind_calls and not self._has_large_calls(endpoint):
+            self._calls.append(self._behind_calls.pop(endpoint))
+
     def drop_call(self, key: tuple[int, int]) -> bool:
         """Take a large call back; False if it is not there any more, because it has left whole."""
         lane = self._large_calls.pop(key, None)
@@ -123,6 +146,7 @@ class Outbox:
         abort = lane.discard(self._transfers)
         if abort is not None:
             self.put_control(abort)
+        self._large_call_is_gone(key[0])
         return True
 
     def cancel_calls(self, endpoint: int, calls: Sequence[int]) -> None:
@@ -224,6 +248,7 @@ class Outbox:
         self.urgent_bytes -= size
         if lane.key is not None and self._large_calls.get(lane.key) is lane:
             del self._large_calls[lane.key]
+            self._large_call_is_gone(lane.key[0])
 
     def trim(self) -> None:
         """Bring the lanes that got runs back to their depth: what is left in them cannot leave now.

@@ -267,6 +267,10 @@ class Client(Introspectable, Caller, Generic[Q, A]):
         """Cancel the calls in flight and take the client back."""
         if self.destroyed:
             return
+        channel = self.core.link.channel
+        if channel is not None:
+            for call in self._pending:  # a large request that has not left whole need not travel
+                channel.outbox.drop_call((self.id, call))
         for future in self._take_pending():
             future.leave_turn()
             future.cancel()

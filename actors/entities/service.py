@@ -249,9 +249,12 @@ class Service(Introspectable, Server, Generic[Q, A]):
         self.flush_turn()
         link = self.core.link
         link.remove(self, announce=False)
-        if link.channel is not None:
-            link.channel.outbox.put_calls(encode(frames.Undeclare(self.id)))  # behind the replies made so far
-            link.channel.flush_soon()
+        channel = link.channel
+        if channel is not None:
+            farewell = encode(frames.Undeclare(self.id))
+            if not channel.outbox.put_behind_calls(self.id, farewell):
+                channel.send(frames.Retire(self.id))  # until the replies made so far have left
+            channel.flush_soon()
         super().destroy()
         self._abandon()
 

@@ -6,21 +6,32 @@ import tracemalloc
 from collections import deque
 from typing import TYPE_CHECKING
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from proto import limits
 from proto.codec import decode, encode
 from proto.fragments import Reassembler
-from proto.frames import Cancel, Detached, Fragment, Ping, Replay, Run
+from proto.frames import (
+    Abort,
+    Cancel,
+    Detached,
+    Fragment,
+    Frame,
+    Ping,
+    Replay,
+    Reply,
+    ReplyEntry,
+    Run,
+    Undeclare,
+)
 from proto.lane import Lane, Transfers
 from proto.outbox import Outbox
 from tests.proto.outboxes import drain, make_run, request, take_one
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-
-    import pytest
 
 
 def test_control_goes_before_calls_and_calls_before_runs() -> None:
@@ -173,6 +184,57 @@ def test_a_large_call_is_forgotten_as_soon_as_it_has_left() -> None:
     for _ in range(10):
         take_one(outbox)
     assert lane.pending
+    assert outbox.urgent_bytes == 0
+
+
+def reply(call: int, size: int) -> bytes:
+    """Encode a reply of endpoint 1 whose body has this size."""
+    return encode(Reply(1, (ReplyEntry(call, 0, more=False, attributes=None, body=bytes(size)),)))
+
+
+def arrived(raws: list[bytes]) -> list[Frame]:
+    """Return frames in the order in which they have come whole."""
+    reassembler, found = Reassembler(), list[Frame]()
+    for frame in map(decode, raws):
+        if isinstance(frame, Abort):
+            reassembler.abort(frame)
+        elif not isinstance(frame, Fragment):
+            found.append(frame)
+        elif (whole := reassembler.add(frame)) is not None:
+            found.append(decode(whole))
+    return found
+
+
+def test_the_last_word_of_an_endpoint_comes_behind_its_large_calls() -> None:
+    """§7.5: with its UNDECLARE before them, replies that have been made would count for nothing."""
+    outbox = Outbox()
+    sizes = (9 * limits.MAX_FRAME_BYTES, limits.MAX_FRAME_BYTES, 1, 5 * limits.MAX_FRAME_BYTES)
+    for call, size in enumerate(sizes):  # of different sizes: the last that comes is not the last put
+        outbox.put_calls(reply(call, size), (1, call))
+    assert not outbox.put_behind_calls(1, encode(Undeclare(1)))
+    assert outbox.put_behind_calls(2, encode(Undeclare(2)))  # it has no calls, and waits for nobody's
+    found = arrived(drain(outbox))
+    ends = [frame for frame in found if isinstance(frame, Undeclare)]
+    assert ends == [Undeclare(2), Undeclare(1)]
+    assert found[-1] == Undeclare(1)
+    assert sum(isinstance(frame, Reply) for frame in found) == len(sizes)
+    assert (outbox.urgent_bytes, outbox.bulk_bytes) == (0, 0)
+
+
+@pytest.mark.parametrize("begun", [False, True])
+def test_the_last_word_goes_when_its_large_calls_are_taken_back(*, begun: bool) -> None:
+    """It waits for what is to come, and that will not come any more; meanwhile it counts as waiting."""
+    outbox = Outbox()
+    outbox.put_calls(request(1, limits.MAX_FRAME_BYTES), (1, 1))
+    outbox.put_calls(request(2, limits.MAX_FRAME_BYTES), (1, 2))
+    farewell = encode(Undeclare(1))
+    assert not outbox.put_behind_calls(1, farewell)
+    if begun:
+        take_one(outbox)
+    assert outbox.drop_call((1, 1))
+    assert outbox.firm_bytes >= len(farewell)
+    assert outbox.drop_call((1, 2))
+    assert arrived(drain(outbox)) == [Undeclare(1)]
     assert outbox.urgent_bytes == 0
 
 

@@ -15,11 +15,15 @@ from proto import limits
 from proto.codec import decode, encode
 from proto.codes import Op
 from proto.fragments import Reassembler, is_large
-from proto.frames import Abort, Detached, Fragment, Ping, Replay, Run
+from proto.frames import Abort, Detached, Fragment, Ping, Replay, Run, Undeclare
 from proto.lane import Lane
 from proto.outbox import Outbox
 from proto.runs import messages
 from tests.proto.outboxes import make_run, request, take_one
+from tests.simulation.structure import of_lane
+
+SIZES = st.lists(st.one_of(st.integers(1, 20), st.integers(100, 250)), min_size=1, max_size=5)
+"""Of the messages of a run."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +50,23 @@ def _size(item: Message | bytes) -> int:
 class ModelLane:
     """What a lane must hold: messages, and encoded frames in order with them."""
 
+    index: int
     lane: Lane
     waiting: list[Message | bytes] = field(default_factory=list)
     leaving: list[Message | bytes] = field(default_factory=list)
     next_put: int = 0
     next_sent: int = 0
+    put: int = 0
     dropped: int = 0
+    abandoned: int = 0
     sent_bytes: int = 0
+
+    def make(self, first: int, sizes: list[int]) -> tuple[Run, list[Message | bytes]]:
+        """Return a run of messages that are going to be put, and those."""
+        parts = [bytes([(first + index) % 251]) * size for index, size in enumerate(sizes)]
+        self.put += len(parts)
+        new: list[Message | bytes] = [Message(first + index, part) for index, part in enumerate(parts)]
+        return make_run(first, parts, publisher=self.index), new
 
     @property
     def messages(self) -> list[Message]:
@@ -76,6 +90,38 @@ class ModelLane:
             gone = self.messages[:excess]
             self.waiting = [item for item in self.waiting if item not in gone]
             self.dropped += excess
+
+    def trim_lane(self) -> None:
+        """The same, while there is no link."""
+        self.lane.trim()
+        self.trim()
+
+    def drop_larger(self, most: int) -> None:
+        """Drop the runs with more bytes. Only the lane knows how it has cut what had begun to leave."""
+        gone: set[int] = set()
+        for run in self.lane._queue:
+            if isinstance(run, Run):
+                numbers = range(run.first_sequence, run.first_sequence + run.length)
+                left = {message.sequence: len(message.body) for message in self.messages}
+                sizes = {number: left[number] for number in numbers if number in left}
+                if sum(sizes.values()) > most:
+                    gone |= sizes.keys()
+        assert self.lane.drop_larger(most) == len(gone)
+        self.waiting = [
+            item for item in self.waiting if not (isinstance(item, Message) and item.sequence in gone)
+        ]
+        self.dropped += len(gone)
+
+    def put_front(self, sizes: list[int]) -> None:
+        """Put messages that have been sent before in front of what waits, under their old numbers."""
+        first = self.messages[0].sequence if self.messages else self.next_put
+        sizes = sizes[:first]
+        if not sizes:
+            return
+        run, again = self.make(first - len(sizes), sizes)
+        self.lane.put_front(run)
+        self.waiting = [*again, *self.waiting]
+        self.next_sent = min(self.next_sent, run.first_sequence)
 
     def leave(self, count: int) -> None:
         """Messages have begun to leave: credit must allow each of them."""
@@ -109,7 +155,7 @@ class OutboxMachine(RuleBasedStateMachine):
         self.patch.setattr(limits, "FRAGMENT_BYTES", 100)
         self.patch.setattr(limits, "MAX_TRANSFERS", 2)
         self.links = 0
-        self.models = [ModelLane(Lane(index, depth)) for index, depth in enumerate((1, 3, None))]
+        self.models = [ModelLane(index, Lane(index, depth)) for index, depth in enumerate((1, 3, None))]
         self.next_token = 0
         self.connect()
 
@@ -119,8 +165,16 @@ class OutboxMachine(RuleBasedStateMachine):
         self.reassembler = Reassembler()
         self.control: list[bytes] = []
         self.calls: list[bytes] = []
-        self.large: dict[int, bytes] = {}
+        self.large: dict[int, tuple[int, bytes]] = {}
+        """By call: its endpoint, and the frame."""
+        self.endpoint = 1
+        """Which one makes calls now; the ids before it have said their last word."""
+        self.behind: dict[int, bytes] = {}
+        """Last words that wait for large calls."""
         self.transfers: dict[int, tuple[int, Any]] = {}
+        """By id: its opcode, and what is leaving: the call, or the lane's place in `models`."""
+        self.counted: set[int] = set()
+        """The lanes that got runs on this link."""
 
     def teardown(self) -> None:
         """Lift all credit and take everything: nothing is left and the counts are even."""
@@ -138,23 +192,22 @@ class OutboxMachine(RuleBasedStateMachine):
             pass
         assert all(model.lane.empty and not model.waiting and not model.leaving for model in self.models)
         assert all(model.lane.pending_bytes == 0 for model in self.models)
-        assert (self.outbox.urgent_bytes, self.outbox.ordered_bytes) == (0, 0)
+        self.outbox.trim()
+        assert (self.outbox.urgent_bytes, self.outbox.ordered_bytes, self.outbox.held_bytes) == (0, 0, 0)
 
-    @rule(
-        which=st.integers(0, 2),
-        sizes=st.lists(st.one_of(st.integers(1, 20), st.integers(100, 250)), min_size=1, max_size=5),
-    )
+    @rule(which=st.integers(0, 2), sizes=SIZES)
     def put_run(self, which: int, sizes: list[int]) -> None:
         """Publish some messages."""
         model = self.models[which]
-        parts = [bytes([(model.next_put + index) % 251]) * size for index, size in enumerate(sizes)]
-        self.outbox.put_lane(model.lane, make_run(model.next_put, parts, publisher=which))
-        model.waiting += [Message(model.next_put + index, part) for index, part in enumerate(parts)]
-        model.next_put += len(parts)
+        run, new = model.make(model.next_put, sizes)
+        self.outbox.put_lane(model.lane, run)
+        model.waiting += new
+        model.next_put += len(sizes)
+        self.counted.add(which)
 
-    @rule(which=st.integers(0, 2), size=st.sampled_from([0, 0, 300]), first=st.booleans())
+    @rule(which=st.integers(0, 2), size=st.sampled_from([0, 0, 20, 300]), first=st.booleans())
     def put_ordered(self, which: int, size: int, first: bool) -> None:
-        """Queue a frame in order with the runs, or ahead of those that have not begun to leave."""
+        """Queue a frame, or latched messages, in order with the runs, or ahead of what has not begun."""
         self.next_token += 1
         item: Replay | bytes = encode(Detached(which, (self.next_token,), 0))
         if size:
@@ -177,21 +230,57 @@ class OutboxMachine(RuleBasedStateMachine):
         """Queue a small or a large request."""
         self.next_token += 1
         raw = request(self.next_token, size)
-        self.outbox.put_calls(raw, (1, self.next_token))
+        self.outbox.put_calls(raw, (self.endpoint, self.next_token))
         if is_large(raw):
-            self.large[self.next_token] = raw
+            self.large[self.next_token] = self.endpoint, raw
         else:
             self.calls.append(raw)
+
+    @rule()
+    def put_last_word(self) -> None:
+        """An endpoint goes: its UNDECLARE stands behind its calls."""
+        raw = encode(Undeclare(self.endpoint))
+        waits = any(endpoint == self.endpoint for endpoint, _ in self.large.values())
+        assert self.outbox.put_behind_calls(self.endpoint, raw) != waits
+        if waits:
+            self.behind[self.endpoint] = raw
+        else:
+            self.calls.append(raw)
+        self.endpoint += 1
+
+    def end_large(self, call: int) -> bytes:
+        """A large call has come whole, or has been taken back; return it."""
+        endpoint, raw = self.large.pop(call)
+        if endpoint in self.behind and all(other != endpoint for other, _ in self.large.values()):
+            self.calls.append(self.behind.pop(endpoint))
+        return raw
 
     @rule(data=st.data())
     def drop_call(self, data: st.DataObject) -> None:
         """Take a large call back, or one that has left."""
         call = data.draw(st.sampled_from([*self.large, -1]))
-        assert self.outbox.drop_call((1, call)) == (call in self.large)
-        self.large.pop(call, None)
-        for transfer, (op, key) in list(self.transfers.items()):
-            if op == Op.REQUEST and key == call:
-                self.control.append(encode(Abort(transfer)))
+        endpoint, _ = self.large.get(call, (1, b""))
+        assert self.outbox.drop_call((endpoint, call)) == (call in self.large)
+        if call in self.large:
+            self.end_large(call)
+        self.abort({(Op.REQUEST, call)})
+
+    @rule(which=st.integers(0, 2))
+    def drop_lane(self, which: int) -> None:
+        """Nobody wants any more what waits in a lane."""
+        model = self.models[which]
+        assert self.outbox.drop_lane(model.lane) == len(model.messages)
+        model.abandoned += sum(isinstance(item, Message) for item in (*model.leaving, *model.waiting))
+        model.waiting, model.leaving = [], []
+        self.abort({(Op.RUN, which), (Op.REPLAY, which)})
+
+    def abort(self, gone: set[tuple[int, int]]) -> None:
+        """Expect an ABORT for each of these that is leaving in pieces."""
+        for transfer, leaving in self.transfers.items():
+            if leaving in gone:
+                raw = encode(Abort(transfer))
+                if raw not in self.control:  # it was aborted before, and that has not been read yet
+                    self.control.append(raw)
 
     @rule(which=st.integers(0, 2), ahead=st.integers(0, 6), room=st.integers(0, 300))
     def grant(self, which: int, ahead: int, room: int) -> None:
@@ -207,11 +296,12 @@ class OutboxMachine(RuleBasedStateMachine):
         self.outbox.trim()
         for model in self.models:
             model.trim()
+        assert self.outbox.held_bytes == sum(self.models[which].lane.held_bytes for which in self.counted)
 
     @precondition(lambda self: self.links < 3)
-    @rule()
-    def restart(self) -> None:
-        """The link breaks; the lanes go on with another."""
+    @rule(largest=st.none() | st.integers(0, 400), again=st.just([]) | SIZES)
+    def restart(self, largest: int | None, again: list[int]) -> None:
+        """The link breaks; the lanes go on with another, and say the last messages again if they are to."""
         self.links += 1
         self.connect()
         for index, model in enumerate(self.models):
@@ -221,8 +311,11 @@ class OutboxMachine(RuleBasedStateMachine):
             assert model.lane.first_sequence == (model.messages[0].sequence if model.waiting else None)
             model.sent_bytes = 0
             model.next_sent = model.messages[0].sequence if model.waiting else model.next_put
-            model.lane.trim()
-            model.trim()
+            model.trim_lane()
+            if largest is not None:
+                model.drop_larger(largest)
+            model.put_front(again)
+            model.trim_lane()
             self.outbox.wake(model.lane)
 
     @rule(count=st.integers(1, 6))
@@ -255,7 +348,7 @@ class OutboxMachine(RuleBasedStateMachine):
             model = self.begin_run(frame.publisher, frame.length)
             model.arrive(frame)
         else:
-            assert isinstance(frame, Detached)
+            assert isinstance(frame, Detached | Replay)
             assert self.models[frame.publisher].waiting.pop(0) == raw
         return True
 
@@ -275,10 +368,10 @@ class OutboxMachine(RuleBasedStateMachine):
             op, key = unpacker.unpack(), unpacker.unpack()
             if op == Op.RUN:
                 _, _, length = (unpacker.unpack() for _ in range(3))
-                self.begin_run(key, length)
+                key = self.begin_run(key, length).index
             elif op == Op.REPLAY:
-                model = self.models[unpacker.unpack()]
-                model.leaving = [model.waiting.pop(0)]
+                key = unpacker.unpack()
+                self.models[key].leaving = [self.models[key].waiting.pop(0)]
             else:
                 unpacker.read_array_header()
                 unpacker.read_array_header()
@@ -290,17 +383,17 @@ class OutboxMachine(RuleBasedStateMachine):
         op, key = self.transfers.pop(frame.transfer)
         arrived = decode(whole)
         if isinstance(arrived, Run):
-            next(model for model in self.models if model.lane.publisher == key).arrive(arrived)
+            self.models[key].arrive(arrived)
         elif isinstance(arrived, Replay):
-            model = self.models[arrived.publisher]
-            assert model.leaving == [bytes(whole)]
-            model.leaving = []
+            assert self.models[key].leaving == [bytes(whole)]
+            self.models[key].leaving = []
         else:
-            assert self.large.pop(key) == whole
+            assert self.end_large(key) == whole
 
     def check_idle(self) -> None:
         """Nothing may go now: what waits, waits for credit."""
         assert not self.large
+        assert not self.behind
         for model in self.models:
             assert not model.leaving
             if model.waiting:
@@ -316,16 +409,22 @@ class OutboxMachine(RuleBasedStateMachine):
         for model in self.models:
             assert model.lane.pending == len(model.messages)
             assert model.lane.dropped == model.dropped
+            assert model.lane.abandoned == model.abandoned
+            known = model.dropped + model.abandoned + len(model.messages) + model.lane.leaving
+            assert model.lane.sent == model.put - known
             assert model.lane.sent_bytes == model.sent_bytes
             assert model.lane.leaving == sum(isinstance(item, Message) for item in model.leaving)
             assert model.lane.empty == (not model.waiting and not model.leaving)
             assert model.lane.pending_bytes >= sum(len(message.body) for message in model.messages)
-        urgent = [*self.control, *self.calls, *self.large.values()]
+            assert not list(of_lane(model.lane))
+        large = [raw for _, raw in self.large.values()]
+        urgent = [*self.control, *self.calls, *self.behind.values(), *large]
         assert self.outbox.urgent_bytes == sum(map(len, urgent))
         assert self.outbox.ordered_bytes == sum(model.ordered_bytes for model in self.models)
         replayed = sum(model.replay_bytes for model in self.models)
-        assert self.outbox.bulk_bytes == sum(map(len, self.large.values())) + replayed
+        assert self.outbox.bulk_bytes == sum(map(len, large)) + replayed
+        assert self.outbox.held_bytes == sum(model.lane.counted_bytes for model in self.models)
 
 
 TestOutboxMachine = OutboxMachine.TestCase
-TestOutboxMachine.settings = settings(deadline=None, max_examples=120, stateful_step_count=40)
+TestOutboxMachine.settings = settings(deadline=None, max_examples=200, stateful_step_count=40)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import Counter
+from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import actors
+from proto import limits
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.records import Ask
 from tests.simulation.stage import Stage, play
@@ -279,6 +281,66 @@ def test_a_hundred_thousand_calls_wait_and_end() -> None:
         assert nothing_pends(stage, desk, client)
         assert desk.begun.total() == len(desk.begun) == count
         assert len(client._deadlines._heap) < 3000
+
+    play(scene)
+
+
+@pytest.mark.parametrize("way", ["destroy the service", "stop", "stop in the midst"])
+def test_a_server_that_leaves_has_its_large_replies_sent(way: str) -> None:
+    """On a slow link, of any sizes: callers get all it has made, and new calls do not wait behind them."""
+    sizes = [3_000_000, 300_000, 1, 900_000, limits.MAX_FRAME_BYTES]
+
+    async def handle(request: Ask.Request) -> Ask.Response:
+        if way == "stop in the midst":
+            await asyncio.sleep(0.2)
+        return Ask.Response(number=request.number, weight=bytes(sizes[request.number]))
+
+    async def scene(stage: Stage) -> None:
+        client = (await stage.enter("caller")).create_client(Ask, "double")
+        async with AsyncExitStack() as stack:
+            with on_host("server"):
+                server = actors.Node("server", use_global_arguments=False)
+                await stack.enter_async_context(server)
+            service = server.create_service(Ask, "double", handle, concurrent=True)
+            assert await client.wait_for_service(5)
+            stage.network.slow_down(BROKER, read=64 * 1024, pause=0.01)
+            calls = [client.call_async(Ask.Request(number=number)) for number in range(len(sizes))]
+            await stage.until(lambda: service.pending == len(sizes) or service.served == len(sizes))
+            other = await stage.enter("other")
+            other.create_service(Ask, "double", lambda request: Ask.Response(number=2 * request.number))
+            await stage.until(lambda: client.peers == 2)
+            if way == "destroy the service":
+                await stage.until(lambda: service.served == len(sizes))
+                assert server.destroy_service(service)
+                await stage.until(lambda: client.peers == 1, SOON_SEC)
+                assert (await client.call(Ask.Request(number=50))).number == 100
+                assert not all(call.done() for call in calls)
+                await asyncio.wait(calls)
+        assert [len((await call).weight) for call in calls] == sizes
+        assert (await client.call(Ask.Request(number=51))).number == 102
+
+    play(scene)
+
+
+@pytest.mark.parametrize("blocked", [False, True])
+def test_a_destroyed_client_leaves_nothing_of_its_large_requests(*, blocked: bool) -> None:
+    """Those that have not left do not travel any more; the link goes on, and so do other calls."""
+
+    async def scene(stage: Stage) -> None:
+        desk, client = await desk_and_client(stage)
+        desk.leave.set()
+        if blocked:
+            stage.network.block("caller", BROKER)
+        calls = [client.call_async(Ask.Request(weight=bytes(2_000_000)), math.inf) for _ in range(5)]
+        await asyncio.sleep(0.002)
+        link = client.core.link
+        client.destroy()
+        assert all(call.cancelled() for call in calls)
+        assert link.channel is not None
+        assert link.channel.outbox.bulk_bytes == 0
+        stage.network.heal()
+        await stage.until(lambda: nothing_pends(stage, desk, client), 5)
+        assert link.connections == 1
 
     play(scene)
 

@@ -298,6 +298,50 @@ async def test_replies_made_before_a_service_is_destroyed_arrive(meeting: Meetin
     assert all(isinstance(error, actors.ServiceUnavailable) for error in ended[49:])
 
 
+async def test_large_replies_made_before_a_service_is_destroyed_arrive(meeting: Meeting) -> None:
+    """The broker hears of the end behind the last of their fragments, whichever of them ends last."""
+    server, caller = await meeting.node("server"), await meeting.node("caller")
+    sizes = [5 * MIB, 300_000, 1, MIB]
+
+    def handle(request: Blow.Request) -> Blow.Response:
+        if not request.size:
+            service.destroy()
+        return Blow.Response(data=bytes(request.size))
+
+    service = server.create_service(Blow, "blow", handle)
+    client = caller.create_client(Blow, "blow")
+    assert await client.wait_for_service(20)
+    calls = [client.call_async(Blow.Request(size=size)) for size in (*sizes, 0)]
+    async with asyncio.timeout(20):
+        *replies, last = await asyncio.gather(*calls, return_exceptions=True)
+    assert [len(reply.data) for reply in replies if isinstance(reply, Blow.Response)] == sizes
+    assert isinstance(last, actors.ServiceUnavailable)
+    assert server._core.link.sent
+
+
+async def test_a_node_that_stops_sends_its_large_replies_whole(meeting: Meeting) -> None:
+    """Those that wait, and that of a handler that still runs: the node leaves behind it."""
+    caller = await meeting.node("caller")
+    server = meeting.absent("server")
+    begun = asyncio.Event()
+
+    async def handle(request: Blow.Request) -> Blow.Response:
+        if request.size == MIB:
+            begun.set()
+            await until(lambda: server._core.stopping)
+        return Blow.Response(data=bytes(request.size))
+
+    sizes = [5 * MIB, 300_000, MIB]
+    async with server:
+        server.create_service(Blow, "blow", handle, concurrent=True)
+        client = caller.create_client(Blow, "blow")
+        assert await client.wait_for_service(20)
+        calls = [client.call_async(Blow.Request(size=size)) for size in sizes]
+        await begun.wait()
+    async with asyncio.timeout(20):
+        assert [len((await call).data) for call in calls] == sizes
+
+
 async def test_a_node_may_be_destroyed_in_its_handler(meeting: Meeting) -> None:
     """I10, E12: `run` returns cleanly, and the caller gets an error instead of waiting for ever."""
     caller = await meeting.node("caller")
