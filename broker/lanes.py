@@ -65,14 +65,18 @@ class DepartedLanes:
         self._retired.setdefault(peer, []).append(Way(lane, topic, peer))
         self._count += 1
 
-    def waiting(self, peer: int, gid: bytes, topic: str) -> Lane | None:
-        """Return the lane in which an earlier life of a publisher has left something to be sent."""
+    def last(self, peer: int, gid: bytes, topic: str) -> Lane | None:
+        """Return the lane of a publisher's latest life that is over; None if it is empty and forgotten.
+
+        An empty one, too: what is being said to the peer in it may not have been put there yet.
+        """
         way = self._left.get(peer, {}).get((gid, topic))
-        return None if way is None or way.lane.empty else way.lane
+        return None if way is None else way.lane
 
     def take_back(self, peer: int, gid: bytes, topic: str) -> Way | None:
-        """Return that lane for its publisher to go on with: it is not among those departed any more."""
-        if self.waiting(peer, gid, topic) is None:
+        """Return a lane with something in it for its publisher to go on with: it is not departed any more."""
+        lane = self.last(peer, gid, topic)
+        if lane is None or lane.empty:
             return None
         self._count -= 1
         return self._left[peer].pop((gid, topic))

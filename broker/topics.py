@@ -108,7 +108,7 @@ class Topics:
         """Tell a subscription that knows that a publisher is suspended not to wait for it."""
         peer = subscription.peer.id
         # Behind what it has said, and behind the word that it is suspended.
-        lane = self._departed.waiting(peer, publisher.gid, publisher.name)
+        lane = self._departed.last(peer, publisher.gid, publisher.name)
         self._attachments.detach(publisher.key, peer, (subscription.id,), DetachReason.GONE, lane)
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:

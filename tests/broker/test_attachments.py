@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import TYPE_CHECKING
 
 import pytest
 
-from broker.attachments import READERS_PER_FRAME
+from broker.attachments import READERS_PER_FRAME, Attachments
+from broker.records import Queue
 from proto import frames
+from proto.codec import decode
 from proto.codes import DetachReason
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch, talk
+
+if TYPE_CHECKING:
+    from broker.records import Delivery
 
 PUBLISHERS = 3
 READERS = 1000
@@ -100,6 +106,33 @@ def test_late_joiners_of_one_frame_get_their_replays_after_it() -> None:
     assert isinstance(attached, frames.Attached)
     assert (attached.subscriptions, attached.first_sequence) == ((1, 2, 3), 2)
     assert [frame.subscription for frame in told if isinstance(frame, frames.Replay)] == [1, 2]
+
+
+@pytest.mark.parametrize("comes_first", [False, True])
+def test_what_comes_and_what_goes_is_told_in_the_order_in_which_it_was_noted(*, comes_first: bool) -> None:
+    """A pair that goes and is back, or comes and goes again, before anybody is told: the last word holds."""
+    switch = Switch()
+    _, _, number = talk(switch)
+    publisher = next(each for each in switch.router.topics.publishers() if each.key == number)
+    (route,) = publisher.routes.values()
+    (subscription,) = route.subscriptions.values()
+    told: list[Delivery] = []
+    attachments = Attachments(told.append)
+
+    def goes() -> None:
+        attachments.detach(number, route.peer.id, [subscription.id], DetachReason.GONE, route.lane)
+
+    def comes() -> None:
+        attachments.attach(publisher, route, subscription)
+
+    for note in (comes, goes, goes, comes) if comes_first else (goes, comes, comes, goes):
+        note()
+    attachments.flush()
+    items = [delivery.item for delivery in told if isinstance(delivery, Queue)]
+    frames_told = [type(decode(item)) for item in items if isinstance(item, bytes)]
+    came, went = frames.Attached, frames.Detached
+    assert frames_told == ([came, went, came] if comes_first else [went, came, went])
+    assert not attachments.pending
 
 
 def test_readers_with_different_beginnings_are_not_put_together() -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import msgpack
 import pytest
 
 from broker.records import Discard, Queue
 from broker.router import Router
 from proto import frames, limits
-from proto.codes import DetachReason, NoticeKind, PolicyKind
+from proto.codec import decode
+from proto.codes import DetachReason, NoticeKind, Op, PolicyKind
 from proto.errors import ErrorCode, ProtocolError
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch, talk
@@ -211,6 +213,26 @@ def test_latched_messages_sent_again_are_not_for_volatile_subscriptions(*, meanw
     assert switch.read(plain, frames.Attached)[0].first_sequence == 8
 
 
+def test_a_publisher_that_does_not_say_what_is_live_has_only_live_messages() -> None:
+    """§4.1.4: a client from before `live_sequence` sends nine fields; readers of every kind hear it."""
+    old = make.publisher(1, qos=make.LATCHED, next_sequence=3)[:9]
+    declaration = decode(_framed(msgpack.packb((Op.PUBLISHER, *old))))
+    assert isinstance(declaration, frames.Publisher)
+    switch = Switch()
+    talker, listener = switch.join("/talker"), switch.join("/listener")
+    switch.send(listener, make.subscription(5), make.subscription(6, qos=make.LATCHED))
+    number = switch.publisher(talker, declaration)
+    switch.send(talker, make.run(number, 3, 2))
+    attached, run = switch.read_all(listener)[-2:]
+    assert isinstance(attached, frames.Attached)
+    assert (attached.first_sequence, attached.subscriptions) == (3, (5, 6))
+    assert isinstance(run, frames.Run)
+
+
+def _framed(content: bytes) -> bytes:
+    return b"\xc6" + len(content).to_bytes(4, "big") + content
+
+
 def test_messages_of_a_publisher_that_has_sent_its_latched_ones_again_are_live() -> None:
     """After them a volatile subscription is attached at the present, like any other."""
     switch = Switch()
@@ -220,6 +242,34 @@ def test_messages_of_a_publisher_that_has_sent_its_latched_ones_again_are_live()
     switch.send(talker, make.run(number, 3, 5), make.run(number, 8, 2))
     switch.send(listener, make.subscription(5))
     assert switch.read(listener, frames.Attached)[0].first_sequence == 10
+
+
+@pytest.mark.parametrize("publisher_first", [False, True])
+@pytest.mark.parametrize("topics", [1, 3])
+def test_on_a_link_that_is_silent_the_last_word_about_a_publisher_is_that_it_has_gone(
+    topics: int, *, publisher_first: bool
+) -> None:
+    """§4.3.4: a link that hears itself is told GONE, whatever it declared first; then ATTACHED."""
+    switch = Switch()
+    peer = switch.join("/both")
+    numbers: set[int] = set()
+
+    def publishes(index: int) -> None:
+        declaration = make.publisher(index + 1, f"/t{index}")._replace(gid=bytes([index]) * 16)
+        numbers.add(switch.publisher(peer, declaration))
+
+    def subscribes(index: int) -> None:
+        switch.send(peer, make.subscription(index + 101, f"/t{index}"))
+
+    for declare in (publishes, subscribes) if publisher_first else (subscribes, publishes):
+        for index in range(topics):
+            declare(index)
+    switch.read_all(peer)
+    switch.suspend(peer)
+    last = {frame.publisher: frame.reason for frame in switch.read(peer, frames.Detached)}
+    assert last == dict.fromkeys(numbers, DetachReason.GONE)
+    switch.restore(peer)
+    assert {frame.publisher for frame in switch.read(peer, frames.Attached)} == numbers
 
 
 def test_a_suspended_subscriber_leaves_and_comes_back_at_the_present() -> None:
