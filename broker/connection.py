@@ -206,12 +206,16 @@ class Connection:
     def overdue(self) -> str | None:
         """Say why this peer must go, if more waits for it than may, and cannot be dropped."""
         outbox, options = self.channel.outbox, self._broker.options
+        if outbox.bulk_bytes > options.max_bulk_bytes:
+            # However fast it reads: so much may come for it at once.
+            return (
+                f"{outbox.bulk_bytes} bytes of latched messages and large calls wait for this link,"
+                f" and {options.max_bulk_bytes} may (the broker's --max-bulk-bytes)"
+            )
         if outbox.firm_bytes > options.max_queue_bytes:
             what, limit = "calls and control frames", options.max_queue_bytes
         elif outbox.held_bytes > options.max_link_bytes:
             what, limit = "messages that must not be dropped", options.max_link_bytes
-        elif outbox.bulk_bytes > options.max_bulk_bytes:
-            what, limit = "latched messages and large calls", options.max_bulk_bytes
         else:
             return None
         return f"more than {limit} bytes of {what} wait for this link: it reads too slowly"

@@ -107,7 +107,8 @@ class BrokerOptions:
     max_bulk_bytes: int = field(
         default=256 * 1024 * 1024,
         metadata={
-            "help": "bytes of latched messages and large calls that may wait for one connection",
+            "help": "bytes of latched messages and large calls that may wait for one connection;"
+            " beyond it, it ends",
             "least": 65_536,
             "most": 2**40,
         },

@@ -149,7 +149,7 @@ def link_stats(now: float, router: Router, joined: Mapping[int, Connection]) -> 
             silent_ms=round(1000 * connection.silent_s(now)),
             queued=queued[number],
             queued_bytes=queued_bytes[number],
-            waiting_bytes=channel.outbox.firm_bytes,
+            waiting_bytes=channel.outbox.urgent_bytes + channel.outbox.ordered_bytes,
             dropped=channel.outbox.dropped,
             bytes_received=channel.bytes_received,
             bytes_sent=channel.bytes_sent,

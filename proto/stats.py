@@ -214,7 +214,7 @@ class LinkStats(NamedTuple):
         silent_ms: Since when nothing has come from it; not later than the broker's last look at it.
         queued: Messages that wait for it.
         queued_bytes: Their size.
-        waiting_bytes: Control frames and calls that wait for it.
+        waiting_bytes: Control frames, latched messages and calls that wait for it.
         dropped: Messages dropped because it was slow.
         bytes_received: From it.
         bytes_sent: To it, or to its transport.

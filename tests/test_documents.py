@@ -9,8 +9,8 @@ import shlex
 import subprocess
 import sys
 import textwrap
-from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pytest
 
@@ -98,9 +98,10 @@ def test_the_table_of_limits_knows_the_code() -> None:
     for row in rows:
         limit, name = row.split("|")[2], row.split("|")[4].strip(" `")
         if name:
-            module, _, constant = name.rpartition(".")
-            value = getattr(import_module(module), constant)
-            written = f"{value // 2**20} MiB" if constant.endswith("BYTES") else f"{value:,}"
+            place, _, constant = name.rpartition(".")
+            where = resolve_name(place)  # a module, or the class of options with its defaults
+            value = getattr(where() if isinstance(where, type) else where, constant)
+            written = f"{value // 2**20} MiB" if constant.upper().endswith("BYTES") else f"{value:,}"
             assert re.search(rf"\b{written}\b", limit), row
             named += 1
     assert named > 8

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Final
 
@@ -124,8 +125,11 @@ async def test_a_reader_gets_all_latched_messages(narrow: Broker) -> None:
         assert narrow.stats().connections == 2
 
 
-async def test_latched_messages_beyond_the_ceiling_end_the_link(narrow: Broker) -> None:
-    """Who subscribes again and again without reading what is latched costs no more than others."""
+async def test_latched_messages_beyond_the_ceiling_end_the_link(
+    narrow: Broker, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Who subscribes again and again without reading costs no more than others; the log says what to do."""
+    caplog.set_level(logging.WARNING, "callboard.broker")
     async with link(narrow, "/talker") as talker, link(narrow, "/deaf") as deaf:
         talker.send(make.publisher(1, qos=make.LATCHED))
         number = (await talker.next(frames.Accepted)).number
@@ -135,6 +139,10 @@ async def test_latched_messages_beyond_the_ceiling_end_the_link(narrow: Broker) 
         deaf.send(*(make.subscription(index, qos=make.LATCHED) for index in range(1, 100)))
         await until(lambda: narrow.stats().connections == 1)
         await talker.synchronise()
+    (told,) = re.findall(r"(\d+) bytes of latched messages and large calls wait", caplog.text)
+    assert 8 * LARGE < int(told) < 10 * LARGE
+    assert f"and {8 * LARGE} may (the broker's --max-bulk-bytes)" in caplog.text
+    assert "too slowly" not in caplog.text
 
 
 async def test_a_caller_gets_all_large_answers(narrow: Broker) -> None:

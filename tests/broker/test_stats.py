@@ -12,6 +12,7 @@ from broker import Broker, BrokerOptions
 from broker.stats import answer
 from proto import frames, limits
 from proto.codec import encode
+from proto.lane import Lane
 from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
@@ -276,3 +277,21 @@ async def test_who_asks_for_numbers_without_reading_them_is_cut_off() -> None:
             await other.synchronise()
         await other.synchronise()
         assert small.stats().connections == 1
+
+
+async def test_what_waits_for_a_link_is_all_that_is_not_a_run(broker: Broker) -> None:
+    """Large calls and latched messages, too: totals and links say the same."""
+    async with link(broker, "/reader"):
+        (connection,) = broker._connections
+        outbox = connection.channel.outbox
+        frames_waiting = [encode(make.request(1, 1)), encode(make.request(1, 2, body=bytes(300_000)))]
+        for raw in frames_waiting:
+            outbox.put_calls(raw)
+        detached = encode(frames.Detached(1, (1,), 0))
+        replay = frames.Replay(1, *make.run(1, 0, size=1000)[:-1])
+        for item in (detached, replay):
+            outbox.put_lane(Lane(1, 1), item)
+        waiting = sum(map(len, (*frames_waiting, detached, replay.payload)))
+        totals = broker.stats()
+        assert links(broker)["/reader"].waiting_bytes == waiting
+        assert totals.urgent_bytes + totals.ordered_bytes == waiting

@@ -23,6 +23,7 @@ from tests.simulation.talk import Talk
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from broker.options import BrokerOptions
     from broker.records import Delivery
     from broker.router import Router
     from proto.lane import Lane
@@ -110,7 +111,7 @@ class Steps:
                 for router in broker._routers.values():
                     self._routed_is_accounted_for(host, router)
                 for connection in broker._connections:
-                    self._keeps_its_ceiling(host, connection.channel)
+                    self._keeps_its_ceilings(host, connection.channel, broker.options)
                 self._complain(host, structure.of_suspensions(broker))
         if self._nodes_moved:
             self._nodes_moved = False
@@ -165,11 +166,18 @@ class Steps:
         if lane.pending > most:
             self._world.complain(f"{host}: {lane.pending} messages wait where {most} may")
 
-    def _keeps_its_ceiling(self, host: str, channel: Channel) -> None:
+    def _keeps_its_ceilings(self, host: str, channel: Channel, options: BrokerOptions) -> None:
         """More than may does not wait on a link that goes on."""
+        if not channel.connected:
+            return
         outbox = channel.outbox
-        if outbox.held_bytes > outbox.max_held_bytes and channel.connected:
-            self._world.complain(f"{host}: {outbox.held_bytes} bytes wait where {outbox.max_held_bytes} may")
+        for what, waits, most in (
+            ("of messages", outbox.held_bytes, options.max_link_bytes),
+            ("of small calls and control frames", outbox.firm_bytes, options.max_queue_bytes),
+            ("of latched messages and large calls", outbox.bulk_bytes, options.max_bulk_bytes),
+        ):
+            if waits > most:
+                self._world.complain(f"{host}: {waits} bytes {what} wait where {most} may")
 
     def _published_is_accounted_for(self, told: Told) -> None:
         """Each message, and each that was queued anew for a new broker, is sent, dropped or waits."""
