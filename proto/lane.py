@@ -31,7 +31,9 @@ class Lane:
         sent: Messages that have left whole: handed to the transport.
         dropped: Messages dropped so far, because the link was slower than the publisher.
         dropped_for_bytes: Those of them that the depth had room for, and a byte ceiling had not.
-        abandoned: Messages that waited when they were discarded: nobody wanted them any more.
+        new_from: Messages below this number have left on an earlier link: they are in here to be sent again.
+        abandoned: Messages that waited when they were discarded and are not lost: nobody wanted them any
+            more, or they had left before.
         lost_on_break: Messages that could not leave because the link had ended.
         sent_bytes: Bytes of messages that have left on this link; what `byte_limit` is compared with.
         sequence_limit, byte_limit: Credit; None is unlimited.
@@ -56,6 +58,7 @@ class Lane:
         "dropped",
         "dropped_for_bytes",
         "lost_on_break",
+        "new_from",
         "pending",
         "pending_bytes",
         "publisher",
@@ -75,6 +78,7 @@ class Lane:
         self.sent: int = 0
         self.dropped: int = 0
         self.dropped_for_bytes: int = 0
+        self.new_from: int = 0
         self.abandoned: int = 0
         self.lost_on_break: int = 0
         self.sent_bytes = 0
@@ -176,13 +180,18 @@ class Lane:
         return gone
 
     def _drop_first(self, most: int) -> int:
-        """Drop at most `most` messages of the first run; return how many. Needs a run in the queue."""
+        """Drop at most `most` messages of the first run; return how many. Needs a run in the queue.
+
+        Those that had left before are not lost by that.
+        """
         while not isinstance(head := self._queue.popleft(), Run):
             self._front.append(head)
         left = head.length - self._skip
         gone = min(left, most)
+        again = min(gone, max(0, self.new_from - head.first_sequence - self._skip))
         self.pending -= gone
-        self.dropped += gone
+        self.dropped += gone - again
+        self.abandoned += again
         if gone == left:
             self._runs -= 1
             self.pending_bytes -= message_bytes(head)
@@ -308,9 +317,12 @@ class Lane:
     def restart(self, publisher: int, next_sequence: int | None = None) -> None:
         """Prepare for a new link: another publisher id, no credit yet, half-sent messages whole again.
 
-        Control frames go: the ids in them are the old link's. `next_sequence` is the number that the new link
-        has been told of; what has been dropped since then uses no credit up.
+        Control frames go: the ids in them are the old link's. So do messages that waited to be sent again:
+        whoever wants that on the new link, too, puts them in front anew. `next_sequence` is the number that
+        the new link has been told of; what has been dropped since then uses no credit up.
         """
+        if self._next_sequence is not None:
+            self.new_from = max(self.new_from, self._next_sequence)
         self._cut_skipped()
         if isinstance(self._leaving, Run):
             self._runs += 1
@@ -320,6 +332,8 @@ class Lane:
         self._front.clear()
         self._queue = deque(item for item in self._queue if isinstance(item, Run))
         self._leaving = self._transfer = None
+        while (first := self.first_sequence) is not None and first < self.new_from:
+            self._drop_first(self.new_from - first)
         self._next_sequence = self.first_sequence if next_sequence is None else next_sequence
         self.publisher = publisher
         self.sent_bytes = 0

@@ -303,7 +303,10 @@ class Publisher(Entity, Generic[T]):
     # Endpoint
 
     def declaration(self) -> frames.Frame:
-        """Endpoint: declare the publisher; its numbers go on where an earlier link ended."""
+        """Endpoint: declare the publisher; its numbers go on where an earlier link ended.
+
+        What waits is sent for the first time: what was to be sent again has gone with the earlier link.
+        """
         oldest = self._retained.first_sequence
         first = self._lane.first_sequence
         if first is None:

@@ -77,3 +77,33 @@ def test_keep_all_is_never_trimmed(monkeypatch: pytest.MonkeyPatch) -> None:
     lane.put(make_run(0, [bytes(60)] * 3))
     lane.trim()
     assert (lane.pending, lane.dropped) == (3, 0)
+
+
+def test_what_is_sent_again_and_held_up_by_another_break_is_no_loss() -> None:
+    """§6.6.3: it goes from the lane and is not counted as dropped; what has never left stays."""
+    outbox, lane = Outbox(), Lane(1, 10)
+    outbox.put_lane(lane, make_run(0, [b"\xc0"] * 6))
+    assert [number for raw in drain(outbox) for number in numbers(raw)] == list(range(6))
+    lane.restart(2, 0)
+    lane.put_front(make_run(0, [b"\xc0"] * 6))
+    lane.put(make_run(6, [b"\xc0"] * 3))
+    lane.sequence_limit = 2
+    outbox = Outbox()
+    outbox.wake(lane)
+    assert [number for raw in drain(outbox) for number in numbers(raw)] == [0, 1]
+    lane.restart(0)
+    assert (lane.first_sequence, lane.pending, lane.dropped, lane.abandoned) == (6, 3, 0, 4)
+    assert lane.sent + lane.pending + lane.abandoned == 9 + 6
+
+
+def test_what_is_sent_again_and_gives_way_to_newer_messages_is_no_loss() -> None:
+    """§6.4.2: the depth takes it out of the lane, and only what has never left counts as dropped."""
+    lane = Lane(1, 4)
+    outbox = Outbox()
+    outbox.put_lane(lane, make_run(0, [b"\xc0"] * 4))
+    drain(outbox)
+    lane.restart(2, 0)
+    lane.put_front(make_run(0, [b"\xc0"] * 4))
+    lane.put(make_run(4, [b"\xc0"] * 6))
+    lane.trim()
+    assert (lane.first_sequence, lane.dropped, lane.abandoned) == (6, 2, 4)

@@ -162,6 +162,19 @@ def latches_too_little() -> Iterator[None]:
 
 
 @contextmanager
+def says_that_all_is_new() -> Iterator[None]:
+    """A publisher that sends latched messages again does not say that they are old."""
+    declaration = Publisher.declaration
+
+    def young(publisher: Publisher[Any]) -> Any:
+        frame: Any = declaration(publisher)
+        return frame._replace(live_sequence=frame.next_sequence)
+
+    with mock.patch.object(Publisher, "declaration", young):
+        yield
+
+
+@contextmanager
 def keeps_all_like_one() -> Iterator[None]:
     """The broker keeps one message, whatever a subscription asks for."""
 
@@ -363,6 +376,10 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "latched messages come": (latches_too_little, True),
     "latched messages are kept": (does_nothing(broker.topics, "latch"), True),
     "latched messages outlive a broker": (does_nothing(Publisher, "_resend_retained"), False),
+    "latched messages are for those who want them": (
+        among(says_that_all_is_new, faults.drop, faults.crash_broker),
+        False,
+    ),
     "at most once": (forwards_twice, True),
     "at most once across a reconnect": (takes_what_it_has_seen, False),
     "drops are counted": (drops_in_silence, False),

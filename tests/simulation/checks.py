@@ -91,6 +91,8 @@ def _unsettled(world: World) -> Iterator[str]:
 def _waiting(member: Member) -> Iterator[tuple[str, int]]:
     for told in member.told:
         yield told.name, told.publisher.queued
+    for lane in member.node._core.departing:
+        yield f"{member.host}: a destroyed publisher", lane.pending
     for heard in member.heard:
         yield heard.name, heard.subscription.queued
     for service in member.services:

@@ -219,7 +219,8 @@ class Member:
             Note, topic, callback, qos or self._qos(), concurrent=kind == "beside"
         )
         name = f"{self.host}<{topic}<{len(self.world.journal.heard)}({kind})"
-        heard = Heard(name, self.world.complain, self.world.loop.time, subscription)
+        past = self.world.journal.past(subscription.qos_profile)
+        heard = Heard(name, self.world.complain, self.world.loop.time, subscription, before=past)
         self.heard.append(heard)
         self.world.journal.heard.append(heard)
         self.world.steps.heard(heard)

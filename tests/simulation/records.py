@@ -11,7 +11,7 @@ import actors
 from proto.frames import Replay
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from actors.entities.subscription import Subscription
     from actors.feeds import Inflow
@@ -93,6 +93,8 @@ class Heard:
         early: By publisher gid, latched messages from before `first` that have come.
         ends: By publisher gid, the number up to which all have come, or are counted where they were lost.
         moved: Whether something has come since somebody looked at its sums.
+        before: By publisher name, the number up to which a broker had had messages when it was made: if it
+            is VOLATILE, those are not for it, whatever brings them again.
     """
 
     name: str
@@ -105,6 +107,7 @@ class Heard:
     early: dict[bytes, set[int]] = field(default_factory=dict)
     ends: dict[bytes, int] = field(default_factory=dict)
     moved: bool = False
+    before: Mapping[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         attached, receive = self.subscription.attached, self.subscription.receive
@@ -158,6 +161,8 @@ class Heard:
             self.complain(
                 f"{self.name} hears {message.source} #{message.number} {what}, after #{numbers[-1]}"
             )
+        if message.number < self.before.get(message.source, 0):
+            self.complain(f"{self.name} hears {message.source} #{message.number}, from before it was made")
         if self.clock() > self.gone_at:
             # Not at the very moment: a coroutine callback that has been called may still begin.
             self.complain(f"{self.name} hears {message.source} #{message.number} after it has gone")
@@ -186,10 +191,18 @@ class Journal:
     told: list[Told] = field(default_factory=list)
     heard: list[Heard] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
+    reached: dict[bytes, int] = field(default_factory=dict)
+    """By publisher gid, the number after the last message that any broker has had."""
     struck: Counter[str] = field(default_factory=Counter)
     handled: dict[tuple[str, int], int] = field(default_factory=dict)
     given_up: dict[tuple[str, int], float] = field(default_factory=dict)
     events: list[str] = field(default_factory=list)
+
+    def past(self, qos: actors.QoSProfile) -> dict[str, int]:
+        """By publisher name, up to which number messages are not for a subscription that is made now."""
+        if qos.durability is actors.DurabilityPolicy.TRANSIENT_LOCAL:
+            return {}
+        return {told.name: self.reached.get(told.publisher.gid, 0) for told in self.told}
 
     def handle(self, caller: str, number: int) -> None:
         """A handler has begun to work on a call: at most once."""

@@ -180,13 +180,17 @@ class Steps:
                 self._world.complain(f"{host}: {waits} bytes {what} wait where {most} may")
 
     def _published_is_accounted_for(self, told: Told) -> None:
-        """Each message, and each that was queued anew for a new broker, is sent, dropped or waits."""
+        """Each message, and each that was queued anew for a new broker, is sent, dropped or waits.
+
+        What waits to be sent again when that link breaks, too, is abandoned.
+        """
         publisher, lane = told.publisher, told.publisher._lane
-        known = lane.sent + lane.leaving + publisher.queued + publisher.dropped
+        known = lane.sent + lane.leaving + lane.abandoned + publisher.queued + publisher.dropped
         if publisher.published + told.resent != known:
             self._world.complain(
                 f"{told.name}: published {publisher.published}, {told.resent} again; sent {lane.sent},"
-                f" leaving {lane.leaving}, queued {publisher.queued}, dropped {publisher.dropped}"
+                f" leaving {lane.leaving}, abandoned {lane.abandoned}, queued {publisher.queued},"
+                f" dropped {publisher.dropped}"
             )
         # What a destroyed publisher has still to send is held to the depth at the end of the next turn.
         if lane.depth is not None and lane.pending > lane.depth and not publisher.destroyed:

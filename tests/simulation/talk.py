@@ -90,6 +90,8 @@ class Talk:
                 self._world.complain(f"{frame} is refused for the sake of a suspended node")
             if isinstance(frame, frames.Retire):
                 self._note_retired(router, peer, frame)
+            if isinstance(frame, frames.Run):
+                self._note_reached(router, frame)
             self._reasons_are_right(router, out)
             return out
 
@@ -164,6 +166,12 @@ class Talk:
         server = None if record is None else record.endpoints.get(frame.id)
         if isinstance(server, ServiceRecord):
             self._retired.add(server)
+
+    def _note_reached(self, router: Router, run: frames.Run) -> None:
+        publisher = router.topics._publishers.get(run.publisher)
+        if publisher is not None:
+            reached = self._world.journal.reached
+            reached[publisher.gid] = max(reached.get(publisher.gid, 0), publisher.next_sequence)
 
     def _reasons_are_right(self, router: Router, out: list[Delivery]) -> None:
         """Readers wait for publishers that are suspended, and for no others."""
