@@ -102,7 +102,7 @@ class SubscriptionDiagnostics:
         matched: Publishers that it hears now.
         received: Messages handed to the callback or the iterator.
         queued: Messages that wait for it.
-        queue_limit: The most that may wait.
+        queue_limit: The most that may wait; with KEEP_ALL, of the publishers that are matched now.
         running: Coroutine callbacks under way.
         dropped: Messages dropped here, because the reader was slow.
         expired: Messages that got too old while they waited here.

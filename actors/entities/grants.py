@@ -1,12 +1,14 @@
 """Grants: when a KEEP_ALL subscription gives its publishers credit.
 
-A publisher gets some when it is attached, and more as the reader takes what has come. While messages of
-publishers that are not attached any more wait, nobody gets any: they may fill the whole window by themselves.
+A publisher begins with none. It gets a window when it is attached, and more as the reader takes what came.
+While messages of publishers that are not attached any more wait, nobody gets any: they may fill the whole
+window by themselves. So however many publishers come and go, what waits is what was granted before the first
+of those that wait left.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from actors.entities.window import Windows
 
@@ -16,6 +18,12 @@ if TYPE_CHECKING:
     from actors.entities.backlog import Batch
     from actors.entities.ledger import Ledger
     from actors.feeds import Inflow
+
+DECLARED: Final = (0, 0)
+"""What SUBSCRIPTION says: messages and bytes that a publisher may send from its attachment on.
+
+It would hold for every later publisher, also while leftovers wait. So a first message costs a way to the
+subscription and back."""
 
 
 class Grants:
@@ -33,23 +41,18 @@ class Grants:
         self._send = send
         self._windows = Windows()
         self._leftover: Batch | None = None
-        """The newest of what publishers have sent that are not attached any more, while some of it waits."""
+        """The newest of what had come when a publisher was detached, while some of that waits."""
 
     @property
     def limit(self) -> int:
-        """The most messages that may come before the reader has taken any."""
+        """The most messages that the publishers that are attached may have waiting."""
         return self._windows.messages * max(1, len(self._ledger.inflows))
-
-    def declare(self) -> tuple[int, int]:
-        """Return what SUBSCRIPTION says: messages and bytes that a publisher may send from the start."""
-        return self._windows.declare(crowded=self._leftover is not None)
 
     def attached(self, inflow: Inflow) -> None:
         """A publisher is there."""
         self._windows.attached(inflow)
         self._windows.divide(len(self._ledger.inflows))
-        if self._leftover is None and self._windows.open(inflow):
-            self._send(inflow)
+        self._open(inflow)
 
     def detached(self, newest: Batch | None) -> None:
         """A publisher is not there any more; `newest` has come last of what waits."""
@@ -58,15 +61,21 @@ class Grants:
 
     def finished(self, batch: Batch) -> None:
         """The reader has taken a batch."""
-        self.taken(batch.inflow, batch.end, batch.size)
-        if batch is self._leftover:
+        was_last = batch is self._leftover
+        if was_last:
             self._leftover = None
+        self.taken(batch.inflow, batch.end, batch.size)
+        if was_last:
             for inflow in self._ledger.inflows.values():
-                if self._windows.open(inflow):
-                    self._send(inflow)
+                self._open(inflow)
 
     def taken(self, inflow: Inflow, end: int, size: int) -> None:
         """A whole run is off our hands: give its publisher new credit when half of the old is used up."""
         # To grant after the session's end would be to grant to another publisher.
         if self._ledger.counts(inflow) and self._windows.taken(inflow, end, size):
+            self._open(inflow)
+
+    def _open(self, inflow: Inflow) -> None:
+        """Let a publisher have a whole window, unless leftovers wait."""
+        if self._leftover is None and self._windows.open(inflow):
             self._send(inflow)

@@ -57,21 +57,25 @@ class Ledger:
         """Tell whether this is its publisher's inflow now; another is a leftover, counted as lost."""
         return self.inflows.get(inflow.gid) is inflow
 
-    def attached(self, inflow: Inflow) -> None:
-        """A publisher's runs will come. A known one goes on where it stopped."""
+    def attached(self, inflow: Inflow) -> bool:
+        """A publisher's runs will come. A known one goes on where it stopped.
+
+        Returns:
+            Whether an earlier inflow of the publisher counted until now.
+        """
         before = self.inflows.get(inflow.gid)
         if before is not None:
             self._remember(before)
         self.inflows[inflow.gid] = inflow
         known = self.known.get(inflow.gid)
-        if known is None:
-            return
-        inflow.received = known.received
-        inflow.expected = max(known.received, inflow.first_sequence)
-        # From a new broker latched messages come as live ones: they are for it, too.
-        inflow.due = min(known.due, inflow.expected)
-        inflow.missed = max(0, inflow.first_sequence - max(known.received, known.due))
-        self.lost_on_break += inflow.missed - known.missed
+        if known is not None:
+            inflow.received = known.received
+            inflow.expected = max(known.received, inflow.first_sequence)
+            # From a new broker latched messages come as live ones: they are for it, too.
+            inflow.due = min(known.due, inflow.expected)
+            inflow.missed = max(0, inflow.first_sequence - max(known.received, known.due))
+            self.lost_on_break += inflow.missed - known.missed
+        return before is not None
 
     def detached(self, inflow: Inflow) -> bool:
         """No more runs of this publisher will come; return whether its inflow counted."""

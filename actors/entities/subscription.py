@@ -18,7 +18,7 @@ from actors.diagnostics import SubscriptionDiagnostics
 from actors.entities.backlog import Backlog, Batch
 from actors.entities.deadline import Deadline
 from actors.entities.decoding import Decoder
-from actors.entities.grants import Grants
+from actors.entities.grants import DECLARED, Grants
 from actors.entities.ledger import Ledger
 from actors.entities.liveliness import Liveliness
 from actors.events import SubscriptionEventCallbacks, SubscriptionEvents
@@ -139,10 +139,12 @@ class Subscription(Entity, Generic[M]):
 
     def attached(self, inflow: Inflow) -> None:
         """Reader: a publisher's runs will come. Known publishers go on where they stopped."""
-        self._ledger.attached(inflow)
+        replaced = self._ledger.attached(inflow)
         leased = self._liveliness.attached(inflow)
         inflow.watched = leased or self._deadline.wanted
         if self._grants is not None:
+            if replaced:
+                self._grants.detached(self._backlog.newest)
             self._grants.attached(inflow)
 
     def asserted(self, inflow: Inflow) -> None:
@@ -206,9 +208,13 @@ class Subscription(Entity, Generic[M]):
         return True
 
     def _shown(self, inflow: Inflow, run: Run) -> None:
-        """A publisher has published; latched messages that come again keep no deadline."""
+        """A publisher has published, and is alive; what is not for this subscription keeps no deadline.
+
+        Nor does what it has seen: those are latched messages that come again, from a new broker. Such as it
+        missed are new to a TRANSIENT_LOCAL subscription.
+        """
         self._liveliness.heard(inflow)
-        if run.first_sequence + run.length > inflow.first_sequence:
+        if run.first_sequence + run.length > inflow.expected:
             self._deadline.met()
 
     def _drop(self, count: int) -> None:
@@ -376,7 +382,7 @@ class Subscription(Entity, Generic[M]):
 
     def declaration(self) -> frames.Frame:
         """Endpoint: declare the subscription."""
-        typed, grants = self._typed, self._grants
+        typed = self._typed
         return frames.Subscription(
             self.id,
             self.core.id,
@@ -384,7 +390,7 @@ class Subscription(Entity, Generic[M]):
             None if typed is None else type_name(typed),
             None if typed is None else type_hash(typed),
             self.qos_profile.to_wire(),
-            *((0, 0) if grants is None else grants.declare()),
+            *DECLARED,
         )
 
 

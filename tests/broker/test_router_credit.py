@@ -207,3 +207,18 @@ def test_nothing_is_dropped_for_a_keep_all_reader() -> None:
     switch.send(talker, *(make.run(number, first, 10) for first in range(0, 100, 10)))
     switch.congest(reader)
     assert sum(run.length for run in switch.read(reader, frames.Run)) == 100
+
+
+def test_credit_begins_with_the_first_message_for_the_subscription() -> None:
+    """§6.6.4: latched messages that are sent again use up no credit of a VOLATILE subscription."""
+    switch = Switch()
+    talker = switch.join("/talker")
+    both = {**make.LATCHED, **make.KEEP_ALL}
+    switch.publisher(talker, make.publisher(1, qos=both, next_sequence=3, live_sequence=8))
+    reader = switch.join("/reader")
+    switch.send(reader, make.subscription(1, qos=both, window=100))
+    switch.read_all(talker)
+    switch.send(reader, make.subscription(2, qos=make.KEEP_ALL, window=10))
+    assert limits_of(switch, talker) == [18]
+    switch.send(reader, make.subscription(3, qos=both, window=10))
+    assert limits_of(switch, talker) == [13]

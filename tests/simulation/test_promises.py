@@ -257,7 +257,7 @@ def test_a_new_broker_brings_a_volatile_subscription_no_latched_messages(*, keep
             Note, "map", lambda message: old.append(message.number), volatile
         )
         await matched(stage, publisher)
-        for number in range(300):  # more than a KEEP_ALL subscription's first window, in bytes
+        for number in range(300):  # more than the least window, in bytes
             publisher.publish(Note(number=number, weight=bytes(1000)))
         await stage.until(lambda: len(old) == 300)
         await stage.crash_broker()

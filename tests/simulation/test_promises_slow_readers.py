@@ -337,7 +337,7 @@ def test_many_keep_all_publishers_share_what_may_wait(
     """Their windows fit under the ceiling, of few and of many: they are pushed back, and nothing is lost."""
     ceiling = 36 * 2**20
     if count == CROWD:
-        monkeypatch.setattr("actors.entities.window.FIRST_BYTES", 4 * KIB)
+        monkeypatch.setattr("actors.entities.window.LEAST_BYTES", 4 * KIB)
         monkeypatch.setattr("actors.entities.window.SHARED_BYTES", 2**20)
         ceiling = CROWD * (4 + 1 + 3) * KIB  # a window, the message that overruns it, and each run's own cost
 
@@ -397,3 +397,43 @@ def test_a_reader_that_stops_for_a_flood_gets_the_newest(
 
     play(scene, options=BrokerOptions(keepalive_sec=600))
     assert not of_the_broker(caplog)
+
+
+def test_publishers_that_come_and_go_add_nothing_to_what_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """KEEP_ALL: a stuck reader holds what one of them may send; when it goes on, it gets everything."""
+    window, lives = 100, 30
+    monkeypatch.setattr("actors.entities.window.WINDOW_MESSAGES", window)
+    each = window - 10  # so that a publisher can send all it has, and leave
+
+    async def scene(stage: Stage) -> None:
+        talker, listener = await stage.enter("talker"), await stage.enter("listener")
+        heard: dict[int, list[int]] = {}
+        most = 0
+        gate = asyncio.Event()
+
+        async def hear(message: Note, info: actors.MessageInfo) -> None:
+            await gate.wait()
+            heard.setdefault(message.number, []).append(info.publication_sequence_number)
+
+        def look() -> None:
+            nonlocal most
+            most = max(most, subscription.queued)
+
+        subscription = listener.create_subscription(Note, "red", hear, KEEP_ALL)
+        stage.loop.after_turn = look
+        for life in range(lives):
+            publisher = talker.create_publisher(Note, "red", KEEP_ALL)
+            await matched(stage, publisher)
+            for _ in range(each):
+                publisher.publish(Note(number=life))
+            await asyncio.sleep(0.1)
+            talker.destroy_publisher(publisher)
+            await asyncio.sleep(0.1)
+        assert each - 1 <= most <= window
+        gate.set()
+        await stage.until(lambda: subscription.received == lives * each)
+        await stage.until(lambda: len(heard.get(lives - 1, ())) == each)
+        assert list(heard.values()) == [list(range(each))] * lives
+        assert (subscription.lost, subscription.dropped) == (0, 0)
+
+    play(scene)

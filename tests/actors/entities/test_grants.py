@@ -7,7 +7,7 @@ from typing import Any
 from actors.entities.backlog import Batch
 from actors.entities.grants import Grants
 from actors.entities.ledger import Ledger
-from actors.entities.window import FIRST_BYTES, FIRST_MESSAGES, WINDOW_MESSAGES
+from actors.entities.window import SHARED_MESSAGES, WINDOW_MESSAGES
 from actors.feeds import Inflow
 from proto.frames import Attached, Run
 
@@ -57,7 +57,6 @@ def batch(inflow: Inflow, end: int) -> Batch:
 def test_a_publisher_is_granted_a_window_when_it_comes_and_another_when_half_is_taken() -> None:
     """So a grant is sent for each half of a window."""
     bench = Bench()
-    assert bench.grants.declare() == (FIRST_MESSAGES, FIRST_BYTES)
     inflow = bench.attach(1)
     assert bench.sent == [(1, WINDOW_MESSAGES)]
     assert bench.grants.limit == WINDOW_MESSAGES
@@ -69,19 +68,32 @@ def test_a_publisher_is_granted_a_window_when_it_comes_and_another_when_half_is_
 
 
 def test_while_leftovers_wait_nobody_is_granted_anything() -> None:
-    """Neither by the declaration nor at the attachment; when they are taken, everybody gets a window."""
+    """Not at the attachment, nor for what is taken; when the leftovers are, everybody gets a window."""
     bench = Bench()
-    old = bench.attach(1)
-    leftover = batch(old, 3)
+    old, active = bench.attach(1), bench.attach(2)
+    used, leftover = batch(active, 20_000), batch(old, 3)
     bench.detach(old, leftover)
-    assert bench.grants.declare() == (0, 0)
     bench.sent.clear()
-    bench.attach(2)
     bench.attach(3)
+    bench.attach(4)
+    bench.grants.finished(used)
+    bench.grants.taken(active, 20_001, 10)
     assert bench.sent == []
     bench.grants.finished(leftover)
-    assert [publisher for publisher, _ in bench.sent] == [2, 3]
-    assert bench.grants.declare() == (FIRST_MESSAGES, FIRST_BYTES)
+    window = SHARED_MESSAGES // 3
+    assert bench.sent == [(2, 20_001 + window), (3, window), (4, window)]
+
+
+def test_when_publishers_have_gone_the_windows_of_the_others_are_larger() -> None:
+    """What they share is shared anew by those that are still there."""
+    bench = Bench()
+    stays, *go = [bench.attach(publisher) for publisher in (1, 2, 3, 4)]
+    for inflow in go:
+        bench.detach(inflow, None)
+    assert bench.grants.limit == WINDOW_MESSAGES
+    bench.sent.clear()
+    bench.grants.taken(stays, WINDOW_MESSAGES, 10)
+    assert bench.sent == [(1, 2 * WINDOW_MESSAGES)]
 
 
 def test_what_is_taken_of_a_publisher_that_has_gone_grants_nothing() -> None:

@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.entities.deadline import Deadline
 from actors.entities.subscription import MAX_CONCURRENT
 from actors.interfaces.codec import codec_for
 from actors.interfaces.std_msgs.msg import Int64, String
 from proto.aio import Channel
-from proto.frames import Attached, Replay, Run
+from proto.codes import DetachReason
+from proto.frames import Attached, Detached, Replay, Run
 from proto.runs import RunBuilder
 from tests.actors.meeting import KEEP_ALL, matched, turns, until
 
@@ -355,6 +357,49 @@ async def test_messages_of_earlier_sessions_count_against_the_window(
     assert subscription.queued <= 50 + 256
     taken = publisher.published - subscription.lost_on_break
     assert len(await heard_of(subscription, range(taken))) == taken
+
+
+async def test_a_publisher_that_comes_back_before_it_has_gone_adds_nothing_to_what_waits(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What its earlier life has sent is taken before the next one may send, however their frames cross."""
+    listener = await meeting.node("listener")
+    subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
+    feeds = listener._core.link.feeds
+    granted: list[Any] = []
+    monkeypatch.setattr(Channel, "send", lambda _channel, frame: granted.append(frame))
+    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
+    feeds.run_received(run_of(1, range(4)))
+    granted.clear()
+    feeds.attached(Attached(2, (subscription.id,), GID, 4, "/talker", {}))
+    feeds.detached(Detached(1, (subscription.id,), DetachReason.GONE))
+    assert granted == []
+    assert await heard_of(subscription, range(4)) == [0, 1, 2, 3]
+    assert [grant.publisher for grant in granted] == [2]
+
+
+@pytest.mark.parametrize("latched", [False, True])
+async def test_latched_messages_that_come_again_keep_no_deadline(
+    node: actors.Node, monkeypatch: pytest.MonkeyPatch, *, latched: bool
+) -> None:
+    """They were in time once; only what is new to the subscription is."""
+    met: list[int] = []
+    durability = actors.DurabilityPolicy.TRANSIENT_LOCAL if latched else actors.DurabilityPolicy.VOLATILE
+    qos = actors.QoSProfile(depth=10, deadline=100.0, durability=durability)
+    subscription = node.create_subscription(Int64, "numbers", qos=qos)
+    monkeypatch.setattr(Deadline, "met", lambda _deadline: met.append(subscription.queued))
+    feeds = node._core.link.feeds
+    feeds.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
+    feeds.run_received(run_of(1, range(3)))
+    assert met == [0]
+    feeds.clear()
+    feeds.attached(Attached(7, (subscription.id,), GID, 1 if latched else 4, "/talker", {}))
+    feeds.run_received(run_of(7, range(1, 3)))
+    assert met == [0]
+    feeds.run_received(run_of(7, range(3, 4)))  # it had not come, and is old
+    assert met == ([0, 3] if latched else [0])
+    feeds.run_received(run_of(7, range(4, 5)))
+    assert met[1:] == ([3, 4] if latched else [3])
 
 
 async def test_a_bad_message_drops_only_itself(node: actors.Node, caplog: pytest.LogCaptureFixture) -> None:
