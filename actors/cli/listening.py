@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import math
+from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.cli.errors import TIMEOUT, CommandError
 from actors.cli.output import note
 from actors.cli.parsing import did_you_mean
 from actors.events import SubscriptionEventCallbacks
+from actors.interfaces.errors import InvalidMessageError
 from actors.qos import QoSProfile, ReliabilityPolicy
 from proto.codes import EntryKind
 
@@ -52,7 +54,7 @@ class _Losses:
 
 
 class Listener:
-    """What a command hears. Leaving it tells on stderr what was lost.
+    """What a command hears. Leaving it tells on stderr what was lost, and what was left out.
 
     Args:
         node: The command's.
@@ -68,6 +70,8 @@ class Listener:
         self._done: asyncio.Future[None] = self._loop.create_future()
         self._heard_at = self._loop.time()
         self._heard: list[_Losses] = []
+        self._left_out: Counter[str] = Counter()
+        """Messages of each topic that could not be read."""
 
     def __enter__(self) -> Self:
         return self
@@ -75,6 +79,9 @@ class Listener:
     def __exit__(self, *error: object) -> None:
         """Tell the losses that have not been told."""
         self._tell(0.0)
+        for topic, number in self._left_out.items():
+            if number > 1:
+                note(f"{number} messages of {topic} left out in all")
 
     def hear(
         self,
@@ -87,7 +94,8 @@ class Listener:
     ) -> None:
         """Give `take` each message of a topic: as bytes without a type, or with `raw`.
 
-        What it raises ends the waiting.
+        InvalidMessageError from it leaves the message out, which stderr says once; what else it raises ends
+        the waiting.
         """
 
         def heard(message: Any, info: MessageInfo) -> None:
@@ -96,6 +104,10 @@ class Listener:
             self._heard_at = self._loop.time()
             try:
                 take(message, info)
+            except InvalidMessageError as error:
+                if not self._left_out[topic]:
+                    note(f"A message of {topic} is left out: {error}")
+                self._left_out[topic] += 1
             except Exception as error:  # noqa: BLE001 - raised again where the command waits
                 self._done.set_exception(error)
 

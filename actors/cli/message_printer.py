@@ -11,7 +11,7 @@ from actors.cli.output import note, say, say_json
 from actors.interfaces.convert import message_to_csv, message_to_ordereddict, message_to_yaml
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
-from actors.tools.message_filter import MessageFilter
+from actors.tools.message_filter import InvalidFilterError, MessageFilter
 
 if TYPE_CHECKING:
     import argparse
@@ -39,6 +39,7 @@ class MessagePrinter:
             raise CommandError(f"Invalid field value '{options.field}'")
         self._options = options
         self._chosen = None if options.filter is None else MessageFilter(options.filter)
+        self._fitted = False
         self._shortened: dict[str, Any] = {
             "truncate_length": None if options.full_length else options.truncate_length,
             "no_arr": options.no_arr,
@@ -47,6 +48,9 @@ class MessagePrinter:
 
     def show(self, message: Any, info: MessageInfo, decode: Callable[[bytes], Any]) -> bool:
         """Print a message, or pass it over; return whether it was printed.
+
+        What is no message is told on stderr and passed over. So is a message that does not fit the field or
+        the filter, once another one has: it is the message's fault then, not the option's.
 
         Args:
             message: An instance of its class, a dict of its fields, or its bytes.
@@ -57,22 +61,30 @@ class MessagePrinter:
             CommandError: There is no such field.
             InvalidFilterError: The filter failed.
         """
+        try:
+            printed = self._print(message, info, decode)
+        except InvalidMessageError as error:
+            note(str(error))
+            return False
+        except (CommandError, InvalidFilterError) as error:
+            if not self._fitted:
+                raise
+            note(str(error))
+            return False
+        self._fitted = True
+        return printed
+
+    def _print(self, message: Any, info: MessageInfo, decode: Callable[[bytes], Any]) -> bool:
         options = self._options
         told = _told(info) if options.include_message_info else None
         if options.raw and self._chosen is None:
             self._show_raw(message, told)
             return True
-        data, whole = message, message
-        if isinstance(message, bytes):
-            try:
-                whole = decode(message)
-            except InvalidMessageError as error:
-                note(str(error))
-                return False
+        whole = decode(message) if isinstance(message, bytes) else message
         if self._chosen is not None and not self._chosen.passes(whole):
             return False
         if options.raw:
-            self._show_raw(data, told)
+            self._show_raw(message, told)
         else:
             self._show(whole if options.field is None else _part(whole, options.field), told)
         return True
@@ -88,11 +100,11 @@ class MessagePrinter:
             text = message_to_csv(cast("Any", value), **self._shortened)
             say(text if info is None else f"{message_to_csv(info)},{text}")
             return
-        self._show_info(info)
         if fields:
             text = message_to_yaml(cast("Any", value), flow_style=options.flow_style, **self._shortened)
         else:
             text = str(message_to_ordereddict({"value": value}, **self._shortened)["value"])
+        self._show_info(info)
         say(text.rstrip("\n"))
         say("---")
 

@@ -13,6 +13,7 @@ from actors.cli.output import note, say, say_json
 from actors.cli.session import graph_of, session
 from actors.cli.topic_hz import SILENCE
 from actors.cli.topic_hz_heard import spread
+from actors.interfaces.errors import InvalidMessageError
 from actors.tools.hearing import decoder_of
 from actors.tools.rates import RATE_WINDOW, Delay
 
@@ -36,10 +37,13 @@ class Heard:
         """A message has come.
 
         Raises:
-            CommandError: It has no header.
+            CommandError: It has no header, and none before had.
+            InvalidMessageError: It is no message, or it alone has no header.
         """
         sent_ns = _stamp_ns(self._decode(data))
         if sent_ns is None:
+            if self.delay.summary() is not None:
+                raise InvalidMessageError("it has no header")
             text = "msg does not have header: the delay is read from header.stamp, which messages of"
             raise CommandError(f"{text} {self.topic} do not have")
         self.delay.add((info.received_timestamp - sent_ns) / 1e9)

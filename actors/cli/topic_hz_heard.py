@@ -11,8 +11,9 @@ from actors.cli.loop import run_async
 from actors.cli.output import note, say, say_json
 from actors.cli.session import graph_of, session
 from actors.cli.topic_hz import SILENCE, table
+from actors.interfaces.errors import InvalidMessageError
 from actors.tools.hearing import decoder_of
-from actors.tools.message_filter import MessageFilter
+from actors.tools.message_filter import InvalidFilterError, MessageFilter
 from actors.tools.rates import LEAST_SEC, RATE_WINDOW, Rate, RateSummary
 
 if TYPE_CHECKING:
@@ -38,7 +39,12 @@ class Heard:
         self._wanted = wanted
 
     def take(self, data: bytes, info: MessageInfo) -> None:
-        """A message has come."""
+        """A message has come.
+
+        Raises:
+            InvalidFilterError: The filter does not fit it, and has fitted none before.
+            InvalidMessageError: It is no message, or the filter does not fit it alone.
+        """
         if self._wanted(data):
             self.rate.add(info.received_timestamp / 1e9)
             self.new += 1
@@ -73,7 +79,20 @@ async def _hear(options: argparse.Namespace, chosen: MessageFilter | None) -> No
 def _wanted(chosen: MessageFilter | None, decode: Callable[[bytes], Any]) -> Callable[[bytes], bool]:
     if chosen is None:
         return lambda _: True
-    return lambda data: chosen.passes(decode(data))
+    fitted = False
+
+    def wanted(data: bytes) -> bool:
+        nonlocal fitted
+        try:
+            passes = chosen.passes(decode(data))
+        except InvalidFilterError as error:
+            if fitted:  # it is this message's fault, and not the filter's
+                raise InvalidMessageError(str(error)) from None
+            raise
+        fitted = True
+        return passes
+
+    return wanted
 
 
 def show(options: argparse.Namespace, topics: list[Heard]) -> bool:

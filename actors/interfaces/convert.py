@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections import OrderedDict
+from datetime import datetime
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
@@ -148,7 +149,7 @@ class _Renderer:
         return OrderedDict((f.name, self.value(getattr(message, f.name), f.type)) for f in fields)
 
     def mapping(self, values: Mapping[str, Any]) -> OrderedDict[str, Any]:
-        return OrderedDict((name, self.value(value, None)) for name, value in values.items())
+        return OrderedDict((str(name), self.value(value, None)) for name, value in values.items())
 
     def value(self, value: Any, field_type: FieldType | None) -> Any:
         if self._depth > _MAX_DEPTH:
@@ -169,6 +170,8 @@ class _Renderer:
             plain = self._text(value)
         elif isinstance(value, msgspec.msgpack.Ext):
             plain = f"<extension {value.code}, length: {len(bytes(value.data))}>"
+        elif isinstance(value, datetime):
+            plain = value.isoformat()
         elif hasattr(value, "dtype"):
             plain = self._plain(value.tolist(), field_type)
         elif field_type is not None and field_type.base == "byte" and not field_type.is_array:

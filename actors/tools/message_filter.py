@@ -11,6 +11,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any, cast
 
+from actors.interfaces.errors import InvalidMessageError
 from proto.errors import CallboardError
 
 
@@ -43,8 +44,12 @@ class MessageFilter:
 
         Raises:
             InvalidFilterError: The expression has raised something.
+            InvalidMessageError: A message without class is nested too deeply.
         """
-        view = _attributes(message) if isinstance(message, dict) else message
+        try:
+            view = _attributes(message) if isinstance(message, dict) else message
+        except RecursionError:
+            raise InvalidMessageError("Not a message: it is nested too deeply") from None
         try:
             return bool(eval(self._code, {"m": view}))  # noqa: S307 - it is what the user has asked for
         except Exception as error:
@@ -56,5 +61,5 @@ class MessageFilter:
 def _attributes(value: Any) -> Any:
     """Let the fields of a message without class be read as attributes."""
     if isinstance(value, dict):
-        return SimpleNamespace(**{key: _attributes(item) for key, item in cast("Any", value).items()})
+        return SimpleNamespace(**{str(key): _attributes(item) for key, item in cast("Any", value).items()})
     return [_attributes(item) for item in cast("Any", value)] if isinstance(value, list) else value

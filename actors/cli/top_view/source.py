@@ -206,11 +206,11 @@ def shown(data: bytes, decode: Callable[[bytes], Any]) -> str:
     """Return a message as YAML, cut short, that cannot steer a terminal."""
     try:
         message = decode(data)
+        lines = _lines(message, no_arr=False)
+        if len(lines) > SHOWN_LINES:  # an image, say: its size tells more than its first pixels
+            lines = _lines(message, no_arr=True)
     except InvalidMessageError as error:
         return harmless(str(error))
-    lines = _lines(message, no_arr=False)
-    if len(lines) > SHOWN_LINES:  # an image, say: its size tells more than its first pixels
-        lines = _lines(message, no_arr=True)
     if len(lines) > SHOWN_LINES:
         lines = [*lines[:SHOWN_LINES], f"... {len(lines) - SHOWN_LINES} more lines"]
     return "\n".join(lines)

@@ -267,3 +267,38 @@ async def test_echo_asks_for_the_qos_it_is_told(desk: Desk) -> None:
         publisher.publish(String(data="hi"))
         assert (await echo).out == "data: hi\n---\n"
     assert info.qos_profile == actors.qos_profile_sensor_data
+
+
+DEEP = b"\x81\xa4data" + b"\x91" * 300 + b"\xc0"
+TIME = b"\x81\xa4data\xd6\xff\x00\x00\x00\x01"
+
+
+@pytest.mark.parametrize("options", [[], ["--json"], ["--csv"], ["--filter", "m.data or True"]])
+async def test_echo_outlives_hostile_messages(desk: Desk, options: list[str]) -> None:
+    """What is nested too deeply or no message is told and passed over; a time of msgpack's is text."""
+    async with desk.node() as node:
+        kept = actors.QoSProfile(depth=9, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+        publisher = node.create_publisher(String, "said", kept)
+        for data in (DEEP, b"\xff\xff", TIME):
+            publisher._collect(data)
+        publisher.publish(String(data="end"))
+        await node.get_graph()
+        ended = await desk.callboard("topic", "echo", "/said", *options, "--timeout", "1")
+    assert ended.code == 124
+    assert ended.err.count("Not a message") == 2
+    assert "1970-01-01T00:00:01+00:00" in ended.out.splitlines()[0]
+    assert "end" in ended.out
+
+
+@pytest.mark.parametrize("options", [["--field", "data[0]"], ["--filter", "m.data[0] == 'x'"]])
+async def test_a_stranger_does_not_end_an_echo(desk: Desk, options: list[str]) -> None:
+    """Once a message has had the field, one without it is told and passed over."""
+    async with desk.node() as node:
+        kept = actors.QoSProfile(depth=9, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+        publisher = node.create_publisher(String, "said", kept)
+        for data in (b"\x81\xa4data\xa1x", b"\x81\xa4data\x05", b"\x81\xa4data\xa1x"):
+            publisher._collect(data)
+        await node.get_graph()
+        ended = await desk.callboard("topic", "echo", "/said", *options, "--timeout", "1")
+    assert ended.code == 124
+    assert ended.out.count("x") == 2

@@ -10,6 +10,7 @@ import pytest
 from actors.broker_report import BrokerReport
 from actors.cli.counters import Watched, ticks
 from actors.cli.topic_bw import shown_bytes
+from actors.interfaces.codec import codec_for
 from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_msgs.msg import String
 from proto.stats import BrokerStats, TopicStats
@@ -213,3 +214,25 @@ async def test_delay_needs_a_header(desk: Desk) -> None:
 async def test_a_bad_name_is_wrong_usage(desk: Desk, verb: str) -> None:
     """As everywhere."""
     assert (await desk.callboard("topic", verb, "9said")).code == 2
+
+
+async def test_delay_and_hz_leave_out_hostile_messages(desk: Desk) -> None:
+    """They are told once; what else comes is measured."""
+    async with desk.node() as node:
+        publisher = node.create_publisher(Imu, "imu", 10)
+        good = codec_for(Imu).encode(Imu())
+
+        def publish() -> None:
+            for data in (b"\xff\xff", good):
+                publisher._collect(data)
+
+        node.create_timer(0.01, publish)
+        await node.get_graph()
+        delay = await desk.callboard("topic", "delay", "imu", *PATIENCE)
+        rate = await desk.callboard("topic", "hz", "imu", "--filter", "m.header", *PATIENCE)
+    assert (delay.code, rate.code) == (0, 0)
+    for ended in (delay, rate):
+        assert ended.err.startswith("A message of /imu is left out: Not a message")
+        assert re.fullmatch(r"\d+ messages of /imu left out in all", ended.err.splitlines()[1])
+    assert "average delay" in delay.out
+    assert "average rate" in rate.out

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -178,3 +180,11 @@ def test_numpy_values_can_be_printed() -> None:
 def test_csv() -> None:
     """All values in order."""
     assert message_to_csv(PoseStamped()) == "0,0,,0.0,0.0,0.0,0.0,0.0,0.0,1.0"
+
+
+def test_what_types_do_not_know_becomes_plain() -> None:
+    """A stranger's message may hold times, and keys that are no text: JSON takes them all the same."""
+    strange = {"at": datetime(1970, 1, 1, 0, 0, 1, tzinfo=UTC), "map": {b"x": 1, (1,): 2, None: 3}}
+    plain = message_to_ordereddict(strange)
+    assert plain["at"] == "1970-01-01T00:00:01+00:00"
+    assert json.loads(json.dumps(plain))["map"] == {"b'x'": 1, "(1,)": 2, "None": 3}

@@ -123,3 +123,4 @@ def test_long_arrays_are_described() -> None:
 def test_what_is_no_message_is_said() -> None:
     """The screen shows why."""
     assert "Not a message" in shown(array.array("B", [0xC1]).tobytes(), decode_untyped)
+    assert "Not a message" in shown(b"\x81\xa4data" + b"\x91" * 300 + b"\xc0", decode_untyped)
