@@ -47,7 +47,8 @@ class Inspector:
     Args:
         url: Where the broker is: one URL, or several with commas, tried in order.
         domain: Which of the broker's graphs, 0 to 232.
-        timeout_sec: How long connecting may take, and each answer.
+        timeout_sec: How long connecting may take, and each answer. Of the time for connecting each URL has an
+            equal share of what is left.
 
     Raises:
         InvalidUrlError: The URL cannot be read.
@@ -56,9 +57,14 @@ class Inspector:
         BrokerUnreachable: There is no broker, or it has not answered in time.
         ProtocolError: The broker refuses, or speaks something else; the text says what.
 
+    A question without a whole answer ends the connection, since what comes late would be taken for the next
+    one's: make another inspector.
+
     Attributes:
         urls: Where it looks for the broker.
         url: The one it is connected to.
+        listening: The first place where something took the connection and did not greet; None if there was
+            none. It has the port, so that no broker can be started there.
         welcome: What the broker has said about itself: agent, broker, keepalive_ms, max_message_bytes, …
         round_trip_sec: How long the broker took to answer the greeting.
         clock_ahead_sec: By how much the broker's wall clock is ahead of this machine's, give or take half a
@@ -68,6 +74,7 @@ class Inspector:
     def __init__(self, url: str, *, domain: int = 0, timeout_sec: float = 2.0) -> None:
         self.urls = parse_urls(url)
         self.url = self.urls[0]
+        self.listening: BrokerUrl | None = None
         self.welcome: frames.Options = {}
         self.round_trip_sec = 0.0
         self.clock_ahead_sec: float | None = None
@@ -87,10 +94,14 @@ class Inspector:
     def connect(self) -> None:
         """Connect to the first broker that answers."""
         deadline = time.monotonic() + self._timeout_sec
-        for url in self.urls:
+        strange = ""
+        for left, url in zip(range(len(self.urls), 0, -1), self.urls, strict=True):
+            now = time.monotonic()
             try:
-                self._greet(url, deadline)
-            except OSError:
+                self._greet(url, now + (deadline - now) / left)
+            except OSError as error:
+                if self._socket is not None and not strange:
+                    self.listening, strange = url, _strange(url, error)
                 self._hang_up()
             except BaseException:
                 self._hang_up()
@@ -98,7 +109,7 @@ class Inspector:
             else:
                 self.url = url
                 return
-        raise BrokerUnreachable(f"No broker at {', '.join(map(str, self.urls))}")
+        raise BrokerUnreachable(strange or f"No broker at {', '.join(map(str, self.urls))}")
 
     def __exit__(self, *error: object) -> None:
         """Close."""
@@ -183,8 +194,12 @@ class Inspector:
             while not take(self._next(kind, deadline)):
                 pass
         except OSError as error:
+            self._hang_up()
             text = "No answer from" if isinstance(error, TimeoutError) else "The link broke to"
             raise BrokerUnreachable(f"{text} the broker at {self.url}") from error
+        except BaseException:
+            self._hang_up()
+            raise
 
     def _send(self, frame: Frame) -> None:
         assert self._socket is not None
@@ -245,6 +260,12 @@ def _ahead(wall_time_ns: object, round_trip_sec: float) -> float | None:
     if type(wall_time_ns) is not int:
         return None
     return (wall_time_ns - time.time_ns()) / 1e9 + round_trip_sec / 2
+
+
+def _strange(url: BrokerUrl, error: OSError) -> str:
+    """Say what is wrong with what takes a connection and does not greet."""
+    wrong = "does not answer" if isinstance(error, TimeoutError) else "is no callboard broker"
+    return f"What listens at {url} {wrong}"
 
 
 def _left(deadline: float) -> float:

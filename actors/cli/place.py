@@ -12,14 +12,17 @@ from actors.cli.parsing import did_you_mean
 from actors.errors import BrokerUnreachable
 from actors.starting import start_hint
 from actors.tools.contexts import DEFAULT, Place, UnknownContextError, find_place
+from proto.errors import ProtocolError
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Generator
 
     from actors.inspector import Inspector
+    from proto.errors import CallboardError
 
 CONNECT_TIMEOUT_SEC: Final = 2.0
+SECOND_LOOK_SEC: Final = 0.5
 
 
 def place_of(options: argparse.Namespace) -> Place:
@@ -63,7 +66,8 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
     """Look at the graph that the options name. A signal ends it at once.
 
     Raises:
-        BrokerUnreachable: No broker within 2 s; the text says how to start one.
+        BrokerUnreachable: No broker within 2 s; the text says how to start one, or that something else has
+            the port.
     """
     from actors.inspector import Inspector  # noqa: PLC0415 - `--help` needs none
 
@@ -73,9 +77,27 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
     try:
         look.connect()
     except BrokerUnreachable:
+        if look.listening is not None:
+            raise
         raise BrokerUnreachable(missing_broker(place)) from None
     with look:
         yield look
+
+
+def why_unreachable(place: Place) -> CallboardError:
+    """Return the error that says why a node has found no broker: there is nothing, or something else."""
+    from actors.inspector import Inspector  # noqa: PLC0415 - only in trouble
+
+    look = Inspector(place.url, domain=place.domain, timeout_sec=SECOND_LOOK_SEC)
+    try:
+        look.connect()
+    except ProtocolError as error:
+        return error
+    except BrokerUnreachable as error:
+        if look.listening is not None:
+            return error
+    look.close()
+    return BrokerUnreachable(missing_broker(place))
 
 
 def missing_broker(place: Place) -> str:

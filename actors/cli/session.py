@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors import environment
 from actors.cli.errors import USAGE, CommandError
-from actors.cli.place import CONNECT_TIMEOUT_SEC, missing_broker, place_of
+from actors.cli.place import CONNECT_TIMEOUT_SEC, place_of, why_unreachable
 from actors.errors import BrokerUnreachable
 from actors.log_output import configure_logging
 from actors.logger import LoggingSeverity
@@ -34,7 +34,9 @@ async def session(options: argparse.Namespace, *, name: str | None = None) -> As
         name: The node's name; None for a hidden one.
 
     Raises:
-        BrokerUnreachable: No broker within 2 s; the text says how to start one.
+        BrokerUnreachable: No broker within 2 s; the text says how to start one, or that something else has
+            the port.
+        ProtocolError: What listens there speaks something else.
         InvalidUrlError: The URL cannot be read.
     """
     if options.own_process:
@@ -57,7 +59,7 @@ async def session(options: argparse.Namespace, *, name: str | None = None) -> As
         async with asyncio.timeout(CONNECT_TIMEOUT_SEC):
             await node.__aenter__()
     except (BrokerUnreachable, TimeoutError):
-        raise BrokerUnreachable(missing_broker(place)) from None
+        raise await asyncio.to_thread(why_unreachable, place) from None
     log.set_level(LoggingSeverity.UNSET)
     async with _leaving(node):
         yield node

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from actors.tools.contexts import Place
 
 TIMEOUT_SEC: Final = 2.0
+OTHER_PROGRAM: Final = "see what listens there: another program may have the port"
 
 
 def examine(
@@ -61,8 +62,9 @@ def all_good(checks: Iterable[Check]) -> bool:
 
 def _broker(place: Place, timeout_sec: float) -> list[Check]:
     source = f" ({place.url_from})"
+    look = Inspector(place.url, domain=place.domain, timeout_sec=timeout_sec)
     try:
-        with Inspector(place.url, domain=place.domain, timeout_sec=timeout_sec) as look:
+        with look:
             return [
                 Check("broker", "ok", f"{look.url} answers in {1000 * look.round_trip_sec:.1f} ms{source}"),
                 *broker_checks.greeting(look.welcome, look.clock_ahead_sec, look.round_trip_sec),
@@ -70,7 +72,8 @@ def _broker(place: Place, timeout_sec: float) -> list[Check]:
                 *broker_checks.graph(look.graph()),
             ]
     except BrokerUnreachable as error:
-        return [Check("broker", "fail", f"{error}{source}", start_hint(place.urls[0]))]
+        remedy = start_hint(place.urls[0]) if look.listening is None else OTHER_PROGRAM
+        return [Check("broker", "fail", f"{error}{source}", remedy)]
     except ProtocolError as error:
         return [_refused(error, place)]
 
@@ -79,6 +82,6 @@ def _refused(error: ProtocolError, place: Place) -> Check:
     remedy = (
         "run the same version of callboard on both sides"
         if error.code == ErrorCode.VERSION
-        else "see what listens there: another program may have the port"
+        else OTHER_PROGRAM
     )
     return Check("broker", "fail", f"{place.url}: {error}", remedy)

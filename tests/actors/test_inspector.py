@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import TypeVar
 
+    from proto.url import BrokerUrl
+
     T = TypeVar("T")
 
 
@@ -115,6 +117,25 @@ async def test_the_first_broker_that_answers(broker: Broker, tmp_path: Path) -> 
     assert str(await look(url, lambda inspector: inspector.url)) == broker.url
 
 
+async def test_a_broker_that_is_silent_leaves_time_for_the_next(
+    broker: Broker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each has an equal share of the time: half of it for the second of two, whatever the first does."""
+    granted: list[float] = []
+    greet = Inspector._greet
+
+    def noted(self: Inspector, url: BrokerUrl, deadline: float) -> None:
+        granted.append(deadline - time.monotonic())
+        greet(self, url, deadline)
+
+    monkeypatch.setattr(Inspector, "_greet", noted)
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        url = f"callboard://127.0.0.1:{mute.getsockname()[1]},{broker.url}"
+        assert str(await look(url, lambda inspector: inspector.url, timeout_sec=4.0)) == broker.url
+    assert granted[0] == pytest.approx(2.0, abs=0.5)
+    assert granted[1] > 0.5
+
+
 async def test_over_a_unix_socket(tmp_path: Path) -> None:
     """As over TCP."""
     async with Broker(BrokerOptions(unix=tmp_path / "s")) as running:
@@ -187,6 +208,25 @@ def test_a_broker_that_does_not_answer(answer: bytes, text: str) -> None:
         with pytest.raises(BrokerUnreachable, match=text):
             inspector.graph()
         inspector.close()
+
+
+def test_a_late_answer_is_not_taken_for_the_next_ones() -> None:
+    """After a question without an answer in time the inspector asks nothing more."""
+    with listener(WELCOME, b"") as url, Inspector(url, timeout_sec=0.2) as inspector:
+        with pytest.raises(BrokerUnreachable, match="No answer"):
+            inspector.report()
+        with pytest.raises(BrokerUnreachable, match="not connected"):
+            inspector.report()
+
+
+@pytest.mark.parametrize(("stays", "text"), [(True, "does not answer"), (False, "is no callboard broker")])
+def test_what_takes_the_connection_and_does_not_greet(stays: bool, text: str) -> None:
+    """It is told from nobody there: it has the port."""
+    with listener(stays=stays) as url:
+        inspector = Inspector(url, timeout_sec=0.2 if stays else 50.0)
+        with pytest.raises(BrokerUnreachable, match=f"What listens at {url} {text}"):
+            inspector.connect()
+        assert str(inspector.listening) == url
 
 
 def test_a_broker_that_hangs_up() -> None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import argparse
 import socket
+import socketserver
+import threading
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import pytest
@@ -16,6 +19,8 @@ from proto.names import is_hidden
 from proto.url import parse_urls
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from tests.actors.cli.conftest import Desk
 
 
@@ -49,7 +54,33 @@ def test_a_broker_that_says_nothing_is_none(capsys: pytest.CaptureFixture[str]) 
     """The wait for the handshake counts, too."""
     with socket.create_server(("127.0.0.1", 0)) as mute:
         assert main(["node", "list", "--url", f"callboard://127.0.0.1:{mute.getsockname()[1]}"]) == 3
-    assert capsys.readouterr().err.startswith("No broker at")
+    assert capsys.readouterr().err.endswith(" does not answer\n")
+
+
+@contextmanager
+def closing() -> Iterator[str]:
+    """Something that takes connections and closes each as soon as something comes."""
+
+    class Closes(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            self.request.recv(1)
+
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Closes) as server:
+        threading.Thread(target=server.serve_forever, args=(0.01,)).start()
+        yield f"callboard://127.0.0.1:{server.server_address[1]}"
+        server.shutdown()
+
+
+@pytest.mark.parametrize("verb", [("topic", "list"), ("topic", "echo", "/x"), ("doctor",)])
+def test_another_program_that_has_the_port_is_no_missing_broker(
+    verb: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """To start a broker there would fail, too: nobody says so."""
+    with closing() as url:
+        assert main([*verb, "--url", url]) == (1 if verb == ("doctor",) else 3)
+        captured = capsys.readouterr()
+        assert f"What listens at {url} is no callboard broker" in captured.out + captured.err
+        assert "Start one" not in captured.out + captured.err
 
 
 def test_a_bad_url_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
