@@ -62,36 +62,36 @@ def show(options: argparse.Namespace) -> int:
 
 def use(options: argparse.Namespace) -> int:
     """Go to a broker from now on."""
-    contexts = Contexts.load()
-    _use(contexts, options.context)
-    contexts.save()
+    with Contexts.changing() as contexts:
+        _use(contexts, options.context)
+    _say_where(contexts)
     return 0
 
 
 def add(options: argparse.Namespace) -> int:
     """Give a broker a name."""
-    contexts = Contexts.load()
-    if options.name in contexts.named and not options.replace:
-        raise CommandError(f"There is a context '{options.name}' already; --replace gives it another URL")
     context = Context(url=options.url, domain=options.domain, description=options.description)
-    contexts.add(options.name, context, replace=options.replace)
+    with Contexts.changing() as contexts:
+        if options.name in contexts.named and not options.replace:
+            raise CommandError(f"There is a context '{options.name}' already; --replace gives it another URL")
+        contexts.add(options.name, context, replace=options.replace)
+        if options.use:
+            _use(contexts, options.name)
     if options.use:
-        _use(contexts, options.name)
-    contexts.save()
-    if not options.use:
+        _say_where(contexts)
+    else:
         say(f"Added '{options.name}'. To go there: callboard context use {options.name}")
     return 0
 
 
 def remove(options: argparse.Namespace) -> int:
     """Forget a broker."""
-    contexts = Contexts.load()
-    before = contexts.current
-    try:
-        contexts.remove(options.context)
-    except UnknownContextError as error:
-        raise unknown_context(error) from error
-    contexts.save()
+    with Contexts.changing() as contexts:
+        before = contexts.current
+        try:
+            contexts.remove(options.context)
+        except UnknownContextError as error:
+            raise unknown_context(error) from error
     if contexts.current != before:
         note(f"It was in use: from now on the context is '{contexts.current}'")
     return 0
@@ -102,7 +102,10 @@ def _use(contexts: Contexts, name: str) -> None:
         contexts.use(name)
     except UnknownContextError as error:
         raise unknown_context(error) from error
-    say(f"Commands and nodes go to {contexts.get(name).url} from now on")
+
+
+def _say_where(contexts: Contexts) -> None:
+    say(f"Commands and nodes go to {contexts.get(contexts.current).url} from now on")
     if environment.broker_url() is not None:
         note("CALLBOARD_URL is set and goes before it: unset it")
     elif environment.context_name() is not None:

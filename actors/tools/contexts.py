@@ -1,9 +1,8 @@
 """Named brokers, and which one is meant when nobody says.
 
-    contexts = Contexts.load()
-    contexts.add("robot", Context(url="callboard://robot:7411", domain=3))
-    contexts.use("robot")
-    contexts.save()
+    with Contexts.changing() as contexts:
+        contexts.add("robot", Context(url="callboard://robot:7411", domain=3))
+        contexts.use("robot")
     find_place()  # where nodes and commands go now
 
 They stand in `callboard/contexts.toml` in the XDG configuration directory. A broker asks for no credentials
@@ -21,6 +20,8 @@ from __future__ import annotations
 
 import os
 import re
+import time
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
@@ -30,7 +31,7 @@ from proto.limits import MAX_DOMAIN
 from proto.url import DEFAULT_URL, parse_urls
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Generator, Iterable
     from typing import Self
 
     from proto.url import BrokerUrl
@@ -41,6 +42,8 @@ DEFAULT: Final = "default"
 T = TypeVar("T")
 
 MAX_CONTEXTS: Final = 1000
+LOCK_TIMEOUT_SEC: Final = 5.0
+LOCK_RETRY_SEC: Final = 0.01
 MAX_FILE_BYTES: Final = 1024 * 1024
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _HEADER: Final = "# Written by `callboard context`, which keeps no comments.\n"
@@ -107,10 +110,23 @@ def contexts_file() -> str:
 
 @dataclass(slots=True)
 class Contexts:
-    """All named brokers, and the one in use. Changes are kept by `save`."""
+    """All named brokers, and the one in use. Changes are kept by `changing`, or by `save`."""
 
     named: dict[str, Context] = field(default_factory=dict[str, Context])
     current: str = DEFAULT
+
+    @classmethod
+    @contextmanager
+    def changing(cls) -> Generator[Self]:
+        """Read the file, and write it at the end, if nothing is raised; meanwhile nobody else changes it.
+
+        Raises:
+            ContextError: The file is broken or cannot be written, or others have held it for 5 s.
+        """
+        with _locked(contexts_file()):
+            contexts = cls.load()
+            yield contexts
+            contexts.save()
 
     @classmethod
     def load(cls) -> Self:
@@ -211,6 +227,34 @@ class Contexts:
             if context.description:
                 lines.append(f"description = {_quoted(context.description)}\n")
         return "".join(lines)
+
+
+@contextmanager
+def _locked(file: str) -> Generator[None]:
+    """Be the only process that changes a file; the lock goes with the process that holds it."""
+    try:
+        import fcntl  # noqa: PLC0415 - only for changes
+    except ImportError:  # Windows: whoever writes last wins
+        yield
+        return
+    try:
+        os.makedirs(os.path.dirname(file), mode=0o700, exist_ok=True)
+        lock = os.open(f"{file}.lock", os.O_RDWR | os.O_CREAT, 0o600)
+    except OSError as error:
+        raise ContextError(f"Cannot write {file}: {error.strerror}") from error
+    try:
+        deadline = time.monotonic() + LOCK_TIMEOUT_SEC
+        while True:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                if time.monotonic() > deadline:
+                    raise ContextError(f"Another process is changing {file}: try again") from None
+            time.sleep(LOCK_RETRY_SEC)
+        yield
+    finally:
+        os.close(lock)
 
 
 def find_place(url: str | None = None, domain: int | None = None, context: str | None = None) -> Place:

@@ -119,6 +119,7 @@ async def test_verbs_follow_a_context(desk: Desk, capsys: pytest.CaptureFixture[
     main(["context", "add", "nobody", "--url", "callboard+unix:///nowhere", "--use"])
     async with desk.node("fellow", domain=4) as fellow:
         fellow.create_service(_trigger(), "push", lambda request, response: response)
+        await fellow.get_graph()  # the broker knows the node then
         capsys.readouterr()
         assert await asyncio.to_thread(main, ["node", "list", "--context", "desk"]) == 0
         assert capsys.readouterr().out == "/fellow\n"

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import stat
+import subprocess
+import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -69,6 +72,45 @@ def test_any_description_survives(text: str) -> None:
     contexts = Contexts()
     contexts.add("robot", Context(url="callboard://robot", description=text))
     assert module._read(contexts._text().encode()) == (contexts.named, DEFAULT)
+
+
+ADD = """
+import sys
+from actors.tools.contexts import Context, Contexts
+sys.stdin.readline()
+with Contexts.changing() as contexts:
+    contexts.add(sys.argv[1], Context(url="callboard://robot"))
+"""
+
+
+def test_processes_that_change_it_together_lose_nothing() -> None:
+    """Each sees what the others have written."""
+    names = [f"robot{number}" for number in range(8)]
+    adders = [
+        subprocess.Popen([sys.executable, "-c", ADD, name], stdin=subprocess.PIPE, text=True)
+        for name in names
+    ]
+    for adder in adders:
+        assert adder.stdin is not None
+        adder.stdin.write("go\n")
+        adder.stdin.flush()
+    for adder in adders:
+        with adder:
+            assert adder.wait(timeout=50) == 0
+    assert Contexts.load().names() == (DEFAULT, *names)
+
+
+def test_nobody_waits_for_the_file_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who cannot have it says so, and has changed nothing; an error keeps nothing either."""
+    monkeypatch.setattr(module, "LOCK_TIMEOUT_SEC", 0.0)
+    with Contexts.changing() as contexts:
+        with pytest.raises(ContextError, match="Another process"), Contexts.changing():
+            pass
+        contexts.add("robot", ROBOT)
+    with suppress(KeyError), Contexts.changing() as contexts:
+        contexts.add("lab", LAB)
+        raise KeyError
+    assert Contexts.load().names() == (DEFAULT, "robot")
 
 
 def test_without_a_file_there_is_the_default() -> None:
