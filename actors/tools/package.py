@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING, Final
 from actors.interfaces.catalog import standard_packages
 from actors.tools.licenses import license_text, spdx
 from actors.tools.maintainer import EMAIL
+from actors.tools.requirement import is_requirement
 from proto.errors import CallboardError, shown
 
 if TYPE_CHECKING:
@@ -41,7 +42,6 @@ VERSION: Final = "0.0.0"
 MAX_NAME_LENGTH: Final = 100
 
 _NAME: Final = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
-_REQUIREMENT: Final = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]*[A-Za-z0-9])?(?:[\s\[(<>=!~@;].*)?")
 _TAKEN: Final = (
     "actors",
     "broker",
@@ -107,7 +107,7 @@ class NewPackage:
                 f"Invalid email address '{self.maintainer_email}': write one such as me@example.org"
             )
         for each in self.dependencies:
-            if not each.isprintable() or not _REQUIREMENT.fullmatch(each):
+            if not is_requirement(each):
                 raise InvalidPackageError(f"Invalid dependency '{shown(each)}': write one such as numpy>=2")
 
     def license_text(self) -> str | None:

@@ -168,6 +168,7 @@ def test_nodes_whose_program_would_replace_another(name: str) -> None:
         ("maintainer_email", "root@localhost"),
         ("dependencies", ("",)),
         ("dependencies", ("--index-url",)),
+        ("dependencies", ("x; rm",)),
         ("dependencies", ("numpy\n",)),
     ],
 )
