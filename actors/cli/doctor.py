@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
+import textwrap
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import FAILURE, OK
 from actors.cli.interrupts import raise_at_once
 from actors.cli.output import say_json
-from actors.cli.tables import colored, painted
+from actors.cli.tables import colored, painted, terminal_width
 from actors.tools.health import all_good, examine
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 _STYLES: Final[dict[Status, Style]] = {"ok": "good", "warn": "warn", "fail": "bad", "skip": "dim"}
 _STATUS_WIDTH: Final = 4
+_NARROWEST: Final = 20
 
 
 def run(options: argparse.Namespace) -> int:
@@ -37,14 +39,25 @@ def _print(checks: list[Check]) -> None:
     color = colored(sys.stdout)
     width = max(len(check.name) for check in checks)
     indent = " " * (_STATUS_WIDTH + width + 4)
+    columns = terminal_width()
+    room = None if columns is None else max(columns - len(indent), _NARROWEST)
     for check in checks:
         status = painted(check.status, _STYLES[check.status], color=color)
         padding = " " * (_STATUS_WIDTH - len(check.status))
-        finding = painted(check.finding, "", color=color)
-        print(f"{status}{padding}  {check.name:<{width}}  {finding}")
-        if check.remedy:
-            print(painted(f"{indent}{check.remedy}", "dim", color=color))
+        first, *more = _lines(check.finding, room)
+        print(f"{status}{padding}  {check.name:<{width}}  {painted(first, '', color=color)}")
+        for line in more:
+            print(f"{indent}{painted(line, '', color=color)}")
+        for line in _lines(check.remedy, room) if check.remedy else ():
+            print(painted(f"{indent}{line}", "dim", color=color))
     print(f"\n{_verdict(checks)}")
+
+
+def _lines(text: str, room: int | None) -> list[str]:
+    """Return a text in lines that fit into a room, if its words do."""
+    if room is None or len(text) <= room:
+        return [text]
+    return textwrap.wrap(text, room, break_long_words=False, break_on_hyphens=False)
 
 
 def _verdict(checks: list[Check]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -12,7 +11,7 @@ from actors.cli.errors import USAGE, CommandError
 from actors.cli.output import note
 from actors.cli.parsing import did_you_mean
 from actors.cli.place import inspector
-from actors.cli.tables import colored
+from actors.cli.tables import colored, terminal_width
 from actors.tools.graph_drawing.model import GraphFilter, document_of, model_of
 from proto.names import normalize_namespace, split_node_name, validate_namespace
 
@@ -28,6 +27,8 @@ _BY_SUFFIX: Final = {
     ".mmd": "mermaid",
     ".mermaid": "mermaid",
     ".json": "json",
+    ".txt": "text",
+    "": "text",
 }
 _BOXES: Final = "╭─╎▶"
 """Some characters of each kind that a drawing has."""
@@ -35,13 +36,13 @@ _BOXES: Final = "╭─╎▶"
 
 def run(options: argparse.Namespace) -> int:
     """Print the picture, or write it into a file."""
-    chosen = _filter(options)
+    chosen, kind = _filter(options), _format(options)
     with inspector(options) as look:
         picture = look.graph()
     model = model_of(picture, chosen)
     if chosen.namespace and not model.vertices:
         raise CommandError(_no_namespace(chosen.namespace, picture.nodes()))
-    text = _rendered(model, _format(options), options)
+    text = _rendered(model, kind, options)
     if options.output is not None:
         Path(options.output).write_text(f"{text}\n", encoding="utf-8")
     elif text:
@@ -70,7 +71,7 @@ def _format(options: argparse.Namespace) -> str:
     """Return what to write.
 
     Raises:
-        CommandError: `--json` and `--format` contradict each other.
+        CommandError: `--json` and `--format` contradict each other, or the file's name says nothing known.
     """
     if options.json:
         if options.format not in {None, "json"}:
@@ -78,7 +79,14 @@ def _format(options: argparse.Namespace) -> str:
         return "json"
     if options.format is not None:
         return str(options.format)
-    return _BY_SUFFIX.get(Path(options.output or "").suffix.lower(), "text")
+    suffix = Path(options.output or "").suffix
+    if suffix.lower() not in _BY_SUFFIX:
+        known = ", ".join(filter(None, _BY_SUFFIX))
+        raise CommandError(
+            f"callboard graph: no format is known for '{suffix}': call the file {known}, or say --format",
+            USAGE,
+        )
+    return _BY_SUFFIX[suffix.lower()]
 
 
 def _rendered(model: GraphModel, kind: str, options: argparse.Namespace) -> str:
@@ -102,15 +110,10 @@ def _rendered(model: GraphModel, kind: str, options: argparse.Namespace) -> str:
     to_file = options.output is not None
     return text_of(
         model,
-        width=options.width or (None if to_file else _terminal_width()),
+        width=options.width or (None if to_file else terminal_width()),
         color=not to_file and colored(sys.stdout),
         ascii_only=options.ascii or not (to_file or _has_boxes(sys.stdout.encoding)),
     )
-
-
-def _terminal_width() -> int | None:
-    """Return how wide the terminal is; None if stdout is none, since a file is as wide as it has to be."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def _has_boxes(encoding: str | None) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import USAGE, CommandError
 from actors.cli.here import look_here
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     TextOf = Callable[[str], str | None]
+
+MAX_LINE_LENGTH: Final = 1000
+"""Characters that are read of stdin's first line: no type's name is as long."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -36,9 +39,14 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _from_stdin() -> str:
+    if sys.stdin is None or sys.stdin.closed:
+        raise CommandError("There is nothing to read from: stdin is closed")
     if sys.stdin.isatty():
         raise CommandError("'-' reads the type from a pipe: callboard topic type /chatter | …", USAGE)
-    name = sys.stdin.readline().strip()
+    try:
+        name = sys.stdin.readline(MAX_LINE_LENGTH).strip()
+    except UnicodeDecodeError as error:
+        raise CommandError(f"What comes on stdin is no text: {error.reason}") from None
     if not name:
         raise CommandError("stdin names no type", USAGE)
     return name

@@ -75,7 +75,8 @@ def _guarded(verb: Verb | None, arguments: list[str], words: int, *, own_process
     except CallboardError as error:
         return _complain(str(error), errors.exit_code(error))
     except OSError as error:
-        return _complain(str(error), errors.FAILURE)
+        name = " ".join(["callboard", *arguments[: words if verb else 0]])
+        return _complain(f"{name}: {_spoken(error)}", errors.FAILURE)
 
 
 def _run(verb: Verb, arguments: list[str], words: int, *, own_process: bool) -> int:
@@ -186,6 +187,14 @@ def _complain(text: str, code: int) -> int:
     with suppress(OSError):  # nobody reads it; the exit code still says it
         note(text)
     return code
+
+
+def _spoken(error: OSError) -> str:
+    """Return what the system says, without its number, and of which file it says so."""
+    import os
+
+    files = [os.fsdecode(each) for each in (error.filename, error.filename2) if isinstance(each, str | bytes)]
+    return ": ".join([error.strerror or str(error) or type(error).__name__, *files])
 
 
 def _set_up_streams() -> None:

@@ -6,8 +6,9 @@
     /chatter           2
     /rosout           10
 
-Cells are separated by two spaces, so `awk` and `cut` can take a piped table apart; nothing in a cell can
-steer the terminal or break a line.
+On a terminal that is too narrow the widest texts are cut short, with an ellipsis at the end; a pipe and
+a file get all of them. Cells are separated by two spaces, so `awk` and `cut` can take a piped table apart;
+nothing in a cell can steer the terminal or break a line.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ Style = Literal["", "heading", "name", "type", "count", "dim", "good", "warn", "
 """What a text is, which says how it looks. A column of "count" is aligned to the right."""
 
 GAP: Final = "  "
+ELLIPSIS: Final = "…"
+NARROWEST: Final = 8
+"""Columns that a text keeps, however narrow the terminal is."""
 _CODES: Final[dict[Style, str]] = {
     "heading": "1",
     "name": "36",
@@ -81,6 +85,7 @@ def table_lines(
     header: Sequence[str] | None = None,
     style: Sequence[Style] = (),
     color: bool = False,
+    room: int | None = None,
 ) -> list[str]:
     """Return the lines of a table; they go to `print`.
 
@@ -89,12 +94,17 @@ def table_lines(
         header: Titles of the columns, in bold.
         style: Of each column; further ones are plain.
         color: Whether to use colours.
+        room: Columns of the terminal; None: as many as it takes. The widest columns that are not counts are
+            cut short to fit, each to 8 at least.
     """
     body = [[_styled(cell, _at(style, at)) for at, cell in enumerate(row)] for row in rows]
     if header is not None:
         body.insert(0, [Styled(_one_line(title), "heading") for title in header])
     widths = [max(width(row[at].text) for row in body if at < len(row)) for at in range(_longest(body))]
     right = [_at(style, at) == "count" for at in range(len(widths))]
+    if room is not None:
+        widths = _squeezed(widths, right, room)
+        body = [[_cut(cell, most) for cell, most in zip(row, widths, strict=False)] for row in body]
     return [_line(row, widths, right, color=color) for row in body]
 
 
@@ -107,7 +117,47 @@ def say_table(
     """Print a table; see `table_lines`. Without rows nothing is printed, not even the header."""
     every = list(rows)
     if every:
-        print("\n".join(table_lines(every, header=header, style=style, color=colored(sys.stdout))))
+        color, room = colored(sys.stdout), terminal_width()
+        print("\n".join(table_lines(every, header=header, style=style, color=color, room=room)))
+
+
+def terminal_width() -> int | None:
+    """Return how many columns the terminal has; None if stdout is none: a file is as wide as it must be."""
+    if not sys.stdout.isatty():
+        return None
+    import shutil  # noqa: PLC0415 - a pipe needs none
+
+    return shutil.get_terminal_size().columns
+
+
+def _squeezed(widths: list[int], fixed: list[bool], room: int) -> list[int]:
+    """Return widths that fit into a room, if that can be: the widest ones give way first."""
+    squeezed = list(widths)
+    excess = sum(widths) + len(GAP) * (len(widths) - 1) - room
+    while excess > 0:
+        loose = [(width, at) for at, width in enumerate(squeezed) if not fixed[at] and width > NARROWEST]
+        if not loose:
+            break
+        loose.sort(reverse=True)
+        widest, at = loose[0]
+        next_one = max(loose[1][0] if len(loose) > 1 else 0, NARROWEST)
+        less = min(excess, max(1, widest - next_one))
+        squeezed[at] -= less
+        excess -= less
+    return squeezed
+
+
+def _cut(cell: Styled, most: int) -> Styled:
+    """Return a cell of at most so many columns."""
+    if width(cell.text) <= most:
+        return cell
+    kept, taken = "", 0
+    for char in cell.text:
+        taken += width(char)
+        if taken > most - len(ELLIPSIS):
+            break
+        kept += char
+    return cell._replace(text=kept + ELLIPSIS)
 
 
 def _styled(cell: Cell, style: Style) -> Styled:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from dataclasses import replace
@@ -28,13 +29,20 @@ def run(options: argparse.Namespace) -> int:
     """Show what goes on: live, or printed once, or as JSON until a signal."""
     if options.once or options.json:
         return _print(options)
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+    if not _has_terminal():
         raise CommandError("callboard top needs a terminal; without one: callboard top --once", USAGE)
     if find_spec("textual") is None:
         raise CommandError(MISSING, FAILURE)
     from actors.cli.top_view import live  # noqa: PLC0415 - needs textual
 
     return live.run(options)
+
+
+def _has_terminal() -> bool:
+    """Tell whether there is a terminal that can show more than lines."""
+    if os.environ.get("TERM") == "dumb" or sys.stdin is None:
+        return False
+    return sys.stdin.isatty() and sys.stdout.isatty()
 
 
 def _print(options: argparse.Namespace) -> int:

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from actors.tools.graph_drawing.wiring import Hub, Wiring
 
 MAX_DRAWN: Final = 200
-"""Vertices. Beyond it lines are too many to follow, and a listing says more."""
+"""Vertices, and labels of arrows from node to node. Beyond it a listing says more."""
+MAX_DRAWN_EDGES: Final = 400
+"""Beyond it lines are too many to follow."""
 USUAL_WIDTH: Final = 100
 """Columns in which nodes without any wire stand side by side, if no width is given."""
 _MEASURE: Final = Measure(node=3, hub=1, line=1, step=1, gap=0, whole=True)
@@ -47,7 +49,8 @@ def text_of(
         Lines, without a line end after the last one; empty for an empty model.
     """
     lines = None
-    if len(model.vertices) <= MAX_DRAWN:
+    labels = sum(1 for edge in model.edges if edge.names)
+    if len(model.vertices) + labels <= MAX_DRAWN and len(model.edges) <= MAX_DRAWN_EDGES:
         lines = _drawn(model, width, color=color, ascii_only=ascii_only)
     if lines is None:
         return listing_of(model)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 from actors.cli.doctor import _verdict
@@ -39,6 +40,22 @@ def test_what_is_wrong_is_followed_by_what_to_do(capsys: pytest.CaptureFixture[s
     at = lines.index("fail  broker        No broker at callboard+unix:///nowhere (--url)")
     assert lines[at + 1] == "                    Start one with: callboard broker --unix /nowhere"
     assert lines[-1].startswith("1 problem")
+
+
+def test_long_findings_are_wrapped_to_the_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is cut off; what follows stands below the finding. Pipes get whole lines: see above."""
+    url = "callboard+unix:///nowhere,callboard+unix:///nobody"
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    assert main(["doctor", "--url", url]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    at = lines.index("fail  broker        No broker at callboard+unix:///nowhere,")
+    assert lines[at + 1] == "                    callboard+unix:///nobody (--url)"
+    assert all(len(line) <= 60 for line in lines[at:])
+    assert all(line.startswith(" " * 20) for line in lines[at + 1 : -2])
 
 
 def test_the_verdict_counts() -> None:

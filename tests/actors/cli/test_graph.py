@@ -12,6 +12,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
+from actors.cli.main import main
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 
@@ -128,11 +129,20 @@ async def test_the_option_is_stronger_than_the_file_name(talk: Desk, tmp_path: P
     assert file.read_text(encoding="utf-8").startswith("digraph")
 
 
+def test_a_file_whose_name_says_no_format(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nothing is drawn: text in a .png would help nobody. That is said before a broker is looked for."""
+    file = tmp_path / "g.png"
+    assert main(["graph", "-o", str(file), "--url", "callboard://127.0.0.1:1"]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("callboard graph: no format is known for '.png': call the file .svg, .dot,")
+    assert not file.exists()
+
+
 async def test_a_file_that_cannot_be_written(talk: Desk, tmp_path: Path) -> None:
     """One line, and 1."""
     code, out, err = await talk.callboard("graph", "-o", str(tmp_path / "no" / "g.svg"))
     assert (code, out) == (1, "")
-    assert "No such file or directory" in err
+    assert err == f"callboard graph: No such file or directory: {tmp_path}/no/g.svg\n"
 
 
 @pytest.mark.parametrize(

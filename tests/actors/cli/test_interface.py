@@ -121,6 +121,27 @@ def test_show_reads_the_type_from_a_pipe(
     assert capsys.readouterr() == (out, err)
 
 
+def test_show_without_stdin(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """One line says that there is nothing to read: the shell has closed it, or it is no text."""
+    monkeypatch.setattr(sys, "stdin", None)
+    assert main(["interface", "show", "-"]) == 1
+    assert capsys.readouterr().err == "There is nothing to read from: stdin is closed\n"
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"\xff\n"), encoding="utf-8"))
+    assert main(["interface", "show", "-"]) == 1
+    assert capsys.readouterr().err.startswith("What comes on stdin is no text")
+
+
+def test_show_reads_no_endless_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever comes, it takes no more than a name can be."""
+    endless = io.StringIO("x" * 100_000)
+    monkeypatch.setattr(sys, "stdin", endless)
+    assert main(["interface", "show", "-"]) == 1
+    assert endless.tell() < 10_000
+    assert len(capsys.readouterr().err) < 10_000
+
+
 def test_show_does_not_wait_for_a_terminal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import os
 import re
 import signal
@@ -87,7 +88,6 @@ def test_wrong_usage_is_one_line(capsys: pytest.CaptureFixture[str], arguments: 
         (CommandError("text", 42), 42),
         (BrokerUnreachable("text"), 3),
         (ServiceTimeout("text"), 124),
-        (OSError("text"), 1),
     ],
 )
 def test_errors_have_exit_codes(
@@ -97,6 +97,26 @@ def test_errors_have_exit_codes(
     _interface_raises(monkeypatch, error)
     assert main.main(["interface", "list"]) == code
     assert capsys.readouterr().err == "text\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (OSError("text"), "text"),
+        (OSError(), "OSError"),
+        (OSError(errno.ENOSPC, "No space left on device"), "No space left on device"),
+        (PermissionError(errno.EACCES, "Permission denied", "/x"), "Permission denied: /x"),
+        (FileExistsError(errno.EEXIST, "File exists", b"/x", None, b"/y"), "File exists: /x: /y"),
+    ],
+    ids=str,
+)
+def test_what_the_system_refuses_is_one_plain_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], error: OSError, text: str
+) -> None:
+    """What was tried, why it does not work, and with which file; no number."""
+    _interface_raises(monkeypatch, error)
+    assert main.main(["interface", "list"]) == 1
+    assert capsys.readouterr().err == f"callboard interface list: {text}\n"
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import io
+import sys
 
 import pytest
 
-from actors.cli.tables import Styled, colored, painted, say_table, table_lines, width
+from actors.cli.tables import Style, Styled, colored, painted, say_table, table_lines, width
 
 
 class _Terminal(io.StringIO):
@@ -79,6 +80,38 @@ def test_the_environment_goes_before_the_terminal(
     if variable is not None:
         monkeypatch.setenv(variable, "1")
     assert colored(_Terminal() if terminal else io.StringIO()) is wanted
+
+
+def test_the_widest_texts_give_way_to_a_narrow_terminal() -> None:
+    """Counts stay whole; what is cut shows it, and takes no more columns than there are."""
+    rows = [
+        ("/a/quite/long/topic", 12345678901, "example_interfaces/srv/AddTwoInts"),
+        ("/日本語日本語日本語", 2, "x"),
+    ]
+    style: list[Style] = ["name", "count"]
+    assert table_lines(rows, style=style, room=80) == table_lines(rows, style=style)
+    for room in range(31, 70):
+        lines = table_lines(rows, style=style, room=room)
+        assert max(map(width, lines)) <= room
+        assert "12345678901" in lines[0]
+    assert table_lines(rows, style=style, room=40) == [
+        "/a/quite/lon…  12345678901  example_int…",
+        "/日本語日本…             2  x",
+    ]
+    assert table_lines([("a" * 20, "b" * 20)], room=3) == ["aaaaaaa…  bbbbbbb…"]
+
+
+def test_say_table_fits_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And cuts nothing short in a pipe."""
+    monkeypatch.setenv("COLUMNS", "20")
+    say_table([("x" * 50,)])
+    terminal = _Terminal()
+    monkeypatch.setattr(sys, "stdout", terminal)
+    say_table([("x" * 50,)])
+    assert terminal.getvalue() == f"{'x' * 19}…\n"
+    assert capsys.readouterr().out == f"{'x' * 50}\n"
 
 
 def test_say_table_prints_plain_text_into_a_pipe(capsys: pytest.CaptureFixture[str]) -> None:

@@ -132,6 +132,20 @@ def test_a_live_view_needs_a_terminal(capsys: pytest.CaptureFixture[str]) -> Non
     assert capsys.readouterr().err == "callboard top needs a terminal; without one: callboard top --once\n"
 
 
+def test_a_terminal_that_shows_only_lines_is_none(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """TERM=dumb, and no stdin at all: the same text."""
+    for stream in (sys.stdin, sys.stdout):
+        monkeypatch.setattr(stream, "isatty", lambda: True)
+    monkeypatch.setenv("TERM", "dumb")
+    assert main(["top"]) == 2
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(sys, "stdin", None)
+    assert main(["top"]) == 2
+    assert capsys.readouterr().err.count("callboard top needs a terminal; without one:") == 2
+
+
 def test_without_textual_the_text_says_how_to_get_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -59,6 +59,20 @@ def test_what_is_too_large_is_listed(
     assert text_of(model) == listing_of(model)
 
 
+def test_too_many_lines_are_listed(
+    graph: Callable[[str], GraphPicture], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also of few nodes: each arrow from node to node has a label, which takes the place of a vertex."""
+    names = [f"/n{number:02}" for number in range(25)]
+    mesh = graph("\n".join(f"{name} >/x </x" for name in names))
+    assert "╭" in text_of(model_of(mesh))
+    direct = model_of(mesh, GraphFilter(nodes_only=True))
+    assert len(direct.vertices) == 25
+    assert text_of(direct) == listing_of(direct)
+    monkeypatch.setattr(text_module, "MAX_DRAWN_EDGES", 49)
+    assert text_of(model_of(mesh)) == listing_of(model_of(mesh))
+
+
 def test_listing(graph: Callable[[str], GraphPicture]) -> None:
     """Each node, and what it does."""
     drawn = graph("/a >/x ?/s\n/b </x !/s\n/c")
