@@ -11,6 +11,8 @@ import sys
 import termios
 from typing import TYPE_CHECKING
 
+import pytest
+
 from tests.integration.conftest import DEADLINE_SEC, ROOT
 
 if TYPE_CHECKING:
@@ -40,8 +42,9 @@ async def test_the_program_in_the_guide_runs(system: System) -> None:
     assert re.fullmatch(r"/addison \d+\.\d+", run.output)
 
 
-async def test_the_live_view_draws_and_quits(system: System) -> None:
-    """In a terminal: q ends it with 0, and the terminal is as it was."""
+@pytest.mark.parametrize("key", [b"q", b"\x03"], ids=["q", "ctrl-c"])
+async def test_the_live_view_draws_and_quits(system: System, key: bytes) -> None:
+    """In a terminal: q and Ctrl-C end it with 0, and the terminal is as it was."""
     await system.broker()
     publisher = await system.example("minimal_publisher")
     await publisher.says("Publishing")
@@ -58,7 +61,7 @@ async def test_the_live_view_draws_and_quits(system: System) -> None:
         )
         try:
             await shows(terminal, b"/addison")
-            os.write(terminal, b"q")
+            os.write(terminal, key)
             await shows(terminal, b"\x1b[?1049l")
             async with asyncio.timeout(DEADLINE_SEC):
                 assert await process.wait() == 0

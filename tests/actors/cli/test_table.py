@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from actors.cli.parsing import parser_of
 from actors.cli.table import Verb, each_verb
 
 VERBS = each_verb()
+SHAPES = Path(__file__).parents[3] / "docs" / "reference" / "json.md"
 
 
 @pytest.mark.parametrize(("command", "verb"), VERBS, ids=[command for command, _ in VERBS])
@@ -32,3 +34,17 @@ def test_help_is_short_and_plain(command: str, verb: Verb) -> None:
     parser = parser_of(command, verb, import_module(verb.module))
     assert not verb.summary.endswith(".")
     assert all(action.help for action in parser._actions)
+
+
+def test_each_shape_of_json_is_described() -> None:
+    """Every verb with --json has a section in the reference, and no other has."""
+    described: list[str] = []
+    for line in SHAPES.read_text(encoding="utf-8").splitlines():
+        if line.startswith("## "):
+            described += line.removeprefix("## ").split(", ")
+    having = [
+        command
+        for command, verb in VERBS
+        if "--json" in parser_of(command, verb, import_module(verb.module))._option_string_actions
+    ]
+    assert sorted(described) == sorted(having)
