@@ -7,6 +7,7 @@ links there are; so looking takes no more than 3 % of the time, as long as that 
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import TIMEOUT, CommandError
@@ -14,13 +15,16 @@ from actors.cli.names import topic_name
 from actors.cli.output import note
 from actors.cli.parsing import did_you_mean
 from actors.cli.place import inspector
-from actors.tools.rates import CounterRate
+from actors.errors import BrokerUnreachable
+from actors.starting import start_hint
+from actors.tools.rates import LEAST_SEC, CounterRate
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Iterator
 
     from actors.broker_report import BrokerReport
+    from actors.inspector import Inspector
 
 PRINT_EVERY_SEC: Final = 1.0
 LOOK_EVERY_SEC: Final = 0.02
@@ -36,13 +40,17 @@ class Watched:
         new: Messages since it was last shown.
     """
 
-    def __init__(self, topic: str, window: int) -> None:
+    def __init__(self, topic: str, window: int, *, least_sec: float = LEAST_SEC) -> None:
         self.topic = topic
-        self.counter = CounterRate(window)
+        self.counter = CounterRate(window, least_sec=least_sec)
         self.new = 0
+        self._anew = partial(CounterRate, window, least_sec=least_sec)
 
-    def look(self, report: BrokerReport) -> None:
-        """Take in a look at the broker."""
+    def look(self, report: BrokerReport | None) -> None:
+        """Take in a look at the broker; None if it could not be looked at: what comes next begins anew."""
+        if report is None:
+            self.counter = self._anew()
+            return
         found, before = report.topics.get(self.topic), self.counter.total
         messages, size_bytes = (found.messages, found.bytes) if found else (0, 0)
         first = not self.counter.begun
@@ -51,18 +59,20 @@ class Watched:
             self.new += messages - before if messages >= before else messages
 
 
-def watch(options: argparse.Namespace, window: int, show: Callable[[list[Watched]], bool]) -> int:
+def watch(options: argparse.Namespace, default_window: int, show: Callable[[list[Watched]], bool]) -> int:
     """Call `show` once a second; it returns whether there was anything to show. Return the exit code.
 
     Raises:
         InvalidTopicNameError: A name is no topic's.
         CommandError: No message for as long as `--timeout` says.
     """
-    watched = [Watched(topic, window) for topic in dict.fromkeys(map(topic_name, options.topics))]
+    window, least_sec = (options.window, 0.0) if options.window else (default_window, LEAST_SEC)
+    names = dict.fromkeys(map(topic_name, options.topics))
+    watched = [Watched(name, window, least_sec=least_sec) for name in names]
     with inspector(options) as look:
         _warn_unpublished(look.report(), watched)
         silent_sec = 0.0
-        for _ in ticks(look.report, watched):
+        for _ in ticks(Looks(look).take, watched):
             silent_sec = 0.0 if any(each.new for each in watched) else silent_sec + PRINT_EVERY_SEC
             shown = show(watched)
             for each in watched:
@@ -70,19 +80,44 @@ def watch(options: argparse.Namespace, window: int, show: Callable[[list[Watched
             if options.once and shown:
                 break
             if options.timeout is not None and silent_sec >= options.timeout:
-                names = ", ".join(each.topic for each in watched)
-                raise CommandError(f"No message on {names} within {options.timeout:g} s", TIMEOUT)
+                raise CommandError(f"No message on {', '.join(names)} within {options.timeout:g} s", TIMEOUT)
     return 0
 
 
+class Looks:
+    """Looks at a broker that may go and come back."""
+
+    def __init__(self, inspector: Inspector) -> None:
+        self._inspector = inspector
+        self._lost = False
+
+    def take(self) -> BrokerReport | None:
+        """Return what the broker says; None while there is none, which stderr says once."""
+        try:
+            if self._lost:
+                self._inspector.connect()
+            report = self._inspector.report()
+        except BrokerUnreachable as error:
+            self._inspector.close()
+            if not self._lost:
+                note(f"{error}; waiting for it to come back. {start_hint(self._inspector.url)}")
+            self._lost = True
+            return None
+        self._lost = False
+        return report
+
+
 def ticks(
-    look: Callable[[], BrokerReport],
+    look: Callable[[], BrokerReport | None],
     watched: list[Watched],
     *,
     clock: Callable[[], float] = time.monotonic,
     pause: Callable[[float], None] = time.sleep,
 ) -> Iterator[None]:
-    """Look at the broker again and again, and yield once a second, without drift."""
+    """Look at the broker again and again, and yield once a second, without drift.
+
+    While there is none, it is looked for once a second.
+    """
     due = clock() + PRINT_EVERY_SEC
     while True:
         began = clock()
@@ -93,7 +128,8 @@ def ticks(
         if began >= due:
             due = max(due + PRINT_EVERY_SEC, began)
             yield
-        pause(min(max(LOOK_EVERY_SEC, took / LOOK_SHARE), PRINT_EVERY_SEC))
+        rest_sec = max(LOOK_EVERY_SEC, took / LOOK_SHARE) if report else PRINT_EVERY_SEC
+        pause(min(rest_sec, PRINT_EVERY_SEC))
 
 
 def _warn_unpublished(report: BrokerReport, watched: list[Watched]) -> None:

@@ -139,10 +139,20 @@ def add_qos_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_watch_options(parser: argparse.ArgumentParser, *, window: str, subscribe: bool = True) -> None:
-    """Add what `topic hz`, `bw` and `delay` have in common."""
+    """Add what `topic hz`, `bw` and `delay` have in common.
+
+    Args:
+        parser: The verb's.
+        window: The messages to look back on if --window says nothing.
+        subscribe: The verb can count by the broker, too; then a window is about right, and a second at least.
+    """
+    about = (
+        " (about so many without --subscribe: a look at the counters may find several)" if subscribe else ""
+    )
+    least = ", and the last second at least" if subscribe else ""
     parser.add_argument(
         "-w", "--window", type=count, metavar="N",
-        help=f"messages to look back on; default: {window}, and the last second at least",
+        help=f"messages to look back on{about}; default: {window}{least}",
     )  # fmt: skip
     if subscribe:
         parser.add_argument(

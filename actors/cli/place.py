@@ -66,8 +66,8 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
     """Look at the graph that the options name. A signal ends it at once.
 
     Raises:
-        BrokerUnreachable: No broker within 2 s; the text says how to start one, or that something else has
-            the port.
+        BrokerUnreachable: No broker within 2 s, or it has gone; the text says how to start one, or that
+            something else has the port.
     """
     from actors.inspector import Inspector  # noqa: PLC0415 - `--help` needs none
 
@@ -80,8 +80,11 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
         if look.listening is not None:
             raise
         raise BrokerUnreachable(missing_broker(place)) from None
-    with look:
-        yield look
+    try:
+        with look:
+            yield look
+    except BrokerUnreachable as error:
+        raise BrokerUnreachable(f"{error}. {start_hint(look.url)}") from None
 
 
 def why_unreachable(place: Place) -> CallboardError:

@@ -6,14 +6,47 @@ import asyncio
 import codecs
 import os
 import sys
-from typing import TYPE_CHECKING, Final
+from contextlib import aclosing
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.cli.errors import CommandError
+from actors.cli.output import note
+from actors.tools.documents import Documents
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator
+    from collections.abc import AsyncGenerator, Callable
 
+T = TypeVar("T")
 READ_BYTES: Final = 64 * 1024
+
+
+async def documents(read: Callable[[str], T]) -> AsyncGenerator[T]:
+    """Yield what `read` makes of each document on stdin, as soon as it is whole; see `tools.documents`.
+
+    Raises:
+        CommandError: stdin is no text, or `read` raises it; the text then has the document's number.
+    """
+    if sys.stdin is not None and sys.stdin.isatty():
+        note("Write YAML, and --- in a line of its own after each message; Ctrl-D ends")
+    found, number = Documents(), 0
+    async with aclosing(pieces()) as coming:
+        async for piece in coming:
+            try:
+                texts = found.feed(piece) if piece else []
+            except ValueError as error:
+                raise CommandError(str(error)) from None
+            for text in texts:
+                number += 1
+                yield _made(read, text, number)
+    for text in found.end():
+        yield _made(read, text, number + 1)
+
+
+def _made(read: Callable[[str], T], text: str, number: int) -> T:
+    try:
+        return read(text)
+    except CommandError as error:
+        raise CommandError(f"Message {number} on stdin: {error}") from None
 
 
 async def pieces() -> AsyncGenerator[str]:

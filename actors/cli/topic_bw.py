@@ -18,7 +18,7 @@ def run(options: argparse.Namespace) -> int:
     """Print bandwidths until a signal."""
     from actors.cli.counters import watch  # noqa: PLC0415 - who subscribes needs it not
 
-    return watch(options, options.window or BANDWIDTH_WINDOW, lambda watched: _show(options, watched))
+    return watch(options, BANDWIDTH_WINDOW, lambda watched: _show(options, watched))
 
 
 def _show(options: argparse.Namespace, watched: list[Watched]) -> bool:

@@ -9,6 +9,7 @@ from actors.cli.here import look_here
 from actors.cli.listening import Listener, warn_unpublished
 from actors.cli.loop import run_async
 from actors.cli.message_printer import MessagePrinter
+from actors.cli.mismatch import require_type
 from actors.cli.parsing import did_you_mean
 from actors.cli.session import graph_of, session
 from actors.cli.values import named_message, profile
@@ -43,6 +44,8 @@ async def _echo(options: argparse.Namespace, msg_type: type[Message] | None, pri
             _require_type(picture, topic)
         else:
             warn_unpublished(picture, topic)
+            if not options.raw:  # which hears every type
+                require_type(picture, EntryKind.PUBLISHER, topic, msg_type)
         decode = decoder_of(picture, topic)
         qos = profile(options, profile_of(picture, topic, depth=DEPTH))
         with Listener(

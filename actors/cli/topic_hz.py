@@ -22,11 +22,11 @@ def run(options: argparse.Namespace) -> int:
     """Print rates until a signal."""
     from actors.cli.counters import watch  # noqa: PLC0415 - who subscribes needs it not
 
-    return watch(options, options.window or RATE_WINDOW, lambda watched: _show(options, watched))
+    return watch(options, RATE_WINDOW, lambda watched: _show(options, watched))
 
 
 def _show(options: argparse.Namespace, watched: list[Watched]) -> bool:
-    rates = [(each, each.counter.rate()) for each in watched]
+    rates = [(each, each.counter.rate() if each.new else None) for each in watched]
     known = any(rate for _, rate in rates)
     if options.json:
         for each, rate in rates if known or not options.once else []:

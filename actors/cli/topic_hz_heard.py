@@ -97,7 +97,7 @@ def _wanted(chosen: MessageFilter | None, decode: Callable[[bytes], Any]) -> Cal
 
 def show(options: argparse.Namespace, topics: list[Heard]) -> bool:
     """Print what is known, if anything; return whether it is."""
-    rates = [(each, each.rate.summary()) for each in topics]
+    rates = [(each, each.rate.summary() if each.new else None) for each in topics]
     known = any(rate for _, rate in rates)
     if options.json:
         for each, rate in rates if known or not options.once else []:

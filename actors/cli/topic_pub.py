@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import asyncio
-import sys
 import time
 from contextlib import aclosing
+from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.cli.errors import TIMEOUT, USAGE, CommandError
 from actors.cli.loop import run_async
 from actors.cli.output import note, say, say_json
+from actors.cli.pace import Pace
 from actors.cli.session import session
-from actors.cli.stdin import pieces
+from actors.cli.stdin import documents
 from actors.cli.values import named_message, profile, stamped_message_from_text
 from actors.errors import WaitTimeout
 from actors.interfaces.convert import message_to_ordereddict
 from actors.qos import QoSProfile
-from actors.tools.documents import Documents
 
 if TYPE_CHECKING:
     import argparse
@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     msg_type = named_message(options.type)
     if options.stdin and options.values is not None:
         raise CommandError("Give VALUES or --stdin, not both", USAGE)
-    said = None if options.stdin else Said(*stamped_message_from_text(msg_type, options.values or "{}"))
+    said = None if options.stdin else _said(msg_type, options.values or "{}")
     run_async(lambda: _publish(options, msg_type, said))
     return 0
 
@@ -56,9 +56,7 @@ async def _publish(options: argparse.Namespace, msg_type: type[Message], said: S
         if not options.json:
             say("publisher: beginning loop")
         if said is None:
-            if sys.stdin is not None and sys.stdin.isatty():
-                note("Write YAML, and --- in a line of its own after each message; Ctrl-D ends")
-            async with aclosing(_read(msg_type)) as messages:
+            async with aclosing(documents(partial(_said, msg_type))) as messages:
                 await _repeat(options, publisher, messages, options.rate)
         else:
             async with aclosing(_again(said)) as messages:
@@ -68,36 +66,13 @@ async def _publish(options: argparse.Namespace, msg_type: type[Message], said: S
             await asyncio.sleep(options.keep_alive)
 
 
+def _said(msg_type: type[Message], text: str) -> Said:
+    return Said(*stamped_message_from_text(msg_type, text))
+
+
 async def _again(said: Said) -> AsyncGenerator[Said]:
     while True:
         yield said
-
-
-async def _read(msg_type: type[Message]) -> AsyncGenerator[Said]:
-    """Yield what stdin says, as soon as it says it.
-
-    Raises:
-        CommandError: It says something else than messages of this type.
-    """
-    documents, number = Documents(), 0
-    async with aclosing(pieces()) as coming:
-        async for piece in coming:
-            try:
-                texts = documents.feed(piece) if piece else []
-            except ValueError as error:
-                raise CommandError(str(error)) from None
-            for text in texts:
-                number += 1
-                yield _message(msg_type, text, number)
-    for text in documents.end():
-        yield _message(msg_type, text, number + 1)
-
-
-def _message(msg_type: type[Message], text: str, number: int) -> Said:
-    try:
-        return Said(*stamped_message_from_text(msg_type, text))
-    except CommandError as error:
-        raise CommandError(f"Message {number} on stdin: {error}") from None
 
 
 async def _wait_for_subscriptions(options: argparse.Namespace, publisher: Publisher[Message]) -> None:
@@ -133,7 +108,8 @@ async def _repeat(
     """Publish at the rate asked for, without drift; end after as many messages as asked for."""
     loop = asyncio.get_running_loop()
     times = 1 if options.once else options.times
-    due, number = loop.time(), 0
+    pace = None if rate is None else Pace(rate, loop.time)
+    number = 0
     async for message, stamps in messages:
         number += 1
         await publisher.ready(FOREVER_SEC)
@@ -146,6 +122,5 @@ async def _repeat(
                 say(f"publishing #{number}: {message!r}\n")
         if number == times:
             return
-        if rate is not None:
-            due = max(due, loop.time() - 1 / rate) + 1 / rate
-            await asyncio.sleep(max(0.0, due - loop.time()))
+        if pace is not None:
+            await asyncio.sleep(pace.wait_sec())

@@ -13,6 +13,9 @@ EXAMPLES: Final = {
     "callboard service call /add_two_ints example_interfaces/srv/AddTwoInts '{a: 5, b: 3}'": (
         "one call; the answer is printed"
     ),
+    "callboard service call --stdin /add_two_ints example_interfaces/srv/AddTwoInts --json": (
+        'a call for each line such as {"a": 5, "b": 3}, a line for each answer'
+    ),
 }
 
 
@@ -20,10 +23,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the arguments."""
     parser.add_argument("service", metavar="NAME", help="such as /add_two_ints")
     parser.add_argument("type", metavar="TYPE", help="such as example_interfaces/srv/AddTwoInts")
+    parser.add_argument("values", metavar="VALUES", nargs="?", help="a YAML map: '{a: 5, b: 3}'; default: {}")
     parser.add_argument(
-        "values", metavar="VALUES", nargs="?", default="{}", help="a YAML map: '{a: 5, b: 3}'"
+        "--stdin",
+        action="store_true",
+        help="call with what comes on stdin, one after the other: YAML with --- in between, or a JSON object "
+        "a line",
     )
-    parser.add_argument("-r", "--rate", type=positive, metavar="HZ", help="call again and again")
+    parser.add_argument(
+        "-r",
+        "--rate",
+        type=positive,
+        metavar="HZ",
+        help="call again and again; with --stdin, at most so often",
+    )
     parser.add_argument(
         "--timeout", type=positive, metavar="SEC",
         help="end with 124 when no server comes, or no reply, within this time; default: for a reply 60",

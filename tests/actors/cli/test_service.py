@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from actors.interfaces.std_srvs.srv import Trigger
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
+    from pathlib import Path
 
     from tests.actors.cli.conftest import Desk
 
@@ -183,3 +185,31 @@ async def test_bad_input_is_named(desk: Desk, arguments: tuple[str, ...], code: 
     ended = await desk.callboard("service", "call", *arguments)
     assert (ended.code, ended.out) == (code, "")
     assert text in ended.err
+
+
+async def test_call_with_the_wrong_type_does_not_wait(desk: Desk) -> None:
+    """What serves it is named."""
+    async with adder(desk):
+        ended = await desk.callboard("service", "call", "/add_two_ints", "std_srvs/srv/Trigger")
+    assert ended == (
+        1,
+        "",
+        "'/add_two_ints' is served as example_interfaces/srv/AddTwoInts, not std_srvs/srv/Trigger\n",
+    )
+
+
+async def test_calls_from_stdin(desk: Desk, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A call for each document, the answers in order; the end of stdin ends it."""
+    (tmp_path / "asked").write_text('{"a": 1, "b": 2}\na: 3\nb: 4\n---\n{a: 5}', encoding="utf-8")
+    with (tmp_path / "asked").open(encoding="utf-8") as stream:
+        monkeypatch.setattr(sys, "stdin", stream)
+        async with adder(desk):
+            ended = await desk.callboard(*ADD, "--stdin", "--json")
+    assert (ended.code, ended.err) == (0, "")
+    assert ended.documents == [{"sum": 3}, {"sum": 7}, {"sum": 5}]
+
+
+async def test_call_takes_values_or_stdin(desk: Desk) -> None:
+    """Not both."""
+    ended = await desk.callboard(*ADD, "{a: 1}", "--stdin")
+    assert (ended.code, ended.err) == (2, "Give VALUES or --stdin, not both\n")

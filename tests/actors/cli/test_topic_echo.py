@@ -302,3 +302,20 @@ async def test_a_stranger_does_not_end_an_echo(desk: Desk, options: list[str]) -
         ended = await desk.callboard("topic", "echo", "/said", *options, "--timeout", "1")
     assert ended.code == 124
     assert ended.out.count("x") == 2
+
+
+async def test_echo_with_the_wrong_type_does_not_wait(desk: Desk) -> None:
+    """What is published is named; --raw hears every type."""
+    ended = await echoed(desk, String(data="hi"), "std_msgs/msg/Int32")
+    assert ended == (1, "", "'/said' is published as std_msgs/msg/String, not std_msgs/msg/Int32\n")
+    assert (await echoed(desk, String(data="hi"), "std_msgs/msg/Int32", "--raw")).code == 0
+
+
+async def test_echo_with_another_definition_of_a_type_does_not_wait(desk: Desk) -> None:
+    """The name alone would not tell them apart."""
+    other = type("Other", (actors.Message,), {"__annotations__": {"x": int}}, type_name="std_msgs/msg/String")
+    ended = await echoed(desk, other(x=1), "std_msgs/msg/String")
+    assert (
+        ended.err
+        == "'/said' is published as another definition of std_msgs/msg/String, not std_msgs/msg/String\n"
+    )

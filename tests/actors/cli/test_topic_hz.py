@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import argparse
+import asyncio
+import json
 import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from actors.broker_report import BrokerReport
-from actors.cli.counters import Watched, ticks
+from actors.cli import topic_hz, topic_hz_heard
+from actors.cli.counters import Looks, Watched, ticks
+from actors.cli.place import inspector
 from actors.cli.topic_bw import shown_bytes
+from actors.errors import BrokerUnreachable
+from actors.inspector import Inspector
 from actors.interfaces.codec import codec_for
 from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_msgs.msg import String
+from broker import Broker, BrokerOptions
 from proto.stats import BrokerStats, TopicStats
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import actors
     from tests.actors.cli.conftest import Desk
 
@@ -236,3 +246,92 @@ async def test_delay_and_hz_leave_out_hostile_messages(desk: Desk) -> None:
         assert re.fullmatch(r"\d+ messages of /imu left out in all", ended.err.splitlines()[1])
     assert "average delay" in delay.out
     assert "average rate" in rate.out
+
+
+def second(verb: Callable[[argparse.Namespace, Any], bool], watched: list[Any], *options: str) -> bool:
+    """Show one second of it, as the command does."""
+    return verb(argparse.Namespace(json="--json" in options, once=False), watched)
+
+
+def test_a_topic_that_stops_leaves_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+    """A row is of this second: without new messages there is none, and in JSON its rate is null."""
+    alive, dead = Watched("/alive", 100), Watched("/dead", 100)
+    for stamp in range(4):
+        for each in (alive, dead):
+            each.counter.look(float(stamp), stamp + 1, 10 * stamp)
+    alive.new, dead.new = 1, 0
+    assert second(topic_hz._show, [alive, dead])
+    table = capsys.readouterr().out
+    assert "/alive" in table
+    assert "/dead" not in table
+    second(topic_hz._show, [alive, dead], "--json")
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [line["rate"] for line in lines] == [1.0, None]
+    assert lines[1]["window"] == 0
+    assert not second(topic_hz._show, [dead])
+    assert capsys.readouterr().err == "no new messages\n"
+
+
+def test_a_heard_topic_that_stops_leaves_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+    """As by the counters."""
+    alive, dead = (topic_hz_heard.Heard(name, None, lambda _: True) for name in ("/alive", "/dead"))
+    for stamp in range(4):
+        for each in (alive, dead):
+            each.rate.add(float(stamp))
+    alive.new, dead.new = 1, 0
+    assert second(topic_hz_heard.show, [alive, dead])
+    table = capsys.readouterr().out
+    assert "/alive" in table
+    assert "/dead" not in table
+    second(topic_hz_heard.show, [dead], "--json")
+    assert json.loads(capsys.readouterr().out)["rate"] is None
+
+
+@pytest.mark.parametrize(("given", "least_sec"), [(None, 1.0), (2, 0.0)])
+def test_a_window_that_is_given_is_meant(given: int | None, least_sec: float) -> None:
+    """By counters as by messages: only the default one reaches back a second at least."""
+    watched = Watched("/said", given or 2, least_sec=least_sec)
+    for look in range(100):
+        watched.counter.look(look / 100, look, 0)
+    rate = watched.counter.rate()
+    assert rate is not None
+    assert (rate.window > 90) is (given is None)
+
+
+async def test_a_broker_that_goes_and_comes_back(capsys: pytest.CaptureFixture[str]) -> None:
+    """One note with what starts it; when it is there again, it is looked at again."""
+    async with Broker(BrokerOptions(port=0)) as first:
+        asked = Inspector(first.url)
+        looks = Looks(asked)
+        await asyncio.to_thread(asked.connect)
+        assert await asyncio.to_thread(looks.take)
+    port = asked.url.port
+    assert [await asyncio.to_thread(looks.take) for _ in range(3)] == [None] * 3
+    text = capsys.readouterr().err
+    assert text.count("\n") == 1
+    assert text.endswith(f"; waiting for it to come back. Start one with: callboard broker --port {port}\n")
+    async with Broker(BrokerOptions(port=port)):
+        assert await asyncio.to_thread(looks.take)
+        await asyncio.to_thread(asked.close)
+
+
+def test_the_counters_of_another_broker_begin_anew() -> None:
+    """What it has counted before is not new, however much it is."""
+    said, studio = Watched("/said", 10), Studio(10.0)
+    said.look(studio.look())
+    said.look(None)
+    studio.pause(100.0)
+    said.look(studio.look())
+    assert said.new == 0
+    assert said.counter.rate() is None
+
+
+async def test_a_broker_that_goes_while_it_is_asked(desk: Desk) -> None:
+    """The text says what starts one."""
+
+    def ask() -> None:
+        with inspector(argparse.Namespace(url=desk.url, domain=None, context=None)):
+            raise BrokerUnreachable("The link broke")
+
+    with pytest.raises(BrokerUnreachable, match=r"The link broke\. Start one with: callboard broker --port"):
+        await asyncio.to_thread(ask)
