@@ -29,6 +29,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
     "broker": Verb("actors.cli.broker", "run the broker that nodes meet at", stays=True),
     "demo": Verb("actors.cli.demo", "see five nodes talk, in this terminal", stays=True),
     "run": Verb("actors.cli.run", "run a script, or an installed program", stays=True),
+    "launch": Verb("actors.cli.verbs.launch", "run the nodes that a launch file describes", stays=True),
     "topic": Group(
         "look at topics, hear them, publish on them",
         {

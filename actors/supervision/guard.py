@@ -64,20 +64,29 @@ class Guard:
         _guards.add(self)
 
     def start(
-        self, command: Sequence[str], *, cwd: str | Path | None, env: Mapping[str, str] | None
+        self,
+        command: Sequence[str],
+        *,
+        cwd: str | Path | None,
+        env: Mapping[str, str] | None,
+        output: int | None = None,
     ) -> Process:
         """Start a process under guard. Say `forget` when it has ended.
 
-        Its stdin is empty; its stdout and stderr are this process's. A command that cannot be run ends with
-        127, or 126 if it is there, and a line on stderr.
+        Its stdin is empty; its stdout and stderr are `output`, or this process's. A command that cannot be
+        run ends with 127, or 126 if it is there, and a line on stderr.
 
         Raises:
             OSError: The system cannot start a process now, or there is no such `cwd`.
         """
         if not hasattr(os, "killpg"):
-            return Process(command, stdin=subprocess.DEVNULL, cwd=cwd, env=env)
+            return Process(command, stdin=subprocess.DEVNULL, output=output, cwd=cwd, env=env)
         process = Process(
-            (SHELL, "-c", _STARTER, "callboard", *command), stdin=self._ready(), cwd=cwd, env=env
+            (SHELL, "-c", _STARTER, "callboard", *command),
+            stdin=self._ready(),
+            output=output,
+            cwd=cwd,
+            env=env,
         )
         self._groups.add(process.pid)
         return process

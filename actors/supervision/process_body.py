@@ -30,10 +30,9 @@ class ProcessBody(Body):
         return [self._interrupt, self._terminate, self._kill]
 
     async def _run(self) -> Outcome:
-        child = self._child
         if self.stopping:
             return Outcome(normal=True, reason="not started")
-        process = self._guard.start(child.argv, cwd=child.cwd, env=environment_for(child.env))
+        process = self._begin()
         self._process, self.pid = process, process.pid
         try:
             self._on_started()
@@ -43,6 +42,10 @@ class ProcessBody(Body):
             process.signal(signal.SIGKILL)
             await process.wait()
             self._guard.forget(process.pid)
+
+    def _begin(self) -> Process:
+        child = self._child
+        return self._guard.start(child.argv, cwd=child.cwd, env=environment_for(child.env))
 
     def _interrupt(self) -> None:
         self._send(signal.SIGINT)

@@ -1,0 +1,49 @@
+"""`callboard launch`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from actors.cli.parsing import add_broker_options, positive
+
+if TYPE_CHECKING:
+    import argparse
+
+EXAMPLES: Final = {
+    "callboard launch robot.py": "what it describes, until Ctrl-C; with a broker if there is none",
+    "callboard launch my_package robot.py speed:=1.5": "a file of an installed package, with an argument",
+    "callboard launch robot.py --show-args": "which arguments there are",
+    "callboard launch robot.py --dry-run": "what it would start, as commands",
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the arguments."""
+    parser.add_argument(
+        "file", metavar="FILE", help="a Python file; or a package, and a file in its launch folder"
+    )
+    parser.add_argument(
+        "arguments",
+        metavar="NAME:=VALUE",
+        nargs="*",
+        help="arguments of the launch file; of two values for one name the last counts",
+    )
+    look = parser.add_mutually_exclusive_group()
+    look.add_argument("-s", "--show-args", action="store_true", help="print the arguments and end")
+    look.add_argument("-p", "--print-description", action="store_true", help="print the actions and end")
+    look.add_argument("-n", "--dry-run", action="store_true", help="print what it would start, and end")
+    parser.add_argument(
+        "--stop-timeout",
+        type=positive,
+        metavar="SEC",
+        default=5.0,
+        help="what a process gets after SIGINT, and again after SIGTERM; default: 5",
+    )
+    add_broker_options(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run it."""
+    from actors.cli import launch
+
+    return launch.run(options)

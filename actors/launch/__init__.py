@@ -1,0 +1,75 @@
+"""Launch files: many nodes with one command.
+
+    from actors.launch import LaunchDescription, Node
+
+    def generate_launch_description():
+        return LaunchDescription([Node(package="my_package", executable="talker", namespace="ns1")])
+
+The names below load their modules when they are first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from actors.launch.actions import DeclareLaunchArgument as DeclareLaunchArgument
+    from actors.launch.actions import ExecuteProcess as ExecuteProcess
+    from actors.launch.actions import GroupAction as GroupAction
+    from actors.launch.actions import IncludeLaunchDescription as IncludeLaunchDescription
+    from actors.launch.actions import LogInfo as LogInfo
+    from actors.launch.actions import Node as Node
+    from actors.launch.actions import PushNamespace as PushNamespace
+    from actors.launch.actions import SetEnvironmentVariable as SetEnvironmentVariable
+    from actors.launch.actions import Shutdown as Shutdown
+    from actors.launch.actions import TimerAction as TimerAction
+    from actors.launch.conditions import IfCondition as IfCondition
+    from actors.launch.conditions import UnlessCondition as UnlessCondition
+    from actors.launch.description import LaunchDescription as LaunchDescription
+    from actors.launch.errors import LaunchError as LaunchError
+    from actors.launch.errors import LaunchFileError as LaunchFileError
+    from actors.launch.errors import UnknownArgumentError as UnknownArgumentError
+    from actors.launch.substitutions import EnvironmentVariable as EnvironmentVariable
+    from actors.launch.substitutions import LaunchConfiguration as LaunchConfiguration
+    from actors.launch.substitutions import PathJoinSubstitution as PathJoinSubstitution
+    from actors.launch.substitutions import TextSubstitution as TextSubstitution
+    from actors.launch.substitutions import ThisLaunchFileDir as ThisLaunchFileDir
+
+_HOMES = {
+    "actors.launch.actions": (
+        "DeclareLaunchArgument",
+        "ExecuteProcess",
+        "GroupAction",
+        "IncludeLaunchDescription",
+        "LogInfo",
+        "Node",
+        "PushNamespace",
+        "SetEnvironmentVariable",
+        "Shutdown",
+        "TimerAction",
+    ),
+    "actors.launch.conditions": ("IfCondition", "UnlessCondition"),
+    "actors.launch.description": ("LaunchDescription",),
+    "actors.launch.errors": ("LaunchError", "LaunchFileError", "UnknownArgumentError"),
+    "actors.launch.substitutions": (
+        "EnvironmentVariable",
+        "LaunchConfiguration",
+        "PathJoinSubstitution",
+        "TextSubstitution",
+        "ThisLaunchFileDir",
+    ),
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'actors.launch' has no attribute '{name}'")
+    value = getattr(import_module(_HOME_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME_OF})

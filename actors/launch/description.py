@@ -1,0 +1,67 @@
+"""A launch description: what a launch file gives, and how people see it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+from actors.launch.actions import Action, DeclareLaunchArgument
+from actors.launch.errors import LaunchError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+
+@dataclass(frozen=True)
+class LaunchDescription:
+    """What is to be done, in order.
+
+    Attributes:
+        actions: The actions. They are looked at more than once, so this is a tuple.
+
+    Raises:
+        LaunchError: One of them is no action.
+    """
+
+    actions: Iterable[Action] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "actions", tuple(self.actions))
+        for each in self.actions:
+            _check(each)
+
+
+def declared(actions: Iterable[Action]) -> list[DeclareLaunchArgument]:
+    """Return the arguments that are declared there and in groups, whatever their conditions say."""
+    found: dict[str, DeclareLaunchArgument] = {}
+    for each in walk(actions):
+        if isinstance(each, DeclareLaunchArgument):
+            found.setdefault(each.name, each)
+    return list(found.values())
+
+
+def walk(actions: Iterable[Action]) -> Iterator[Action]:
+    """Yield actions, and those within them."""
+    for each in actions:
+        yield each
+        yield from walk(getattr(each, "actions", ()))
+
+
+def described(actions: Iterable[Action], indent: str = "") -> Iterator[str]:
+    """Yield a description as lines: an action a line, what it contains below it."""
+    for each in actions:
+        said: list[str] = []
+        for field in fields(each):
+            value = getattr(each, field.name)
+            if field.name != "actions" and value not in (None, (), "", {}) and value != field.default:
+                said.append(f"{field.name}={value!r}")
+        yield f"{indent}{type(each).__name__}({', '.join(said)})"
+        yield from described(getattr(each, "actions", ()), f"{indent}    ")
+
+
+def _check(action: Any) -> None:
+    # Launch files are seldom checked for types.
+    if not isinstance(action, Action):
+        raise LaunchError(f"A launch description has actions in it, such as Node(…), not {action!r}")
+    for each in getattr(action, "actions", ()):
+        _check(each)

@@ -1,0 +1,54 @@
+"""A broker for a launch, when there is none where its nodes will look for one."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from actors.errors import BrokerUnreachable
+from actors.inspector import Inspector
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncGenerator
+
+    from proto.url import BrokerUrl
+
+_HERE: Final = frozenset({"127.0.0.1", "::1", "localhost"})
+
+CONNECT_TIMEOUT_SEC: Final = 2.0
+
+
+async def broker_answers(urls: str, domain: int) -> bool:
+    """Tell whether a broker answers at one of these places. The loop goes on meanwhile."""
+    return await asyncio.to_thread(_answers, urls, domain)
+
+
+def can_embed(url: BrokerUrl) -> bool:
+    """Tell whether this process can be the broker there: at a port of the loopback device, or a socket."""
+    return bool(url.path) or url.host in _HERE
+
+
+@asynccontextmanager
+async def embedded_broker(url: BrokerUrl) -> AsyncGenerator[None]:
+    """A broker at this place, in this process.
+
+    Raises:
+        broker.ListenError: It cannot listen there.
+    """
+    from broker import Broker, BrokerOptions  # noqa: PLC0415 - seldom needed
+
+    options = BrokerOptions(unix=Path(url.path)) if url.path else BrokerOptions(host=url.host, port=url.port)
+    async with Broker(options):
+        yield
+
+
+def _answers(urls: str, domain: int) -> bool:
+    look = Inspector(urls, domain=domain, timeout_sec=CONNECT_TIMEOUT_SEC)
+    try:
+        look.connect()
+    except BrokerUnreachable:
+        return False
+    look.close()
+    return True

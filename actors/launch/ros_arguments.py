@@ -1,0 +1,99 @@
+"""What a node is told on its command line: name, namespace, parameters, remappings."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, cast
+
+from actors.launch.errors import LaunchError
+from actors.launch.namespaces import absolute_namespace, prefix_namespace
+from actors.launch.substitutions import Substitution, resolve
+from proto.errors import shown
+from proto.names import validate_namespace, validate_node_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from actors.launch.actions import Node
+    from actors.launch.substitutions import Scope, Text
+
+
+def ros_arguments(node: Node, scope: Scope) -> list[str]:
+    """Return `--ros-args` and all that follows; nothing if there is nothing to say.
+
+    Raises:
+        LaunchError: A parameter cannot be one, or a text stands for nothing.
+        InvalidNameError: The name or namespace cannot be one.
+    """
+    said = list(_each(node, scope))
+    return ["--ros-args", *said] if said else []
+
+
+def _each(node: Node, scope: Scope) -> Iterator[str]:
+    if node.name is not None:
+        name = resolve(node.name, scope)
+        validate_node_name(name)
+        yield from ("-r", f"__node:={name}")
+    own = None if node.namespace is None else resolve(node.namespace, scope)
+    namespace = prefix_namespace(scope.namespace, own)
+    if namespace is not None:
+        namespace = absolute_namespace(namespace)
+        validate_namespace(namespace)
+        yield from ("-r", f"__ns:={namespace}")
+    for entry in cast("Sequence[Any]", node.parameters):
+        if isinstance(entry, Mapping):
+            yield from _parameters("", cast("Mapping[Text, Any]", entry), scope)
+        else:
+            yield from ("--params-file", resolve(entry, scope))
+    for old, new in node.remappings:
+        yield from ("-r", f"{resolve(old, scope)}:={resolve(new, scope)}")
+    for each in node.ros_arguments:
+        yield resolve(each, scope)
+
+
+def _parameters(prefix: str, values: Mapping[Text, Any], scope: Scope) -> Iterator[str]:
+    for key, value in values.items():
+        name = f"{prefix}{resolve(key, scope)}"
+        if isinstance(value, Mapping):
+            yield from _parameters(f"{name}.", cast("Mapping[Text, Any]", value), scope)
+        else:
+            yield from ("-p", f"{name}:={_yaml(name, value, scope)}")
+
+
+def _yaml(name: str, value: Any, scope: Scope) -> str:
+    """Return a value as YAML reads it again."""
+    match value:
+        case bool():
+            text = "true" if value else "false"
+        case int():
+            text = str(value)
+        case float():
+            text = _yaml_float(value)
+        case str() | PurePath():
+            text = json.dumps(str(value), ensure_ascii=False)
+        case Substitution():
+            text = resolve(value, scope)
+        case Sequence():
+            text = _yaml_list(name, cast("Sequence[object]", value), scope)
+        case _:
+            raise LaunchError(f"Parameter '{shown(name)}' cannot be {value!r}")
+    return text or '""'
+
+
+def _yaml_list(name: str, values: Sequence[Any], scope: Scope) -> str:
+    if any(isinstance(each, Substitution) for each in values):  # a text in pieces
+        return resolve(values, scope)
+    return f"[{', '.join(_yaml(name, each, scope) for each in values)}]"
+
+
+def _yaml_float(value: float) -> str:
+    if math.isnan(value):
+        return ".nan"
+    if math.isinf(value):
+        return ".inf" if value > 0 else "-.inf"
+    mantissa, exponent, power = repr(value).partition("e")
+    # YAML 1.1 takes 1e+22 for a text.
+    return mantissa + ("" if "." in mantissa else ".0") + exponent + power

@@ -1,0 +1,164 @@
+"""Substitutions: texts that are known only when the launch file is carried out.
+
+    [LaunchConfiguration("robot"), "_camera"]       a list is one text, piece by piece
+    PathJoinSubstitution([ThisLaunchFileDir(), "parameters.yaml"])
+
+They are data; `resolve` gives the text, from a `Scope` and nothing else.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
+
+from actors.launch.errors import LaunchError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@dataclass(kw_only=True)
+class Scope:
+    """What holds at a place in a description.
+
+    Attributes:
+        configurations: The arguments and their values.
+        environment: What programs get that are started here.
+        namespace: Pushed by those around; None while nobody has pushed one.
+        folder: Of the launch file.
+        used: All names that have been looked up, in this scope and those within it.
+    """
+
+    configurations: dict[str, str] = field(default_factory=dict[str, str])
+    environment: dict[str, str] = field(default_factory=dict[str, str])
+    namespace: str | None = None
+    folder: str = ""
+    used: set[str] = field(default_factory=set[str])
+
+    def inner(self) -> Scope:
+        """Return a scope within it: it begins as this one is now, and what it sets stays in it."""
+        return replace(self, configurations=dict(self.configurations), environment=dict(self.environment))
+
+
+class Substitution(ABC):
+    """A text that depends on the scope."""
+
+    @abstractmethod
+    def perform(self, scope: Scope) -> str:
+        """Return the text.
+
+        Raises:
+            LaunchError: What it stands for is not there.
+        """
+
+
+Text: TypeAlias = "str | PurePath | Substitution | Sequence[Text]"
+"""A text, or what becomes one: a list is its pieces, one behind the other."""
+
+
+@dataclass(frozen=True)
+class TextSubstitution(Substitution):
+    """The text itself."""
+
+    text: str
+
+    def perform(self, scope: Scope) -> str:
+        """Return it."""
+        del scope
+        return self.text
+
+
+@dataclass(frozen=True)
+class LaunchConfiguration(Substitution):
+    """The value of an argument.
+
+    Attributes:
+        variable_name: The argument.
+        default: What stands there when nobody has declared or given it; None: that is an error.
+    """
+
+    variable_name: str
+    default: Text | None = None
+
+    def perform(self, scope: Scope) -> str:
+        """Return the value."""
+        scope.used.add(self.variable_name)
+        value = scope.configurations.get(self.variable_name)
+        if value is not None:
+            return value
+        if self.default is None:
+            raise LaunchError(f"Launch argument '{self.variable_name}' is used, but not declared before that")
+        return resolve(self.default, scope)
+
+
+@dataclass(frozen=True)
+class EnvironmentVariable(Substitution):
+    """The value of an environment variable, as the programs there get it.
+
+    Attributes:
+        name: The variable.
+        default_value: What stands there when it is not set; None: that is an error.
+    """
+
+    name: Text
+    default_value: Text | None = None
+
+    def perform(self, scope: Scope) -> str:
+        """Return the value."""
+        name = resolve(self.name, scope)
+        value = scope.environment.get(name)
+        if value is not None:
+            return value
+        if self.default_value is None:
+            raise LaunchError(f"Environment variable '{name}' is not set")
+        return resolve(self.default_value, scope)
+
+
+@dataclass(frozen=True)
+class PathJoinSubstitution(Substitution):
+    """A path of its parts."""
+
+    substitutions: Sequence[Text]
+
+    def perform(self, scope: Scope) -> str:
+        """Return the path."""
+        return str(PurePath(*(resolve(part, scope) for part in self.substitutions)))
+
+
+@dataclass(frozen=True)
+class ThisLaunchFileDir(Substitution):
+    """The folder of the launch file that says so."""
+
+    def perform(self, scope: Scope) -> str:
+        """Return the folder."""
+        return scope.folder
+
+
+MAX_DEPTH: Final = 50
+"""Lists in lists; a list that contains itself is no text."""
+
+
+def resolve(text: Text, scope: Scope) -> str:
+    """Return the text that something stands for in a scope.
+
+    Raises:
+        LaunchError: It stands for nothing there, or is no text.
+    """
+    return "".join(_pieces(text, scope, 0))
+
+
+def _pieces(text: Text, scope: Scope, depth: int) -> Iterator[str]:
+    # Launch files are seldom checked for types.
+    value: Any = text
+    if isinstance(value, str | PurePath):
+        yield str(value)
+    elif isinstance(value, Substitution):
+        yield value.perform(scope)
+    elif isinstance(value, Sequence) and depth < MAX_DEPTH:
+        for piece in cast("Sequence[Text]", value):
+            yield from _pieces(piece, scope, depth + 1)
+    else:
+        raise LaunchError(f"A text is wanted, or a substitution, not {value!r}")

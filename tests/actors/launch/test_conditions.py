@@ -1,0 +1,27 @@
+"""Conditions: which words mean yes and no."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors.launch.conditions import IfCondition, UnlessCondition
+from actors.launch.errors import LaunchError
+from actors.launch.substitutions import LaunchConfiguration, Scope
+
+
+@pytest.mark.parametrize(
+    ("word", "yes"),
+    [("true", True), ("1", True), (" TRUE\n", True), ("false", False), ("0", False), ("False ", False)],
+)
+def test_words_mean_yes_or_no(word: str, *, yes: bool) -> None:
+    """In any case, with space around; `unless` is the opposite."""
+    scope = Scope(configurations={"c": word})
+    assert IfCondition(LaunchConfiguration("c")).holds(scope) is yes
+    assert UnlessCondition([LaunchConfiguration("c")]).holds(scope) is not yes
+
+
+@pytest.mark.parametrize("word", ["", "typo", "yes", "2"])
+def test_other_words_are_errors(word: str) -> None:
+    """Rather than no."""
+    with pytest.raises(LaunchError, match=f"Expected true, 1, false or 0, got '{word}'"):
+        IfCondition(word).holds(Scope())

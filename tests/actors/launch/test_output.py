@@ -1,0 +1,78 @@
+"""The launch's output: in order, never waited for, and told when something is lost."""
+
+from __future__ import annotations
+
+import os
+import threading
+from typing import TYPE_CHECKING
+
+from actors.launch import output as module
+from actors.launch.output import Output
+
+if TYPE_CHECKING:
+    import pytest
+
+DEADLINE_SEC = 30.0
+
+
+def test_what_is_written_comes_in_order() -> None:
+    """All of it, also what waits when it is closed."""
+    reading, writing = os.pipe()
+    output = Output(writing, lambda: None)
+    for number in range(100):
+        output.write(b"%d\n" % number)
+    assert output.close(DEADLINE_SEC)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as file:
+        assert file.read() == b"".join(b"%d\n" % number for number in range(100))
+    assert output.lost_lines == 0
+
+
+def test_what_nobody_takes_is_counted_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """More than may wait is dropped; the reader learns how much, once it reads again."""
+    monkeypatch.setattr(module, "MAX_WAITING_BYTES", 1000)
+    reading, writing = os.pipe()
+    output = Output(writing, lambda: None)
+    filler = b"x" * 999 + b"\n"
+    for _ in range(1000):
+        output.write(filler)
+    lost = output.lost_lines
+    assert lost > 0
+    got: list[bytes] = []
+
+    def read() -> None:
+        with os.fdopen(reading, "rb") as file:
+            got.append(file.read())
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    assert output.close(DEADLINE_SEC)
+    os.close(writing)
+    reader.join(DEADLINE_SEC)
+    assert got[0].count(filler) == 1000 - lost
+    assert b"lines are not shown: they came too fast\n" in got[0]
+
+
+def test_closing_does_not_wait_for_a_reader_that_does_not_read() -> None:
+    """Beyond the time that it is given."""
+    reading, writing = os.pipe()
+    output = Output(writing, lambda: None)
+    output.write(b"x" * (1 << 20) + b"\n")
+    assert not output.close(0.01)
+    os.close(reading)  # lets the thread end
+    output._thread.join(DEADLINE_SEC)
+    os.close(writing)
+
+
+def test_a_reader_that_is_gone_is_told_of() -> None:
+    """Once; what comes after is counted."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    unheard = threading.Event()
+    output = Output(writing, unheard.set)
+    output.write(b"a\n")
+    assert unheard.wait(DEADLINE_SEC)
+    output.write(b"b\n")
+    assert output.lost_lines == 1
+    assert not output.close(DEADLINE_SEC)
+    os.close(writing)

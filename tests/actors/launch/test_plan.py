@@ -1,0 +1,236 @@
+"""What descriptions come to. Nothing is read or started: the library is made up."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from actors.launch.actions import (
+    Action,
+    DeclareLaunchArgument,
+    ExecuteProcess,
+    GroupAction,
+    IncludeLaunchDescription,
+    LogInfo,
+    Node,
+    PushNamespace,
+    SetEnvironmentVariable,
+    Shutdown,
+    TimerAction,
+)
+from actors.launch.conditions import IfCondition, UnlessCondition
+from actors.launch.description import LaunchDescription
+from actors.launch.errors import LaunchError, UnknownArgumentError
+from actors.launch.plan import LEAST_RESPAWN_DELAY_SEC, End, ProcessSpec, Say, Start, Step, make_plan
+from actors.launch.substitutions import EnvironmentVariable, LaunchConfiguration, ThisLaunchFileDir
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from actors.launch.substitutions import Text
+
+
+class Shelf:
+    """A library with files and programs by name."""
+
+    def __init__(self, **files: LaunchDescription) -> None:
+        self._files = files
+
+    def description(self, path: str) -> LaunchDescription:
+        return self._files[path.removeprefix("/files/").replace("/", "_")]
+
+    def program(self, package: str, executable: str) -> Sequence[str]:
+        return (f"{package}:{executable}",)
+
+    def script(self, path: str) -> Sequence[str]:
+        return ("python", path)
+
+
+def steps(*actions: Action, given: dict[str, str] | None = None, **files: LaunchDescription) -> list[Step]:
+    """Return what actions come to."""
+    return make_plan(
+        LaunchDescription(actions),
+        Shelf(**files),
+        arguments=given or {},
+        environment={"HOME": "/me"},
+        folder="/files",
+    )
+
+
+def processes(*actions: Action, **options: Any) -> list[ProcessSpec]:
+    """Return the processes that actions come to."""
+    return [step.process for step in steps(*actions, **options) if isinstance(step, Start)]
+
+
+def said(*actions: Action, **options: Any) -> list[str]:
+    """Return the lines that actions come to."""
+    return [step.text for step in steps(*actions, **options) if isinstance(step, Say)]
+
+
+def test_a_node_of_a_package_becomes_its_command() -> None:
+    """The label is the node's name, or the program's; the number counts all processes."""
+    first, second, third = processes(
+        Node(package="py_pubsub", executable="talker", name="t", namespace="ns1", arguments=["-v"]),
+        Node(package="py_pubsub", executable="talker"),
+        Node(script="sub/plain.py"),
+    )
+    assert first.command == ("py_pubsub:talker", "-v", "--ros-args", "-r", "__node:=t", "-r", "__ns:=/ns1")
+    assert first.shown == "callboard run py_pubsub talker -v --ros-args -r __node:=t -r __ns:=/ns1"
+    assert second.command == ("py_pubsub:talker",)
+    assert third.command == ("python", "/files/sub/plain.py")
+    assert [each.label for each in (first, second, third)] == ["t-1", "talker-2", "plain-3"]
+
+
+def test_a_process_is_as_it_is_described() -> None:
+    """Prefix, folder and environment; `env` is all of it, `additional_env` more."""
+    first, second = processes(
+        ExecuteProcess(
+            cmd=["/bin/echo", ["a", "b"]], prefix="nice -n 5", cwd="/w", additional_env={"A": "1"}
+        ),
+        ExecuteProcess(cmd=["x"], name="y", env={"B": EnvironmentVariable("HOME")}),
+    )
+    assert (first.command, first.cwd) == (("nice", "-n", "5", "/bin/echo", "ab"), "/w")
+    assert (first.label, second.label) == ("echo-1", "y-2")
+    assert (first.environment, first.own_environment) == ({"HOME": "/me", "A": "1"}, {"A": "1"})
+    assert second.environment == {"B": "/me"}
+
+
+def test_groups_keep_what_they_set() -> None:
+    """Namespaces, variables and arguments hold to the end of the group."""
+    inner, outer = processes(
+        GroupAction(
+            [
+                PushNamespace("a"),
+                PushNamespace("b"),
+                SetEnvironmentVariable("X", "1"),
+                DeclareLaunchArgument("here", default_value="2"),
+                Node(script="s.py", namespace="c", arguments=[LaunchConfiguration("here")]),
+            ]
+        ),
+        Node(script="s.py", arguments=[LaunchConfiguration("here", default="none")]),
+    )
+    assert inner.command[2:] == ("2", "--ros-args", "-r", "__ns:=/a/b/c")
+    assert inner.environment["X"] == "1"
+    assert outer.command[2:] == ("none",)
+    assert "X" not in outer.environment
+
+
+def test_conditions_decide() -> None:
+    """With the arguments as they are at that place."""
+    sim = LaunchConfiguration("sim")
+    actions = (
+        DeclareLaunchArgument("sim", default_value="false"),
+        LogInfo(msg="sim", condition=IfCondition(sim)),
+        LogInfo(msg="real", condition=UnlessCondition(sim)),
+    )
+    assert said(*actions) == ["real"]
+    assert said(*actions, given={"sim": "True"}) == ["sim"]
+
+
+def test_timers_add_up() -> None:
+    """What is in a timer is due that much later than the timer itself."""
+    made = steps(
+        TimerAction(
+            period="1.5", actions=[LogInfo(msg="a"), TimerAction(period=2, actions=[Shutdown(reason="b")])]
+        ),
+        LogInfo(msg="c"),
+    )
+    assert made == [Say(text="a", after_sec=1.5), End(reason="b", after_sec=3.5), Say(text="c")]
+
+
+def test_an_included_file_has_a_scope_of_its_own() -> None:
+    """It sees what holds there and gets its arguments; its folder is its own, and nothing of it leaks."""
+    file = LaunchDescription(
+        [
+            DeclareLaunchArgument("x"),
+            DeclareLaunchArgument("y", default_value="y"),
+            LogInfo(msg=[LaunchConfiguration("x"), LaunchConfiguration("y"), LaunchConfiguration("z"), " "]),
+            LogInfo(msg=ThisLaunchFileDir()),
+            PushNamespace("inner"),
+            Node(script="s.py"),
+        ]
+    )
+    given: dict[str, Text] = {"x": ["1", LaunchConfiguration("z")]}
+    actions = (
+        DeclareLaunchArgument("z", default_value="z"),
+        PushNamespace("outer"),
+        IncludeLaunchDescription("sub/f", launch_arguments=given.items()),
+        Node(script="s.py"),
+        LogInfo(msg=[LaunchConfiguration("y", default="-"), ThisLaunchFileDir()]),
+    )
+    assert said(*actions, sub_f=file) == ["1zyz ", "/files/sub", "-/files"]
+    first, second = processes(*actions, sub_f=file)
+    assert (first.command[1], first.command[-1]) == ("/files/sub/s.py", "__ns:=/outer/inner")
+    assert (second.command[1], second.command[-1]) == ("/files/s.py", "__ns:=/outer")
+
+
+def test_a_file_that_includes_itself_is_an_error() -> None:
+    """Rather than the end of the stack."""
+    with pytest.raises(LaunchError, match="/files/f is 32 files deep; does one include itself"):
+        steps(IncludeLaunchDescription("f"), f=LaunchDescription([IncludeLaunchDescription("f")]))
+
+
+@pytest.mark.parametrize(
+    "actions",
+    [
+        [DeclareLaunchArgument("known", default_value="1")],
+        [LogInfo(msg=LaunchConfiguration("known"))],
+        [GroupAction([DeclareLaunchArgument("known")], condition=IfCondition("0"))],
+        [IncludeLaunchDescription("f")],
+        [IncludeLaunchDescription("none", condition=IfCondition("0"))],
+    ],
+)
+def test_an_argument_that_somebody_knows_may_be_given(actions: list[Action]) -> None:
+    """Declared or used, here or in a file, or perhaps in one that is not included now."""
+    file = LaunchDescription([DeclareLaunchArgument("known")])
+    assert isinstance(steps(*actions, given={"known": "x"}, f=file), list)
+
+
+def test_an_argument_that_nobody_knows_is_an_error() -> None:
+    """Which says what there is."""
+    with pytest.raises(UnknownArgumentError) as error:
+        steps(
+            DeclareLaunchArgument("b", default_value=""),
+            DeclareLaunchArgument("a"),
+            given={"a": "1", "c": "2"},
+        )
+    assert (error.value.name, error.value.known) == ("c", ("a", "b"))
+
+
+def test_respawn_is_bounded_below() -> None:
+    """Its delay has a least value; `on_exit=Shutdown()` is `required`; yes and no may be arguments."""
+    quick, slow = processes(
+        Node(script="s.py", respawn="1", required=True),
+        Node(script="s.py", respawn=True, respawn_delay=2, respawn_max_retries=3, on_exit=Shutdown()),
+    )
+    assert (quick.respawn, quick.respawn_delay_sec, quick.respawn_max_retries, quick.required) == (
+        *(True, LEAST_RESPAWN_DELAY_SEC, -1, True),
+    )
+    assert (slow.respawn_delay_sec, slow.respawn_max_retries, slow.required) == (2.0, 3, True)
+
+
+@pytest.mark.parametrize(
+    ("action", "error"),
+    [
+        (Node(), "A Node needs package= and executable=, or script="),
+        (Node(package="p", script="s"), "A Node needs"),
+        (Node(executable="e"), "A Node needs"),
+        (ExecuteProcess(cmd=[]), "ExecuteProcess needs a program"),
+        (ExecuteProcess(cmd=["a"], output="log"), "output can be 'screen' only, not 'log'"),
+        (ExecuteProcess(cmd=["a"], prefix="'"), "prefix ''' is no command: No closing quotation"),
+        (ExecuteProcess(cmd=["a"], name=""), "A process cannot have the name ''"),
+        (ExecuteProcess(cmd=["a"], respawn="maybe"), "Expected true, 1, false or 0, got 'maybe'"),
+        (TimerAction(period="soon", actions=[]), "period must be a number of seconds, 0 or more, not 'soon'"),
+        (TimerAction(period=-1, actions=[]), "period must be a number"),
+        (DeclareLaunchArgument("a"), "Launch argument 'a' is required"),
+        (DeclareLaunchArgument("a", default_value="1", choices=["2"]), "'a' must be one of 2, not '1'"),
+        (Action(), "Action is no action that can be carried out"),
+        (GroupAction([ExecuteProcess(cmd=["a"])] * 1001), "more than 1000 processes"),
+    ],
+)
+def test_what_is_wrong_is_found_before_the_start(action: Action, error: str) -> None:
+    """In one line that says what would be right."""
+    with pytest.raises(LaunchError) as caught:
+        steps(action)
+    assert error in str(caught.value)

@@ -1,0 +1,78 @@
+"""What texts stand for."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+from typing import Any
+
+import pytest
+
+from actors.launch.errors import LaunchError
+from actors.launch.substitutions import (
+    EnvironmentVariable,
+    LaunchConfiguration,
+    PathJoinSubstitution,
+    Scope,
+    TextSubstitution,
+    ThisLaunchFileDir,
+    resolve,
+)
+
+
+def scope() -> Scope:
+    """One in which something is set."""
+    return Scope(configurations={"robot": "r2"}, environment={"HOME": "/home/me"}, folder="/launch")
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("plain", "plain"),
+        (PurePath("/a/b"), "/a/b"),
+        (TextSubstitution("x"), "x"),
+        (LaunchConfiguration("robot"), "r2"),
+        (LaunchConfiguration("none", default=["a", LaunchConfiguration("robot")]), "ar2"),
+        (EnvironmentVariable("HOME"), "/home/me"),
+        (EnvironmentVariable("NONE", default_value=""), ""),
+        (ThisLaunchFileDir(), "/launch"),
+        (PathJoinSubstitution([ThisLaunchFileDir(), "..", [LaunchConfiguration("robot"), ".yaml"]]), None),
+        (["a", ["b", LaunchConfiguration("robot")], ()], "abr2"),
+    ],
+)
+def test_each_stands_for_a_text(text: Any, meant: str | None) -> None:
+    """A list is its pieces, one behind the other."""
+    assert resolve(text, scope()) == (meant if meant is not None else "/launch/../r2.yaml")
+
+
+def endless() -> list[Any]:
+    """A list that contains itself."""
+    made: list[Any] = []
+    made.append(made)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        (LaunchConfiguration("none"), "Launch argument 'none' is used, but not declared"),
+        (EnvironmentVariable("NONE"), "Environment variable 'NONE' is not set"),
+        (3, "A text is wanted, or a substitution, not 3"),
+        (["a", None], "A text is wanted, or a substitution, not None"),
+        (endless(), "A text is wanted"),
+    ],
+)
+def test_what_stands_for_nothing_is_an_error(text: Any, error: str) -> None:
+    """It names what is missing or wrong."""
+    with pytest.raises(LaunchError, match=error):
+        resolve(text, scope())
+
+
+def test_an_inner_scope_keeps_what_it_sets() -> None:
+    """It begins as the outer one is, and looks at names are noted in both."""
+    outer = scope()
+    inner = outer.inner()
+    inner.configurations["robot"] = "x"
+    inner.environment["HOME"] = "/"
+    assert resolve(LaunchConfiguration("robot"), inner) == "x"
+    assert (outer.configurations, outer.environment) == ({"robot": "r2"}, {"HOME": "/home/me"})
+    assert outer.used == {"robot"}

@@ -1,0 +1,275 @@
+"""`callboard launch`: many processes with one command, and none of them left behind."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import signal
+import sys
+import textwrap
+from typing import TYPE_CHECKING, Final
+
+import pytest
+
+from tests.actors.site_packages import Site
+from tests.integration.conftest import DEADLINE_SEC, ROOT
+from tests.integration.test_supervision import DEAF, PARENT, SLEEPER, alive, gone, pids_in
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.integration.conftest import Program, System
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
+
+COURSE: Final = """
+    from actors.launch import LaunchDescription, Node
+
+    def generate_launch_description():
+        return LaunchDescription([
+            Node(
+                package='py_pubsub',
+                namespace='ns1',
+                executable='my_publisher',
+                name='my_publisher_node'
+            ),
+            Node(
+                package='py_pubsub',
+                namespace='ns1',
+                executable='my_subscriber',
+                name='my_subscriber_node'
+            ),
+        ])
+"""
+
+FLOOD: Final = """
+import os, sys, time
+line = b"x" * 199 + b"\\n"
+for _ in range(5000):
+    os.write(1, line)
+    os.write(2, line)
+os.write(1, b"flooded %d\\n" % os.getpid())
+time.sleep(1000)
+"""
+
+
+def launch_file(folder: Path, *actions: str, **scripts: str) -> str:
+    """Write a launch file with these actions, and scripts beside it; return its path."""
+    for name, source in scripts.items():
+        (folder / f"{name}.py").write_text(textwrap.dedent(source))
+    names = sorted({each for action in actions for each in re.findall(r"\b([A-Z]\w+)\(", action)})
+    source = f"from actors.launch import {', '.join(['LaunchDescription', *names])}\n\n"
+    source += f"def generate_launch_description():\n    return LaunchDescription([{', '.join(actions)}])\n"
+    path = folder / "file.launch.py"
+    path.write_text(source)
+    return str(path)
+
+
+async def launch(system: System, *arguments: str) -> Program:
+    """Start a launch."""
+    return await system.python("-m", "actors", "launch", "--stop-timeout", "0.2", *arguments)
+
+
+async def said(program: Program, text: str) -> list[int]:
+    """Wait for a line with `text` behind its label, wherever it stands; return the pids in it."""
+    program._seen = 0
+    line = await program.says(f"] {text} ")
+    return pids_in(line.partition(f"] {text} ")[2])
+
+
+async def test_the_courses_file_runs(system: System, tmp_path: Path) -> None:
+    """Two nodes of a package, in a namespace: labelled, on /ns1/addison, stopped by Ctrl-C with 0."""
+    site = Site(tmp_path / "environment")
+    scripts = [f"my_{each} = py_pubsub.my_{each}:main" for each in ("publisher", "subscriber")]
+    site.install("py_pubsub", scripts=scripts)
+    package = site.path / "py_pubsub"
+    (package / "launch").mkdir(parents=True)
+    (package / "__init__.py").touch()
+    (package / "launch" / "pubsub.launch.py").write_text(textwrap.dedent(COURSE))
+    for each in ("publisher", "subscriber"):
+        source = (ROOT / "examples" / f"minimal_{each}.py").read_text()
+        main = f"def main():\n    actors.run(Minimal{each.title()})\n"
+        (package / f"my_{each}.py").write_text(source.partition("if __name__")[0] + main)
+    environ = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(site.path)])}
+    program = await system.program(
+        sys.executable, "-m", "actors", "launch", "py_pubsub", "pubsub.launch.py", environ=environ
+    )
+    await program.says(f"[INFO] [launch]: no broker at {system.url}: this launch brings its own")
+    await program.says("[my_subscriber_node-2] ")
+    heard = await program.says('[ns1.my_subscriber_node]: I heard: "Hi Automatic Addison: ')
+    assert heard.startswith("[my_subscriber_node-2] [INFO] [")
+    topics = await system.python("-m", "actors", "topic", "list")
+    assert await topics.ends() == 0
+    assert "/ns1/addison" in topics.lines
+    pids = [int(each) for each in re.findall(r"process started with pid \[(\d+)\]", program.output)]
+    assert len(pids) == 2
+    assert await program.stop() == 0
+    assert "Traceback" not in program.output
+    assert program.output.count("process has finished cleanly [pid ") == 2
+    await gone(*pids)
+
+
+async def test_a_broker_that_is_there_is_used(system: System, tmp_path: Path) -> None:
+    """Then the launch has none of its own; it ends with its only process."""
+    await system.broker()
+    tell = "import os; print('url', os.environ['CALLBOARD_URL'])"
+    program = await launch(system, launch_file(tmp_path, "Node(script='tell.py')", tell=tell))
+    assert await program.ends() == 0
+    assert f"[tell-1] url {system.url}" in program.lines
+    assert "brings its own" not in program.output
+
+
+@pytest.mark.parametrize("very", [False, True])
+async def test_deaf_processes_are_stopped_all_the_same(system: System, tmp_path: Path, *, very: bool) -> None:
+    """One that ignores SIGINT gets SIGTERM, and one that ignores that, too, SIGKILL."""
+    more = "signal.signal(signal.SIGTERM, signal.SIG_IGN)" if very else ""
+    file = launch_file(tmp_path, "Node(script='deaf.py')", deaf=DEAF.format(more=more))
+    program = await launch(system, file)
+    (pid,) = await said(program, "deaf")
+    assert await program.stop() == 0
+    assert not alive(pid)
+    assert ("process has died [pid" in program.output) is very
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+async def test_signals_stop_everything(system: System, tmp_path: Path, number: signal.Signals) -> None:
+    """Processes and what they have started end; the launch has not failed."""
+    if number is signal.SIGHUP and signal.getsignal(number) is signal.SIG_IGN:
+        pytest.skip("these tests run under nohup")
+    actions = "Node(script='parent.py')", "Node(script='sleeper.py')"
+    program = await launch(system, launch_file(tmp_path, *actions, parent=PARENT, sleeper=SLEEPER))
+    pids = [*await said(program, "parent"), *await said(program, "sleeper")]
+    assert len(pids) == 3
+    program.send(number)
+    assert await program.ends() == 0
+    await gone(*pids)
+
+
+async def test_a_second_signal_hurries(system: System, tmp_path: Path) -> None:
+    """A process that takes its time is killed when the launch is asked again."""
+    busy = DEAF.format(more='signal.signal(signal.SIGINT, lambda *_: os.write(1, b"asked\\n"))')
+    file = launch_file(tmp_path, "Node(script='busy.py')", busy=busy)
+    program = await launch(system, file, "--stop-timeout", "1000")
+    (pid,) = await said(program, "deaf")
+    program.send(signal.SIGINT)
+    await program.says("] asked")
+    program.send(signal.SIGINT)
+    assert await program.ends() == 0
+    assert not alive(pid)
+
+
+async def test_nobody_survives_a_killed_launch(system: System, tmp_path: Path) -> None:
+    """SIGKILL for the launch alone: its processes and theirs end."""
+    actions = "Node(script='parent.py')", "Node(script='deaf.py')"
+    program = await launch(system, launch_file(tmp_path, *actions, parent=PARENT, deaf=DEAF.format(more="")))
+    pids = [*await said(program, "parent"), *await said(program, "deaf")]
+    program.send(signal.SIGKILL)
+    await gone(*pids)
+
+
+async def test_a_flood_is_shown_whole(system: System, tmp_path: Path) -> None:
+    """Far more than a pipe holds, on stdout and stderr: each line comes, labelled."""
+    program = await launch(system, launch_file(tmp_path, "Node(script='flood.py')", flood=FLOOD))
+    (pid,) = await said(program, "flooded")
+    assert sum(line == f"[flood-1] {'x' * 199}" for line in program.lines) == 10_000
+    assert await program.stop() == 0
+    assert not alive(pid)
+
+
+async def test_a_launch_that_nobody_reads_can_be_stopped(system: System, tmp_path: Path) -> None:
+    """Its stdout is full; the processes are not held up by that, nor is stopping them."""
+    fifo = tmp_path / "flooded"
+    os.mkfifo(fifo)
+    flood = f"import os\nfifo = {str(fifo)!r}\n{FLOOD}".replace(
+        'os.write(1, b"flooded %d\\n" % os.getpid())', "open(fifo, 'w').write(str(os.getpid()))"
+    )
+    file = launch_file(tmp_path, "Node(script='flood.py')", flood=flood)
+    reading, writing = os.pipe()
+    try:
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "actors", "launch", file, "--url", system.url),
+            cwd=ROOT,
+            stdout=writing,
+            stdin=asyncio.subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        os.close(writing)
+        async with asyncio.timeout(DEADLINE_SEC):
+            pid = int(await asyncio.to_thread(fifo.read_text))
+            process.send_signal(signal.SIGINT)
+            assert await process.wait() == 0
+    finally:
+        os.close(reading)
+    assert not alive(pid)
+
+
+async def test_a_launch_whose_reader_goes_stops(system: System, tmp_path: Path) -> None:
+    """As programs in a pipe do: `callboard launch … | head` ends, and its processes with it."""
+    chatty = "import os, time\nwhile True:\n    os.write(1, b'pid %d\\n' % os.getpid())\n    time.sleep(0.01)"
+    file = launch_file(tmp_path, "Node(script='chatty.py')", chatty=chatty)
+    process = await asyncio.create_subprocess_exec(
+        *("/bin/sh", "-c", '"$@" | sed -n "/ pid /{p;q;}"', "sh"),
+        *(sys.executable, "-m", "actors", "launch", file, "--url", system.url),
+        cwd=ROOT,
+        stdout=asyncio.subprocess.PIPE,
+        start_new_session=True,
+    )
+    async with asyncio.timeout(DEADLINE_SEC):
+        out, _ = await process.communicate()
+    (pid,) = pids_in(out.decode().partition(" pid ")[2])
+    await gone(pid)
+
+
+async def test_it_ends_when_nothing_is_left_to_run(system: System, tmp_path: Path) -> None:
+    """Processes that die at once are told of; as none was required, that is no failure."""
+    actions = "Node(script='bad.py', name='bad')", "ExecuteProcess(cmd=['/no/such/command'])"
+    program = await launch(system, launch_file(tmp_path, *actions, bad="raise SystemExit(7)"))
+    assert await program.ends() == 0
+    assert re.search(
+        r"^\[ERROR\] \[bad-1\]: process has died \[pid \d+, exit code 7, "
+        r"cmd 'callboard run .*bad.py --ros-args -r __node:=bad'\]$",
+        program.output,
+        re.MULTILINE,
+    )
+    assert re.search(r"\[command-2\]: process has died \[pid \d+, exit code 127,", program.output)
+
+
+@pytest.mark.parametrize(
+    ("code", "how"), [(3, "required=True"), (0, "required=True"), (3, "on_exit=Shutdown()")]
+)
+async def test_a_required_process_ends_the_launch(
+    system: System, tmp_path: Path, code: int, how: str
+) -> None:
+    """The others are stopped; the launch has failed if it died."""
+    short = f"raise SystemExit({code})"
+    actions = "Node(script='sleeper.py')", f"Node(script='short.py', {how})"
+    program = await launch(system, launch_file(tmp_path, *actions, sleeper=SLEEPER, short=short))
+    assert await program.ends() == (1 if code else 0)
+    assert "stopping: short-2 is required and has ended" in program.output
+    (pid,) = re.findall(r"\[sleeper-1\]: process started with pid \[(\d+)\]", program.output)
+    assert not alive(int(pid))
+
+
+async def test_a_process_is_started_again(system: System, tmp_path: Path) -> None:
+    """As often as it may be, each time with another pid."""
+    action = "Node(script='short.py', respawn=True, respawn_max_retries=2)"
+    program = await launch(system, launch_file(tmp_path, action, short="print('ran')"))
+    assert await program.ends() == 0
+    assert program.lines.count("[short-1] ran") == 3
+    assert len(set(re.findall(r"process started with pid \[(\d+)\]", program.output))) == 3
+
+
+async def test_timers_arguments_and_the_environment_reach_processes(system: System, tmp_path: Path) -> None:
+    """What is for later comes later; a launch that has still something to do goes on."""
+    actions = (
+        "DeclareLaunchArgument('word')",
+        "SetEnvironmentVariable('WORD', LaunchConfiguration('word'))",
+        "TimerAction(period=0.01, actions=[Node(script='tell.py', arguments=['a b'])])",
+        "LogInfo(msg=['word ', LaunchConfiguration('word')])",
+    )
+    tell = "import os, sys; print(os.environ['WORD'], sys.argv[1:])"
+    program = await launch(system, launch_file(tmp_path, *actions, tell=tell), "word:=no", "word:=yes")
+    assert await program.ends() == 0
+    first, second = (program.output.index(text) for text in ("[launch]: word yes", "[tell-1] yes ['a b']"))
+    assert first < second
