@@ -14,7 +14,7 @@ import os
 import socket
 import time
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from actors.broker_report import BrokerReport, ReportParts
 from actors.errors import BrokerUnreachable
@@ -275,7 +275,12 @@ def _left(deadline: float) -> float:
 
 def _connect(url: BrokerUrl, timeout_sec: float) -> socket.socket:
     if not url.path:
-        return socket.create_connection((url.host, url.port), timeout_sec)
+        # As bytes an ASCII name goes as it is; the codec for others takes some milliseconds to be imported.
+        host: Any = url.host.encode() if url.host.isascii() else url.host
+        try:
+            return socket.create_connection((host, url.port), timeout_sec)
+        except UnicodeError as error:
+            raise OSError(f"no host can be called {url.host!r}") from error
     sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         sock.settimeout(timeout_sec)

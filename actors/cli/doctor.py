@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Final
 from actors.cli.errors import FAILURE, OK
 from actors.cli.interrupts import raise_at_once
 from actors.cli.output import say_json
-from actors.cli.tables import colored, painted, terminal_width
+from actors.cli.tables import colored, painted
+from actors.cli.terminal import terminal_width
 from actors.tools.health import all_good, examine
 
 if TYPE_CHECKING:

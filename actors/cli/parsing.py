@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 import math
 import re
 import sys
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from actors.cli.errors import USAGE
+from actors.cli.terminal import columns
 from actors.environment import MAX_DOMAIN
 
 if TYPE_CHECKING:
@@ -58,8 +58,18 @@ class Parser(argparse.ArgumentParser):
         (file or sys.stderr).write(message)
 
 
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """As wide as the terminal. Python's own imports shutil to know that, also where nobody asks for help."""
+
+    def __init__(self, prog: str, **options: Any) -> None:
+        options.setdefault("width", columns() - 2)
+        super().__init__(prog, **options)
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return "; did you mean '…'?" for the most similar known word, or nothing."""
+    import difflib  # noqa: PLC0415 - only after a mistake
+
     close = difflib.get_close_matches(word, list(known), n=1)
     return f"; did you mean '{close[0]}'?" if close else ""
 
@@ -71,7 +81,7 @@ def parser_of(command: str, verb: Verb, module: Any) -> Parser:
         prog=f"callboard {command}",
         description=summary,
         epilog=_shown_examples(module.EXAMPLES),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=_Help,
     )
     module.add_arguments(parser)
     return parser

@@ -18,6 +18,7 @@ import unicodedata
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from actors.cli.output import harmless
+from actors.cli.terminal import terminal_width
 from actors.environment import color_wish
 
 if TYPE_CHECKING:
@@ -119,15 +120,6 @@ def say_table(
     if every:
         color, room = colored(sys.stdout), terminal_width()
         print("\n".join(table_lines(every, header=header, style=style, color=color, room=room)))
-
-
-def terminal_width() -> int | None:
-    """Return how many columns the terminal has; None if stdout is none: a file is as wide as it must be."""
-    if not sys.stdout.isatty():
-        return None
-    import shutil  # noqa: PLC0415 - a pipe needs none
-
-    return shutil.get_terminal_size().columns
 
 
 def _squeezed(widths: list[int], fixed: list[bool], room: int) -> list[int]:

@@ -146,6 +146,9 @@ def test_no_broker(tmp_path: Path) -> None:
     """The error names the places."""
     with pytest.raises(BrokerUnreachable, match="No broker at callboard\\+unix://"):
         Inspector(f"callboard+unix://{tmp_path}/nobody").connect()
+    for host in ("a" * 70, "b..c", "ä..b", "ä" * 70):
+        with pytest.raises(BrokerUnreachable, match="No broker at"):
+            Inspector(f"callboard://{host}:1").connect()
     with pytest.raises(InvalidUrlError):
         Inspector("http://here")
     with pytest.raises(BrokerUnreachable, match="not connected"):
