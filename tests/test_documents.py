@@ -15,6 +15,7 @@ from pkgutil import resolve_name
 import pytest
 
 from actors.cli.reference import reference
+from tests.actors.site_packages import Site
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -213,3 +214,32 @@ def test_the_command_line_guide_shows_what_is_printed(tmp_path: Path) -> None:
     )
     assert "broker: No broker at callboard+unix:///nowhere (CALLBOARD_URL). Start one with" in done.stdout
     assert done.stdout.endswith("False\n")
+
+
+def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
+    """Its file is understood, its commands are, and those that start nothing print what is shown."""
+    text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
+    ((name, source),) = re.findall(r"```python\n# (\S+)\n(.*?)```", text, re.DOTALL)
+    site = Site(tmp_path / "environment")
+    site.install("my_package", scripts=["talker = my_package.talker:main"])
+    (site.path / "my_package" / "launch").mkdir(parents=True)
+    (site.path / "my_package" / "__init__.py").touch()
+    for folder in (tmp_path, site.path / "my_package" / "launch"):
+        (folder / name).write_text(source, encoding="utf-8")
+        (folder / "listener.py").touch()
+    shown = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
+    assert len(shown) == 2
+    for command in commands(text):
+        starts = not command.endswith(("--show-args", "--dry-run"))
+        done = subprocess.run(
+            [sys.executable, "-m", "actors", *shlex.split(command)[1:], *(["--dry-run"] if starts else [])],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(site.path)])},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        if not starts:
+            assert done.stdout == shown.pop(0)
+    assert not shown
