@@ -164,6 +164,8 @@ class Dialer:
         self._complained = False
         self._refusal = ""
         """What the broker has answered last instead of a WELCOME: it is logged once."""
+        self._unwelcoming: BrokerUrl | None = None
+        """Where something has last taken a connection without a WELCOME: no broker can be started there."""
         self._keepalive_sec = limits.DEFAULT_KEEPALIVE_SEC
         self._fatal: Exception | None = None
         link.handle(frames.Welcome, self._on_welcome)
@@ -218,6 +220,7 @@ class Dialer:
                     self._log.info(f"Connected to the broker at {url}")
                 self._complained = False
                 self._refusal = ""
+                self._unwelcoming = None
                 return conversation
             if self._closing or self._fatal is not None:
                 break
@@ -226,12 +229,16 @@ class Dialer:
     def _nobody_answered(self, *, too_late: bool) -> None:
         """Say so once; raise if there has never been a session, and now it is too late for one."""
         if too_late and not self._link.connections:
-            raise BrokerUnreachable(f"No broker at {self._link.place}. {start_hint(self._urls[0])}")
+            raise BrokerUnreachable(f"No broker at {self._link.place}. {self._hint()}")
         if not self._complained:
             self._complained = True
-            self._log.warning(
-                f"No broker at {self._link.place}; waiting for one. {start_hint(self._urls[0])}"
-            )
+            self._log.warning(f"No broker at {self._link.place}; waiting for one. {self._hint()}")
+
+    def _hint(self) -> str:
+        """Say what to do about it."""
+        if self._unwelcoming is None:
+            return start_hint(self._urls[0])
+        return f"Something listens at {self._unwelcoming} and has not let this node in"
 
     async def _connect(
         self, url: BrokerUrl, loop: asyncio.AbstractEventLoop, deadline: float
@@ -239,17 +246,29 @@ class Dialer:
         """Open a connection and wait for the WELCOME; None if that does not work."""
         conversation = self._conversation = Conversation(self._link, url, self._hello, self._log)
         _conversations.add(conversation)
+        reached = False
         try:
             async with asyncio.timeout_at(deadline):
                 if url.path:
                     await loop.create_unix_connection(lambda: conversation.channel, url.path)
                 else:
                     await loop.create_connection(lambda: conversation.channel, url.host, url.port)
+                reached = True
                 while not conversation.is_open and not conversation.ended.is_set():
                     await self._link.changed()
-        except (OSError, TimeoutError, UnicodeError):  # UnicodeError: a host that can be no host's name
+        except (
+            OSError,
+            TimeoutError,
+            UnicodeError,
+        ) as error:  # UnicodeError: a host that can be no host's name
             conversation.abort()
-        return conversation if conversation.is_open else None
+            if not isinstance(error, TimeoutError) and self._unwelcoming == url:
+                self._unwelcoming = None  # nothing listens there any more
+        if conversation.is_open:
+            return conversation
+        if reached and self._unwelcoming is None:
+            self._unwelcoming = url
+        return None
 
     async def _serve(self, conversation: Conversation, loop: asyncio.AbstractEventLoop) -> None:
         """Keep the session alive until it ends."""

@@ -6,7 +6,9 @@ import asyncio
 
 import pytest
 
+from actors import Node
 from actors.dialer import FIRST_RETRY_SEC, LAST_RETRY_SEC
+from actors.errors import BrokerUnreachable
 from tests.simulation.stage import Stage, play
 
 
@@ -31,3 +33,18 @@ def test_after_a_session_that_lasted_it_begins_again_with_short_pauses(*, lastin
             assert took > LAST_RETRY_SEC / 4
 
     play(scene)
+
+
+async def test_another_program_that_has_the_port_is_named() -> None:
+    """A broker cannot be started there, so nobody says how to."""
+
+    async def close(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await reader.read(1)
+        writer.close()
+
+    async with await asyncio.start_server(close, "127.0.0.1", 0) as server:
+        url = f"callboard://127.0.0.1:{server.sockets[0].getsockname()[1]}"
+        with pytest.raises(BrokerUnreachable) as caught:
+            async with Node("node", url=url, connect_timeout_sec=0.2):
+                pass
+    assert str(caught.value) == f"No broker at {url}. Something listens at {url} and has not let this node in"
