@@ -60,6 +60,10 @@ class ModelLane:
     dropped: int = 0
     abandoned: int = 0
     sent_bytes: int = 0
+    left_to: int = 0
+    """The number after the last message that has come whole on any link."""
+    new_from: int = 0
+    """Those below have left, or were dropped, on earlier links: losing them again is no loss."""
 
     def make(self, first: int, sizes: list[int]) -> tuple[Run, list[Message | bytes]]:
         """Return a run of messages that are going to be put, and those."""
@@ -89,7 +93,23 @@ class ModelLane:
             excess = max(0, len(self.messages) - self.lane.depth)
             gone = self.messages[:excess]
             self.waiting = [item for item in self.waiting if item not in gone]
-            self.dropped += excess
+            again = sum(message.sequence < self.new_from for message in gone)
+            self.abandoned += again
+            self.dropped += excess - again
+
+    def restart(self, publisher: int) -> None:
+        """Begin on another link, without what waited to be sent again."""
+        waiting = [item for item in (*self.leaving, *self.waiting) if isinstance(item, Message)]
+        self.leaving = []
+        self.lane.restart(publisher)
+        self.new_from = self.lane.new_from
+        assert self.new_from >= self.left_to
+        new = [item for item in waiting if item.sequence >= self.new_from]
+        self.abandoned += len(waiting) - len(new)
+        self.waiting = [*new]
+        assert self.lane.first_sequence == (new[0].sequence if new else None)
+        self.sent_bytes = 0
+        self.next_sent = new[0].sequence if new else self.next_put
 
     def trim_lane(self) -> None:
         """The same, while there is no link."""
@@ -142,6 +162,7 @@ class ModelLane:
         assert got == self.leaving
         self.sent_bytes += sum(len(message.body) for message in got)
         self.next_sent = got[-1].sequence + 1
+        self.left_to = max(self.left_to, self.next_sent)
         self.leaving = []
 
 
@@ -305,12 +326,7 @@ class OutboxMachine(RuleBasedStateMachine):
         self.links += 1
         self.connect()
         for index, model in enumerate(self.models):
-            model.waiting = [item for item in (*model.leaving, *model.waiting) if isinstance(item, Message)]
-            model.leaving = []
-            model.lane.restart(10 * self.links + index)
-            assert model.lane.first_sequence == (model.messages[0].sequence if model.waiting else None)
-            model.sent_bytes = 0
-            model.next_sent = model.messages[0].sequence if model.waiting else model.next_put
+            model.restart(10 * self.links + index)
             model.trim_lane()
             if largest is not None:
                 model.drop_larger(largest)
