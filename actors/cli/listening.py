@@ -16,7 +16,7 @@ from actors.qos import QoSProfile, ReliabilityPolicy
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator, Callable, Coroutine
     from typing import Self
 
     from actors.entities.backlog import MessageInfo
@@ -29,6 +29,10 @@ MEASURING: Final = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.BEST_E
 """For those who measure: matches every publisher, and holds a burst."""
 NOTE_EVERY_SEC: Final = 1.0
 """Losses are told at most this often: whoever is too slow for the messages is too slow for more lines."""
+
+
+TURN_SEC: Final = 0.02
+"""Whatever takes longer with a message lets the loop turn before the next one: the link is to stay alive."""
 
 
 class _Losses:
@@ -98,9 +102,9 @@ class Listener:
         the waiting.
         """
 
-        def heard(message: Any, info: MessageInfo) -> None:
+        def heard(message: Any, info: MessageInfo) -> Coroutine[Any, Any, None] | None:
             if self._done.done():
-                return
+                return None
             self._heard_at = self._loop.time()
             try:
                 take(message, info)
@@ -110,6 +114,8 @@ class Listener:
                 self._left_out[topic] += 1
             except Exception as error:  # noqa: BLE001 - raised again where the command waits
                 self._done.set_exception(error)
+            slow = self._loop.time() - self._heard_at > TURN_SEC
+            return asyncio.sleep(0) if slow else None
 
         events = SubscriptionEventCallbacks(message_lost=lambda _: self._tell(NOTE_EVERY_SEC))
         subscription = self._node.create_subscription(

@@ -32,6 +32,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     own_process = argv is None
     arguments = sys.argv[1:] if argv is None else list(argv)
+    if arguments[:1] == ["help"] and len(arguments) > 1:
+        arguments = [*arguments[1:], "--help"]
     verb, words = _find(arguments)
     before = note_signals()
     try:

@@ -6,7 +6,7 @@ import base64
 import re
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from actors.cli.errors import CommandError
+from actors.cli.errors import USAGE, CommandError
 from actors.cli.output import note, say, say_json
 from actors.interfaces.convert import message_to_csv, message_to_ordereddict, message_to_yaml
 from actors.interfaces.errors import InvalidMessageError
@@ -30,13 +30,15 @@ class MessagePrinter:
             `include_message_info`.
 
     Raises:
-        CommandError: `--field` is no path of fields.
+        CommandError: `--field` is no path of fields, or options exclude each other.
         InvalidFilterError: `--filter` is no expression.
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
         if options.field is not None and not _FIELD.fullmatch(options.field):
             raise CommandError(f"Invalid field value '{options.field}'")
+        if options.csv and (options.json or options.raw):
+            raise CommandError(f"Give --csv or {'--json' if options.json else '--raw'}, not both", USAGE)
         self._options = options
         self._chosen = None if options.filter is None else MessageFilter(options.filter)
         self._fitted = False

@@ -5,17 +5,28 @@ from __future__ import annotations
 import json
 import math
 import sys
-from typing import Any, cast
+from typing import Any, Final, cast
+
+QUOTED_CHARS: Final = 500
+"""What an error quotes of its input, at most."""
 
 
 def harmless(text: str) -> str:
     """Escape what is not printable but for line ends and tabs: a message may come from a stranger."""
-    if text.isprintable():
+    if text.replace("\n", "").replace("\t", "").isprintable():
         return text
     return "".join(
         char if char in "\n\t" or char.isprintable() else char.encode("unicode_escape").decode()
         for char in text
     )
+
+
+def shortened(text: str) -> str:
+    """Return foreign text for an error in one line: of a long one the beginning, and how long it is."""
+    line = " ".join(text[: 2 * QUOTED_CHARS].split())
+    if len(text) <= QUOTED_CHARS:
+        return line
+    return f"{line[:QUOTED_CHARS]}... ({len(text)} characters)"
 
 
 def say(text: str) -> None:

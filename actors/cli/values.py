@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from actors.cli.errors import CommandError
 from actors.cli.here import look_here
+from actors.cli.output import shortened
 from actors.interfaces.convert import message_from_fields
 from actors.interfaces.message import Message, Service, type_name
 from actors.interfaces.registry import find_interface
@@ -22,8 +23,11 @@ from actors.tools.stamps import Stamps
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Iterable
 
 M = TypeVar("M", bound=Message)
+_MAX_DEPTH: Final = 1000
+"""Levels that values may be nested, to be read at all."""
 
 
 def named_interface(name: str) -> type[Any]:
@@ -81,22 +85,40 @@ def _filled(msg_type: type[M], values: dict[str, Any]) -> M:
     try:
         return message_from_fields(msg_type, values)
     except (AttributeError, TypeError, ValueError, RecursionError) as error:
-        reason = "nested too deeply" if isinstance(error, RecursionError) else str(error)
+        reason = "nested too deeply" if isinstance(error, RecursionError) else shortened(str(error))
         raise CommandError(f"Failed to populate a message: {reason}") from None
 
 
 def _fields(text: str) -> dict[str, Any]:
     import yaml  # noqa: PLC0415 - slow to import, and only values need it
 
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        values: Any = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506
+        if sum(map(text.count, "[{-?")) > _MAX_DEPTH:
+            _require_shallow(yaml.parse(text, Loader=loader))
+        values: Any = yaml.load(text, Loader=loader)  # noqa: S506
     except (yaml.YAMLError, ValueError) as error:
-        raise CommandError(f"The values are not YAML: {' '.join(str(error).split())}") from None
+        raise CommandError(f"The values are not YAML: {shortened(str(error))}") from None
+    except RecursionError:
+        raise CommandError("The values are not YAML: nested too deeply") from None
     if values is None:
         return {}
     if not isinstance(values, dict):
-        raise CommandError(f"The values must be a YAML map such as '{{data: hello}}', got: {text.strip()}")
+        raise CommandError(f"The values must be a YAML map such as '{{data: hello}}', got: {shortened(text)}")
     return {str(key): value for key, value in cast("Any", values).items()}
+
+
+def _require_shallow(events: Iterable[Any]) -> None:
+    """Refuse what is nested so deeply that PyYAML, which recurses for each level, would crash."""
+    depth = 0
+    for event in events:
+        kind = type(event).__name__
+        if kind in {"SequenceStartEvent", "MappingStartEvent"}:
+            depth += 1
+            if depth > _MAX_DEPTH:
+                raise RecursionError
+        elif kind in {"SequenceEndEvent", "MappingEndEvent"}:
+            depth -= 1
 
 
 def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:

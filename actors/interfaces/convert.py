@@ -7,9 +7,12 @@ at hand; then sequences are described by what arrived.
 from __future__ import annotations
 
 import copy
+import math
+import re
 from collections import OrderedDict
 from datetime import datetime
 from itertools import islice
+from secrets import token_hex
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 import msgspec
@@ -36,6 +39,11 @@ _IDL_NAMES: Final = {
 _MAX_WIDTH: Final = 2**31 - 1
 _MAX_DEPTH: Final = 64
 """Nesting that a received message may have, to be printed; real types have about ten levels."""
+_LONG: Final = 64
+"""Numbers in a list that is worth writing without PyYAML."""
+_NUMBERS: Final = frozenset({bool, int, float})
+_FLAT: Final[tuple[type[Any], ...]] = (bytes, bytearray, memoryview, NumericArray)
+"""Sequences that hold numbers alone."""
 T = TypeVar("T", bound=Message)
 
 
@@ -188,7 +196,9 @@ class _Renderer:
     def _sequence(self, value: Any, field_type: FieldType | None) -> Any:
         if self._no_arr:
             return _described(value, field_type)
-        items = [self.value(item, None) for item in islice(value, self._limit)]
+        kept = islice(value, self._limit)
+        numbers = isinstance(value, _FLAT)
+        items = list(kept) if numbers else [self.value(item, None) for item in kept]
         return items if len(items) == len(value) else [*items, "..."]
 
 
@@ -247,22 +257,56 @@ def message_to_yaml(
     import yaml  # noqa: PLC0415 - slow to import, and only people need it
 
     plain = message_to_ordereddict(message, truncate_length=truncate_length, no_arr=no_arr, no_str=no_str)
+    numbers: list[list[float]] = []
+    mark = f"numbers_{token_hex(8)}_"
     text: str = yaml.dump(
-        _dict(plain),
+        _dict(plain, mark, numbers),
         Dumper=getattr(yaml, "CSafeDumper", yaml.SafeDumper),
         allow_unicode=True,
         default_flow_style=flow_style,
         sort_keys=False,
         width=_MAX_WIDTH,
     )
-    return text
+    return _with_numbers(text, mark, numbers, flow_style=flow_style) if numbers else text
 
 
-def _dict(value: Any) -> Any:
-    """Turn ordered dicts into dicts, which YAML's safe dumper knows."""
+def _dict(value: Any, mark: str, numbers: list[list[float]]) -> Any:
+    """Turn ordered dicts into dicts, which YAML's safe dumper knows; put long lists of numbers aside."""
     if isinstance(value, dict):
-        return {name: _dict(item) for name, item in cast("dict[str, Any]", value).items()}
-    return [_dict(item) for item in cast("Any", value)] if isinstance(value, list) else value
+        fields = cast("dict[str, Any]", value).items()
+        return {name: _dict(item, mark, numbers) for name, item in fields}
+    if not isinstance(value, list):
+        return value
+    items: list[Any] = cast("Any", value)
+    if len(items) >= _LONG and _NUMBERS.issuperset(map(type, items)):
+        numbers.append(items)
+        return [f"{mark}{len(numbers) - 1}"]
+    return [_dict(item, mark, numbers) for item in items]
+
+
+def _with_numbers(text: str, mark: str, numbers: list[list[float]], *, flow_style: bool) -> str:
+    """Put long lists of numbers where their marks stand: PyYAML takes seconds for an image."""
+
+    def listed(match: re.Match[str]) -> str:
+        texts = map(_number, numbers[int(match["index"])])
+        if flow_style:
+            return match["before"] + ", ".join(texts)
+        return match["before"] + f"\n{' ' * (len(match['before']) - 2)}- ".join(texts)
+
+    before = "" if flow_style else "^[ :-]*- "
+    return re.sub(f"(?P<before>{before}){mark}(?P<index>[0-9]+)", listed, text, flags=re.MULTILINE)
+
+
+def _number(value: float) -> str:
+    """Return a number as PyYAML writes it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if not math.isfinite(value):
+        return ".nan" if value != value else ".inf" if value > 0 else "-.inf"  # noqa: PLR0124 - that is NaN
+    text = repr(value)
+    return text if "." in text else text.replace("e", ".0e", 1)
 
 
 def message_to_csv(
@@ -278,11 +322,13 @@ def message_to_csv(
     def walk(value: Any) -> None:
         if isinstance(value, dict):
             value = list(cast("dict[str, Any]", value).values())
-        if isinstance(value, list):
+        if not isinstance(value, list):
+            flat.append(str(value))
+        elif _NUMBERS.issuperset(map(type, cast("Any", value))):
+            flat.extend(map(str, cast("Any", value)))
+        else:
             for item in cast("Any", value):
                 walk(item)
-        else:
-            flat.append(str(value))
 
     walk(message_to_ordereddict(message, truncate_length=truncate_length, no_arr=no_arr, no_str=no_str))
     return ",".join(flat)

@@ -45,6 +45,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="publish what comes on stdin, as it comes: YAML with --- in between, or a JSON object a line",
     )
+    _add_times(parser)
+    add_json_option(parser, "one document a line")
+    add_qos_options(parser)
+    add_broker_options(parser)
+
+
+def _add_times(parser: argparse.ArgumentParser) -> None:
+    """Describe when and how often it publishes, and what it prints of that."""
     parser.add_argument(
         "-r", "--rate", type=positive, metavar="HZ", help="a second; default: 1, with --stdin as they come"
     )
@@ -69,9 +77,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-n", "--node-name", metavar="NAME", help="the publishing node's; default: a hidden one"
     )
     parser.add_argument("-p", "--print", type=count, metavar="N", default=1, help="print every Nth message")
-    add_json_option(parser, "one document a line")
-    add_qos_options(parser)
-    add_broker_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:

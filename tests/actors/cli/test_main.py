@@ -230,3 +230,13 @@ def test_another_package_called_proto_is_one_clear_text(tmp_path: Path) -> None:
     assert ended.returncode == 1
     assert ended.stderr.startswith(f"callboard: the import name 'proto' is another package's here: {file}\n")
     assert "Traceback" not in ended.stderr
+
+
+@pytest.mark.parametrize("words", [["topic"], ["topic", "echo"], ["doctor"]])
+def test_help_may_stand_first(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """`callboard help topic` is `callboard topic --help`."""
+    assert main.main(["help", *words]) == 0
+    first = capsys.readouterr().out
+    assert main.main([*words, "--help"]) == 0
+    assert first == capsys.readouterr().out
+    assert first.startswith(f"usage: callboard {' '.join(words)}")

@@ -319,3 +319,10 @@ async def test_echo_with_another_definition_of_a_type_does_not_wait(desk: Desk) 
         ended.err
         == "'/said' is published as another definition of std_msgs/msg/String, not std_msgs/msg/String\n"
     )
+
+
+@pytest.mark.parametrize("other", ["--json", "--raw"])
+def test_options_that_exclude_each_other(other: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """No broker is needed to say so."""
+    assert main(["topic", "echo", "/x", "--csv", other]) == 2
+    assert capsys.readouterr().err == f"Give --csv or {other}, not both\n"

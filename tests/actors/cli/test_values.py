@@ -105,3 +105,23 @@ def test_qos_options_go_before_the_default() -> None:
         reliability=ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL,
     )
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["x" * 3_000_000, "{data: [" + "1," * 10_000 + "]}", f"{{? {'k' * 100_000} : 1}}"],
+    ids=["text", "list", "key"],
+)
+def test_errors_do_not_repeat_their_input(text: str) -> None:
+    """A line of it is enough, however long it is."""
+    with pytest.raises(CommandError) as caught:
+        message_from_text(String, text)
+    assert len(str(caught.value)) < 1000
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("opening", ["[", "- ", "{a: "])
+def test_endless_nesting_is_told(opening: str) -> None:
+    """It does not crash what reads it."""
+    with pytest.raises(CommandError, match="nested too deeply"):
+        message_from_text(String, opening * 100_000)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from actors.interfaces.codec import codec_for, decode_untyped
 from actors.interfaces.convert import (
@@ -188,3 +190,48 @@ def test_what_types_do_not_know_becomes_plain() -> None:
     plain = message_to_ordereddict(strange)
     assert plain["at"] == "1970-01-01T00:00:01+00:00"
     assert json.loads(json.dumps(plain))["map"] == {"b'x'": 1, "(1,)": 2, "None": 3}
+
+
+_ODD = [1.5e17, 1e17, 1e-7, -1e300, math.nan, math.inf, -math.inf, 0.0, -0.0, 1 / 3] * 10
+
+
+@pytest.mark.parametrize("flow_style", [False, True])
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"a": _ODD, "b": {"c": [[1] * 100, [2, 3], [True, False] * 50], "d": [{"x": [-5] * 70, "y": _ODD}]}},
+        {
+            "odd key: 'q' \xe9 #": [1] * 80,
+            "d": [[[1.5] * 65]],
+            "- x": list(range(64)),
+            "two\nlines": [7] * 70,
+        },
+        {"text": "numbers_0", "numbers": [2**63] * 64, "mixed": [1, "a"] * 40},
+    ],
+)
+def test_long_lists_of_numbers_are_written_as_by_pyyaml(values: dict[str, Any], flow_style: bool) -> None:
+    """They are written without it, because it takes seconds for an image: nobody must see that."""
+    expected = yaml.safe_dump(
+        json.loads(json.dumps(values)),  # no list twice: PyYAML would refer to the first
+        allow_unicode=True,
+        default_flow_style=flow_style,
+        sort_keys=False,
+        width=2**31 - 1,
+    )
+    assert "&" not in expected
+    assert message_to_yaml(values, flow_style=flow_style) == expected
+
+
+def test_an_image_is_written_without_pyyaml(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its pixels do not get there; the text has them all."""
+    seen: list[Any] = []
+    dump = yaml.dump
+
+    def noted(data: Any, **options: Any) -> Any:
+        seen.append(data)
+        return dump(data, **options)
+
+    monkeypatch.setattr(yaml, "dump", noted)
+    text = message_to_yaml(Image(height=480, width=640, data=bytes(640 * 480 * 3)))
+    assert text.count("\n- 0") == 640 * 480 * 3
+    assert len(seen[0]["data"]) == 1
