@@ -231,7 +231,7 @@ async def test_pub_as_a_named_node(desk: Desk) -> None:
         publishers = await node.get_publishers_info_by_topic("said")
         node.create_subscription(String, "said", qos=10)
         assert await anext(aiter(subscription)) == String(data="hello")
-        assert (await pub).code == 0  # before the next one prints: whoever ends takes all that has been printed
+        assert (await pub).code == 0  # before the next prints: whoever ends takes all that was printed
         taken = await desk.callboard(*HELLO, "--once", "-n", "fellow")
         bad = await desk.callboard(*HELLO, "--once", "-n", "9")
     assert [info.node_name for info in publishers] == ["speaker"]
