@@ -2,26 +2,60 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from actors.cli.names import unknown
+from actors.cli.output import say_json
+from actors.cli.place import inspector
 from actors.cli.tables import Styled, say_styled
 from actors.qos import UNLIMITED
 from proto.names import full_node_name
 
 if TYPE_CHECKING:
+    import argparse
+
     from actors.picture import EndpointInfo
     from actors.qos import QoSProfile
     from actors.time_types import Duration
+    from proto.codes import EntryKind
 
 
-def say_info(types: list[str], counted: dict[str, list[EndpointInfo]], *, verbose: bool) -> None:
-    """Print what `topic info` and `service info` print.
+class Side(NamedTuple):
+    """Those at one end of a topic or service: their kind, name in JSON, and the heading of their number."""
+
+    kind: EntryKind
+    plural: str
+    heading: str
+
+
+def show_info(options: argparse.Namespace, what: str, name: str, *sides: Side) -> int:
+    """Print what `topic info` and `service info` print; return the exit code.
 
     Args:
-        types: Of the topic or service.
-        counted: The endpoints below each of their headings.
-        verbose: Whether to print each endpoint, and blank lines between all.
+        options: Say where to look, whether in JSON, and whether to print each endpoint.
+        what: "topic" or "service".
+        name: Its full name.
+        sides: Who is there, in this order.
+
+    Raises:
+        CommandError: There is no such name.
     """
+    with inspector(options) as look:
+        picture = look.graph()
+    types = dict(picture.names_and_types(*(side.kind for side in sides)))
+    if name not in types:
+        raise unknown(f"Unknown {what} '{name}'", name, types)
+    found = {side: picture.endpoints(side.kind, name) for side in sides}
+    if options.json:
+        lists = {side.plural: [document(each) for each in endpoints] for side, endpoints in found.items()}
+        say_json({"name": name, "types": types[name], **lists})
+    else:
+        counted = {side.heading: endpoints for side, endpoints in found.items()}
+        _say_info(types[name], counted, verbose=options.verbose)
+    return 0
+
+
+def _say_info(types: list[str], counted: dict[str, list[EndpointInfo]], *, verbose: bool) -> None:
     shown = types[0] if len(types) == 1 else str(types)
     say_styled("Type: ", Styled(shown if types else "any", "type"))  # any: only raw subscriptions
     if verbose:
