@@ -20,10 +20,11 @@ from actors.cli.place import missing_broker, place_of
 from actors.launch.description import declared, described
 from actors.launch.embedded import broker_answers, can_embed, embedded_broker
 from actors.launch.errors import UnknownArgumentError
-from actors.launch.library import Files
+from actors.launch.files import Files
 from actors.launch.output import Output
-from actors.launch.plan import Say, Start, make_plan
+from actors.launch.plan import make_plan
 from actors.launch.runner import Runner
+from actors.launch.steps import Say, Start
 from actors.logger import ROOT_NAME
 from broker.errors import AddressInUseError
 from proto.errors import shown
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from actors.launch.actions import DeclareLaunchArgument
-    from actors.launch.plan import Step
+    from actors.launch.steps import Step
     from actors.tools.contexts import Place
 
 LAST_OUTPUT_SEC: Final = 2.0

@@ -6,14 +6,17 @@ Each takes a `condition`; without one it always takes place. What they mean toge
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
+from actors.launch.steps import DEPENDS_TIMEOUT_SEC
 from actors.launch.substitutions import Substitution, Text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from actors.launch.conditions import Condition
+    from actors.launch.event_handlers import EventHandler, Reaction
+    from actors.programs import Factory
 
 Scalar: TypeAlias = str | int | float | bool
 ParameterEntry: TypeAlias = (
@@ -40,12 +43,21 @@ class Launched(Action):
         env: Its whole environment; None: the one that holds there.
         additional_env: What is added to that.
         prefix: What to start it with, such as "gdb -ex run --args".
-        output: Where its lines go. There is only "screen".
+        output: Where its lines go: "screen", "log", "both", "own_log" or "full".
+        emulate_tty: Whether its output looks like a terminal to it.
+        depends_on: What must be there before it is started: a `Node` that has a name, or "node NAME", "topic
+            NAME" or "service NAME"; one of these, or a list of them. A name is seen from the namespace there.
+        depends_timeout: Seconds that these get to come; without them it is not started, as if it had died.
         respawn: Whether it is started again when it ends, however that was.
-        respawn_delay: Seconds until then, at least `actors.launch.plan.LEAST_RESPAWN_DELAY_SEC`.
+        respawn_delay: Seconds until then, at least `actors.launch.steps.LEAST_RESPAWN_DELAY_SEC`.
+        respawn_backoff: What the delay is multiplied with each time. It is as at first again when the process
+            has lived twice `respawn_max_delay`.
+        respawn_max_delay: The longest delay, in seconds; a longer `respawn_delay` stands.
         respawn_max_retries: How often; -1: without end.
+        sigterm_timeout: Seconds after SIGINT until it gets SIGTERM; None: as the launch has it.
+        sigkill_timeout: Seconds after SIGTERM until it gets SIGKILL; None: as the launch has it.
         required: Whether its end is the end of the launch; if it died that has failed.
-        on_exit: `Shutdown()` says the same as `required=True`.
+        on_exit: What to do whenever it ends; `Shutdown()` alone says the same as `required=True`.
     """
 
     cwd: Text | None = None
@@ -53,21 +65,30 @@ class Launched(Action):
     additional_env: Mapping[str, Text] = field(default_factory=dict[str, Text])
     prefix: Text = ""
     output: Text = "screen"
+    emulate_tty: bool | Text = False
+    depends_on: Node | Text | Sequence[Node | Text] = ()
+    depends_timeout: float | Text = DEPENDS_TIMEOUT_SEC
     respawn: bool | Text = False
     respawn_delay: float | Text = 0.0
+    respawn_backoff: float = 2.0
+    respawn_max_delay: float | Text = 5.0
     respawn_max_retries: int = -1
-    required: bool = False
-    on_exit: Shutdown | None = None
+    sigterm_timeout: float | Text | None = None
+    sigkill_timeout: float | Text | None = None
+    required: bool | Text = False
+    on_exit: Reaction | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Node(Launched):
-    """A program with a node in it: one of an installed package, or a plain Python file.
+    """A program with a node in it: of an installed package, a plain Python file, or a class.
 
     Attributes:
         package: The package, with `executable`.
         executable: One of its console scripts.
         script: A Python file instead; a relative path is seen from the launch file's folder.
+        node: A node class instead, or a function that returns a new node, or "module:Class". It runs in the
+            launch's own process, so that it must not block, and shares its environment and working folder.
         name: The node's; None: as the program has it.
         namespace: The node's, within the one that has been pushed.
         parameters: Mappings of parameters, and paths of YAML files; of two values the last one counts.
@@ -79,6 +100,7 @@ class Node(Launched):
     package: Text | None = None
     executable: Text | None = None
     script: Text | None = None
+    node: Factory | str | None = None
     name: Text | None = None
     namespace: Text | None = None
     parameters: Sequence[Parameters] = ()
@@ -192,3 +214,37 @@ class Shutdown(Action):
 
     _: KW_ONLY
     reason: Text = "the launch file says so"
+
+
+@dataclass(frozen=True)
+class OpaqueFunction(Action):
+    """A function that gives actions.
+
+    It is called when the description is planned; in a timer or an event handler, when these are due.
+
+    Attributes:
+        function: Called with the `LaunchContext` and what follows here; returns actions, or None.
+        args: Further arguments.
+        kwargs: Further arguments by name.
+    """
+
+    _: KW_ONLY
+    function: Callable[..., Any]
+    args: Iterable[Any] = ()
+    kwargs: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+
+@dataclass(frozen=True)
+class RegisterEventHandler(Action):
+    """From here on react to something whenever it happens.
+
+    Attributes:
+        event_handler: To what, and how.
+    """
+
+    event_handler: EventHandler
+
+    @property
+    def actions(self) -> Sequence[Action]:
+        """What is done then, as far as it is known before."""
+        return self.event_handler.actions

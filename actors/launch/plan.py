@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 import shlex
-from dataclasses import dataclass, field
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.launch.actions import (
     Action,
@@ -31,102 +30,20 @@ from actors.launch.description import LaunchDescription, declared
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.namespaces import prefix_namespace
 from actors.launch.ros_arguments import ros_arguments
+from actors.launch.steps import LEAST_RESPAWN_DELAY_SEC, End, ProcessSpec, Say, Start
 from actors.launch.substitutions import Scope, resolve
 from proto.errors import shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from actors.launch.library import Library
+    from actors.launch.steps import Step
+
 MAX_PROCESSES: Final = 1000
 """A description that comes to more is a mistake."""
 MAX_INCLUDES: Final = 32
 """Files within files."""
-LEAST_RESPAWN_DELAY_SEC: Final = 0.1
-"""So that a program that dies at once does not keep a machine busy."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ProcessSpec:
-    """A process to start.
-
-    Attributes:
-        label: What its lines begin with; unique in the launch.
-        command: The program and its arguments.
-        shown: The same as people would type it.
-        cwd: Where it runs; None: where the launch does.
-        environment: All of it.
-        own_environment: What the description adds for this process alone, for people.
-        respawn: Whether it is started again.
-        respawn_delay_sec: When.
-        respawn_max_retries: How often; -1: without end.
-        required: Whether its end is the end of the launch.
-    """
-
-    label: str
-    command: tuple[str, ...]
-    shown: str
-    cwd: str | None = None
-    environment: Mapping[str, str] = field(default_factory=dict[str, str])
-    own_environment: Mapping[str, str] = field(default_factory=dict[str, str])
-    respawn: bool = False
-    respawn_delay_sec: float = LEAST_RESPAWN_DELAY_SEC
-    respawn_max_retries: int = -1
-    required: bool = False
-
-
-@dataclass(frozen=True, kw_only=True)
-class Start:
-    """Start a process, so many seconds after the launch has begun."""
-
-    process: ProcessSpec
-    after_sec: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Say:
-    """Say something."""
-
-    text: str
-    after_sec: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class End:
-    """End the launch."""
-
-    reason: str
-    after_sec: float = 0.0
-
-
-Step: TypeAlias = Start | Say | End
-
-
-class Library(Protocol):
-    """What there is outside of a description."""
-
-    def description(self, path: str) -> LaunchDescription:
-        """Return what a launch file describes.
-
-        Raises:
-            LaunchFileError: It cannot be read, fails, or describes nothing.
-        """
-        ...
-
-    def program(self, package: str, executable: str) -> Sequence[str]:
-        """Return the command for a program of a package.
-
-        Raises:
-            LaunchError: There is none.
-        """
-        ...
-
-    def script(self, path: str) -> Sequence[str]:
-        """Return the command for a Python file.
-
-        Raises:
-            LaunchError: There is none.
-        """
-        ...
 
 
 def make_plan(
@@ -152,7 +69,9 @@ def make_plan(
         InvalidNameError: A node cannot have the name or namespace.
     """
     plan = _Plan(library)
-    scope = Scope(configurations=dict(arguments), environment=dict(environment), folder=folder)
+    scope = Scope(
+        library=library, configurations=dict(arguments), environment=dict(environment), folder=folder
+    )
     plan.add(description.actions, scope, 0.0)
     known = plan.declared | {each.name for each in declared(description.actions)}
     for name in arguments:
@@ -279,6 +198,7 @@ class _Plan:
         delay = _seconds("respawn_delay", action.respawn_delay, scope)
         return ProcessSpec(
             label=f"{name}-{self._processes}",
+            name=name,
             command=(*prefix, *command),
             shown=shlex.join((*prefix, *typed)),
             cwd=None if action.cwd is None else resolve(action.cwd, scope),
@@ -287,7 +207,7 @@ class _Plan:
             respawn=_yes(action.respawn, scope),
             respawn_delay_sec=max(delay, LEAST_RESPAWN_DELAY_SEC),
             respawn_max_retries=action.respawn_max_retries,
-            required=action.required or action.on_exit is not None,
+            required=_yes(action.required, scope) or action.on_exit is not None,
         )
 
     def _start(self, process: ProcessSpec, after_sec: float) -> None:

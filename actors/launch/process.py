@@ -14,7 +14,7 @@ from actors.supervision.specification import Child
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.launch.plan import ProcessSpec
+    from actors.launch.steps import ProcessSpec
     from actors.logger import Logger
     from actors.supervision.guard import Guard
     from actors.supervision.outcome import Outcome

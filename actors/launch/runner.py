@@ -12,15 +12,15 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from actors.callbacks import error_text
-from actors.launch.plan import Say, Start
 from actors.launch.process import LaunchedProcess
+from actors.launch.steps import End, Say, Start
 from actors.logger import get_logger
 from actors.supervision.guard import Guard
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from actors.launch.plan import ProcessSpec, Step
+    from actors.launch.steps import ProcessSpec, Step
     from actors.supervision.outcome import Outcome
 
 STOP_TIMEOUT_SEC: Final = 5.0
@@ -110,7 +110,7 @@ class Runner:
             self._start(step.process)
         elif isinstance(step, Say):
             self._log.info(step.text)
-        else:
+        elif isinstance(step, End):
             self.stop(step.reason)
 
     def _start(self, spec: ProcessSpec) -> None:

@@ -19,12 +19,15 @@ from actors.launch.errors import LaunchError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from actors.launch.library import Library
+
 
 @dataclass(kw_only=True)
 class Scope:
     """What holds at a place in a description.
 
     Attributes:
+        library: What there is outside of the description.
         configurations: The arguments and their values.
         environment: What programs get that are started here.
         namespace: Pushed by those around; None while nobody has pushed one.
@@ -32,6 +35,7 @@ class Scope:
         used: All names that have been looked up, in this scope and those within it.
     """
 
+    library: Library
     configurations: dict[str, str] = field(default_factory=dict[str, str])
     environment: dict[str, str] = field(default_factory=dict[str, str])
     namespace: str | None = None

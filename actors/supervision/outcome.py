@@ -22,6 +22,7 @@ class Outcome:
             `MAX_REASON_CHARACTERS`, and UTF-8 can hold it.
         exit_code: Of a process that exited; None for others.
         signal_name: Of the signal that killed a process ("SIGKILL"); None for others.
+        returncode: Of a process: its exit code, or minus the number of the signal that killed it.
         error: The exception that ended something in this process.
     """
 
@@ -29,18 +30,19 @@ class Outcome:
     reason: str
     exit_code: int | None = None
     signal_name: str | None = None
+    returncode: int | None = None
     error: BaseException | None = None
 
 
 def outcome_of_exit(code: int) -> Outcome:
     """Return the outcome of a process; a negative code is minus a signal's number."""
     if code >= 0:
-        return Outcome(normal=code == 0, reason=f"exit code {code}", exit_code=code)
+        return Outcome(normal=code == 0, reason=f"exit code {code}", exit_code=code, returncode=code)
     try:
         name = signal.Signals(-code).name
     except ValueError:  # a real-time signal
         name = f"signal {-code}"
-    return Outcome(normal=False, reason=f"killed by {name}", signal_name=name)
+    return Outcome(normal=False, reason=f"killed by {name}", signal_name=name, returncode=code)
 
 
 def outcome_of_error(error: BaseException) -> Outcome:

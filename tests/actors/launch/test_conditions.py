@@ -6,7 +6,8 @@ import pytest
 
 from actors.launch.conditions import IfCondition, UnlessCondition
 from actors.launch.errors import LaunchError
-from actors.launch.substitutions import LaunchConfiguration, Scope
+from actors.launch.substitutions import LaunchConfiguration
+from tests.actors.launch.shelf import scope
 
 
 @pytest.mark.parametrize(
@@ -15,13 +16,13 @@ from actors.launch.substitutions import LaunchConfiguration, Scope
 )
 def test_words_mean_yes_or_no(word: str, *, yes: bool) -> None:
     """In any case, with space around; `unless` is the opposite."""
-    scope = Scope(configurations={"c": word})
-    assert IfCondition(LaunchConfiguration("c")).holds(scope) is yes
-    assert UnlessCondition([LaunchConfiguration("c")]).holds(scope) is not yes
+    here = scope(configurations={"c": word})
+    assert IfCondition(LaunchConfiguration("c")).holds(here) is yes
+    assert UnlessCondition([LaunchConfiguration("c")]).holds(here) is not yes
 
 
 @pytest.mark.parametrize("word", ["", "typo", "yes", "2"])
 def test_other_words_are_errors(word: str) -> None:
     """Rather than no."""
     with pytest.raises(LaunchError, match=f"Expected true, 1, false or 0, got '{word}'"):
-        IfCondition(word).holds(Scope())
+        IfCondition(word).holds(scope())

@@ -22,29 +22,13 @@ from actors.launch.actions import (
 from actors.launch.conditions import IfCondition, UnlessCondition
 from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError, UnknownArgumentError
-from actors.launch.plan import LEAST_RESPAWN_DELAY_SEC, End, ProcessSpec, Say, Start, Step, make_plan
+from actors.launch.plan import make_plan
+from actors.launch.steps import LEAST_RESPAWN_DELAY_SEC, End, ProcessSpec, Say, Start, Step
 from actors.launch.substitutions import EnvironmentVariable, LaunchConfiguration, ThisLaunchFileDir
+from tests.actors.launch.shelf import Shelf
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from actors.launch.substitutions import Text
-
-
-class Shelf:
-    """A library with files and programs by name."""
-
-    def __init__(self, **files: LaunchDescription) -> None:
-        self._files = files
-
-    def description(self, path: str) -> LaunchDescription:
-        return self._files[path.removeprefix("/files/").replace("/", "_")]
-
-    def program(self, package: str, executable: str) -> Sequence[str]:
-        return (f"{package}:{executable}",)
-
-    def script(self, path: str) -> Sequence[str]:
-        return ("python", path)
 
 
 def steps(*actions: Action, given: dict[str, str] | None = None, **files: LaunchDescription) -> list[Step]:

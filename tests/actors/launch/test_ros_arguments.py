@@ -11,8 +11,9 @@ from actors.arguments import parse_ros_arguments
 from actors.launch.actions import Node, ParameterEntry
 from actors.launch.errors import LaunchError
 from actors.launch.ros_arguments import ros_arguments
-from actors.launch.substitutions import LaunchConfiguration, Scope
+from actors.launch.substitutions import LaunchConfiguration
 from proto.errors import InvalidNamespaceError, InvalidNodeNameError
+from tests.actors.launch.shelf import scope
 
 
 @pytest.mark.parametrize(
@@ -24,27 +25,27 @@ from proto.errors import InvalidNamespaceError, InvalidNodeNameError
 )
 def test_parameters_come_as_they_are(value: Any) -> None:
     """Whatever YAML would make of their text."""
-    said = ros_arguments(Node(parameters=[{"p": value}]), Scope())
+    said = ros_arguments(Node(parameters=[{"p": value}]), scope())
     got = parse_ros_arguments(said).parameters_for("/n")["p"]
     assert (got, type(got)) == (value, type(value))
 
 
 def test_nan_comes_as_nan() -> None:
     """It is like nothing, so it needs a test of its own."""
-    got = parse_ros_arguments(ros_arguments(Node(parameters=[{"p": math.nan}]), Scope())).parameters_for("/n")
+    got = parse_ros_arguments(ros_arguments(Node(parameters=[{"p": math.nan}]), scope())).parameters_for("/n")
     assert math.isnan(float(str(got["p"])))
 
 
 def test_the_text_of_a_substitution_is_read_as_yaml() -> None:
     """So that an argument of the launch can be a number."""
-    scope = Scope(configurations={"speed": "1.5", "none": ""})
+    here = scope(configurations={"speed": "1.5", "none": ""})
     values: dict[str, ParameterEntry] = {
         "a": LaunchConfiguration("speed"),
         "b": [LaunchConfiguration("speed"), "x"],
         "c": LaunchConfiguration("none"),
         "d": {"e": 1},
     }
-    got = parse_ros_arguments(ros_arguments(Node(parameters=[values]), scope)).parameters_for("/n")
+    got = parse_ros_arguments(ros_arguments(Node(parameters=[values]), here)).parameters_for("/n")
     assert got == {"a": 1.5, "b": "1.5x", "c": "", "d.e": 1}
 
 
@@ -57,8 +58,8 @@ def test_all_is_said_in_order() -> None:
         remappings=[("x", LaunchConfiguration("to"))],
         ros_arguments=["--log-level", "DEBUG"],
     )
-    scope = Scope(configurations={"to": "y"}, namespace="/robot")
-    assert ros_arguments(node, scope) == [
+    here = scope(configurations={"to": "y"}, namespace="/robot")
+    assert ros_arguments(node, here) == [
         *("--ros-args", "-r", "__node:=n", "-r", "__ns:=/robot/sub", "-p", "a:=1"),
         *("--params-file", "file.yaml", "-p", "a:=2", "-r", "x:=y", "--log-level", "DEBUG"),
     ]
@@ -66,8 +67,8 @@ def test_all_is_said_in_order() -> None:
 
 def test_nothing_is_said_when_there_is_nothing_to_say() -> None:
     """A plain script gets no --ros-args."""
-    assert ros_arguments(Node(), Scope()) == []
-    assert ros_arguments(Node(), Scope(namespace="a")) == ["--ros-args", "-r", "__ns:=/a"]
+    assert ros_arguments(Node(), scope()) == []
+    assert ros_arguments(Node(), scope(namespace="a")) == ["--ros-args", "-r", "__ns:=/a"]
 
 
 @pytest.mark.parametrize(
@@ -81,4 +82,4 @@ def test_nothing_is_said_when_there_is_nothing_to_say() -> None:
 def test_what_cannot_be_is_found_before_the_start(node: Node, error: type[Exception]) -> None:
     """Names and values are looked at here."""
     with pytest.raises(error):
-        ros_arguments(node, Scope())
+        ros_arguments(node, scope())

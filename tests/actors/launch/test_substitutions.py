@@ -17,11 +17,12 @@ from actors.launch.substitutions import (
     ThisLaunchFileDir,
     resolve,
 )
+from tests.actors.launch.shelf import scope
 
 
-def scope() -> Scope:
+def here() -> Scope:
     """One in which something is set."""
-    return Scope(configurations={"robot": "r2"}, environment={"HOME": "/home/me"}, folder="/launch")
+    return scope(configurations={"robot": "r2"}, environment={"HOME": "/home/me"}, folder="/launch")
 
 
 @pytest.mark.parametrize(
@@ -41,7 +42,7 @@ def scope() -> Scope:
 )
 def test_each_stands_for_a_text(text: Any, meant: str | None) -> None:
     """A list is its pieces, one behind the other."""
-    assert resolve(text, scope()) == (meant if meant is not None else "/launch/../r2.yaml")
+    assert resolve(text, here()) == (meant if meant is not None else "/launch/../r2.yaml")
 
 
 def endless() -> list[Any]:
@@ -64,12 +65,12 @@ def endless() -> list[Any]:
 def test_what_stands_for_nothing_is_an_error(text: Any, error: str) -> None:
     """It names what is missing or wrong."""
     with pytest.raises(LaunchError, match=error):
-        resolve(text, scope())
+        resolve(text, here())
 
 
 def test_an_inner_scope_keeps_what_it_sets() -> None:
     """It begins as the outer one is, and looks at names are noted in both."""
-    outer = scope()
+    outer = here()
     inner = outer.inner()
     inner.configurations["robot"] = "x"
     inner.environment["HOME"] = "/"

@@ -1,0 +1,57 @@
+"""Presence: a node, a topic or a service that is there or not, as the broker's graph says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from proto.codes import EntryKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from proto.frames import GraphEntry
+
+
+class PresenceKind(Enum):
+    """What can be there."""
+
+    NODE = "node"
+    TOPIC = "topic"
+    """With at least one publisher."""
+    SERVICE = "service"
+    """With at least one server."""
+
+
+@dataclass(frozen=True)
+class Presence:
+    """Something that is there, or is waited for.
+
+    Attributes:
+        kind: What it is.
+        name: Its full name: "/ns1/add_two_ints".
+    """
+
+    kind: PresenceKind
+    name: str
+
+    def __str__(self) -> str:
+        return f"{self.kind.value} {self.name}"
+
+
+_KINDS = {
+    EntryKind.NODE: PresenceKind.NODE,
+    EntryKind.PUBLISHER: PresenceKind.TOPIC,
+    EntryKind.SERVICE: PresenceKind.SERVICE,
+}
+
+
+def presences(entries: Iterable[GraphEntry]) -> set[Presence]:
+    """Return all that is there, going by the entries of a graph."""
+    found: set[Presence] = set()
+    for entry in entries:
+        kind = _KINDS.get(EntryKind(entry.kind))
+        if kind is not None:
+            found.add(Presence(kind, entry.node if kind is PresenceKind.NODE else entry.name))
+    return found

@@ -1,0 +1,56 @@
+"""A library that is made up, and scopes that have it: nothing is read or started."""
+
+from __future__ import annotations
+
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+from actors.launch.errors import LaunchError
+from actors.launch.substitutions import Scope
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from actors.launch.description import LaunchDescription
+
+
+class Shelf:
+    """Files and programs by name. Launch files are in /files; of a path in it, "/" is "_" in the name."""
+
+    def __init__(self, **files: LaunchDescription) -> None:
+        self._files = files
+        self._numbers = count(1)
+
+    def description(self, path: str) -> LaunchDescription:
+        return self._files[path.removeprefix("/files/").replace("/", "_")]
+
+    def program(self, package: str, executable: str) -> Sequence[str]:
+        return (f"{package}:{executable}",)
+
+    def script(self, path: str) -> Sequence[str]:
+        return ("python", path)
+
+    def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:
+        return (f"/sources/{package or script}",)
+
+    def share(self, package: str) -> str:
+        return f"/share/{package}"
+
+    def executable(self, name: str, environment: Mapping[str, str]) -> str:
+        if name not in environment.get("PATH", "").split(":"):
+            raise LaunchError(f"No program '{name}'")
+        return f"/bin/{name}"
+
+    def output_of(self, command: Sequence[str], environment: Mapping[str, str]) -> str:
+        return f"{' '.join(command)} said"
+
+    def text(self, path: str) -> str:
+        return f"text of {path}"
+
+    def unique(self) -> str:
+        return f"unique_{next(self._numbers)}"
+
+
+def scope(**options: Any) -> Scope:
+    """Return a scope with an empty shelf."""
+    return Scope(library=Shelf(), **options)
