@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.launch.steps import ProcessSpec
-    from actors.logger import Logger
+    from actors.logger import Logger, LoggingSeverity
     from actors.supervision.guard import Guard
     from actors.supervision.outcome import Outcome
     from actors.supervision.process import Process
@@ -32,7 +32,7 @@ class LaunchedProcess(ProcessBody):
         guard: Kills it if this process is killed.
         log: Gets what goes wrong.
         write: Takes its lines, labelled.
-        stop_timeout_sec: What each step of stopping it may take.
+        stop_timeout_sec: What each step of stopping it may take, unless the specification says otherwise.
         reports: As a body's.
     """
 
@@ -72,6 +72,13 @@ class LaunchedProcess(ProcessBody):
             self._close_pipe()
             transport.close()
             lines.end()
+
+    def _patience_sec(self, rung: int) -> float:
+        own = (self._spec.sigterm_timeout_sec, self._spec.sigkill_timeout_sec)[rung]
+        return super()._patience_sec(rung) if own is None else own
+
+    def _report(self, severity: LoggingSeverity, text: str) -> None:
+        self._log.log(f"process {text}", severity)
 
     def _begin(self) -> Process:
         spec = self._spec

@@ -1,7 +1,7 @@
 """Bodies: children while they live. Each is one task, and a ladder of ever stronger ways to stop it.
 
-`stop` takes the first rung; each further one is due when the child has not ended within its stop timeout. The
-last rung gives the child up, so that stopping always ends.
+`stop` takes the first rung; each further one is due when the child has not ended within the time that the
+rung before it gives. The last rung gives the child up, so that stopping always ends.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from actors.logger import LoggingSeverity
 from actors.programs import run_program
 from actors.supervision.outcome import Outcome, outcome_of_error
 
@@ -55,6 +56,7 @@ class Body(ABC):
         self._on_ended = on_ended
         self._rungs = self._ladder()
         self._rung = -1
+        self._hurried = False
         self._timer: asyncio.TimerHandle | None = None
         self._task: asyncio.Task[Outcome] | None = None
         self._over = False
@@ -66,12 +68,13 @@ class Body(ABC):
         self._task.add_done_callback(self._done)
 
     def stop(self) -> None:
-        """Begin to stop it. It ends within its stop timeout for each rung, and then `LAST_RUNG_SEC`."""
+        """Begin to stop it. It ends within what each rung gives it, and then `LAST_RUNG_SEC`."""
         if self._rung < 0:
             self._take(0)
 
     def hurry(self) -> None:
         """Stop it with what is strongest, now. It ends within `LAST_RUNG_SEC`."""
+        self._hurried = True
         self.stop()
         if self._rung < len(self._rungs) - 1:
             self._take(len(self._rungs) - 1)
@@ -84,6 +87,15 @@ class Body(ABC):
     def _run(self) -> Coroutine[Any, Any, Outcome]:
         """Live, from the start to the end."""
 
+    def _patience_sec(self, rung: int) -> float:
+        """Return how long the child may take after a rung that is not the last."""
+        del rung
+        return self._child.stop_timeout_sec
+
+    def _report(self, severity: LoggingSeverity, text: str) -> None:
+        """Say something about the child; the text goes on where its name ends."""
+        self._log.log(f"Child '{self._child.name}' {text}", severity)
+
     @property
     def stopping(self) -> bool:
         """Whether it has been told to stop."""
@@ -95,13 +107,13 @@ class Body(ABC):
             return
         self._rung = rung
         last = rung == len(self._rungs) - 1
-        wait = LAST_RUNG_SEC if last else self._child.stop_timeout_sec
+        wait = LAST_RUNG_SEC if last else self._patience_sec(rung)
         following = self._give_up if last else lambda: self._take(rung + 1)
         self._timer = asyncio.get_running_loop().call_later(wait, following)
         self._rungs[rung]()
 
     def _give_up(self) -> None:
-        self._log.error(f"Child '{self._child.name}' cannot be stopped; going on without it")
+        self._report(LoggingSeverity.ERROR, "cannot be stopped; going on without it")
         self._end(Outcome(normal=False, reason="could not be stopped"))
 
     def _done(self, task: asyncio.Task[Outcome]) -> None:
@@ -156,7 +168,7 @@ class TaskBody(Body):
         self._task.cancel()
 
     def _cancel_again(self) -> None:
-        self._log.warning(f"Child '{self._child.name}' has not stopped yet; cancelling it again")
+        self._report(LoggingSeverity.WARN, "has not stopped yet; cancelling it again")
         # A turn later: when it was told to stop in this one, a task would get both cancellations as one, and
         # a supervisor hurries at the second.
         asyncio.get_running_loop().call_soon(self._cancel)

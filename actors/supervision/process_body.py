@@ -6,6 +6,7 @@ import signal
 from typing import TYPE_CHECKING, Any
 
 from actors.environment import environment_for
+from actors.logger import LoggingSeverity
 from actors.supervision.body import Body
 from actors.supervision.outcome import Outcome, outcome_of_exit
 
@@ -51,11 +52,12 @@ class ProcessBody(Body):
         self._send(signal.SIGINT)
 
     def _terminate(self) -> None:
-        self._log.warning(f"Child '{self._child.name}' has not ended after SIGINT; sending SIGTERM")
+        self._report(LoggingSeverity.WARN, "has not ended after SIGINT; sending SIGTERM")
         self._send(signal.SIGTERM)
 
     def _kill(self) -> None:
-        self._log.warning(f"Child '{self._child.name}' is killed")
+        text = "is killed" if self._hurried else "has not ended after SIGTERM; sending SIGKILL"
+        self._report(LoggingSeverity.WARN, text)
         self._send(signal.SIGKILL)
 
     def _send(self, number: signal.Signals) -> None:
