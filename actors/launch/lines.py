@@ -1,56 +1,56 @@
-"""The lines of one process, each with its label, however they come."""
+"""The lines of what a process writes, however it comes."""
 
 from __future__ import annotations
 
 from typing import Final
 
 MAX_LINE_BYTES: Final = 65_536
-"""A longer line is cut into pieces of this size, each on a line of its own."""
+"""A longer line is cut into pieces of this size, each a line of its own."""
 
 _CONTINUES: Final = 0b1100_0000
 _IS_CONTINUATION: Final = 0b1000_0000
 _UTF8_LENGTH: Final = 4
 
 
-class LabelledLines:
-    """Cuts what a process writes into lines and labels them. Nothing is kept but the beginning of a line.
+class Lines:
+    """Cuts what a process writes into lines, without their ends. Nothing is kept but the beginning of a line.
 
-    Args:
-        label: What stands before each line, in brackets.
+    An end is a line feed; a carriage return before it, as terminals write it, is part of the end.
     """
 
-    def __init__(self, label: str) -> None:
-        self._label = f"[{label}] ".encode()
+    def __init__(self) -> None:
         self._begun = b""
 
-    def feed(self, data: bytes) -> bytes:
-        """Take what has come; return the lines that are whole now."""
+    def feed(self, data: bytes) -> list[bytes]:
+        """Take what has come; return the lines that are whole now, and pieces of one that is too long."""
         *whole, begun = (self._begun + data).split(b"\n")
-        written = [self._line(line) for line in whole]
-        while len(begun) > MAX_LINE_BYTES:
-            cut = _cut(begun)
-            written.append(self._line(begun[:cut]))
-            begun = begun[cut:]
-        self._begun = begun
-        return b"".join(written)
+        lines: list[bytes] = []
+        for line in whole:
+            if len(line) > MAX_LINE_BYTES:
+                line = _pieces(line, lines)  # noqa: PLW2901 - what is left of it
+            lines.append(line.removesuffix(b"\r"))
+        self._begun = _pieces(begun, lines)
+        return lines
 
-    def end(self) -> bytes:
+    def end(self) -> list[bytes]:
         """Nothing more will come; return the last line, if it has no end."""
         begun, self._begun = self._begun, b""
-        return self._line(begun) if begun else b""
-
-    def _line(self, line: bytes) -> bytes:
-        pieces: list[bytes] = []
-        while len(line) > MAX_LINE_BYTES:
-            cut = _cut(line)
-            pieces.append(line[:cut])
-            line = line[cut:]
-        return b"".join(self._label + piece + b"\n" for piece in (*pieces, line))
+        return [begun] if begun else []
 
 
-def _cut(line: bytes) -> int:
-    """Return where to cut a line that is too long: not within a character."""
-    for cut in range(MAX_LINE_BYTES, MAX_LINE_BYTES - _UTF8_LENGTH, -1):
+def _pieces(line: bytes, lines: list[bytes]) -> bytes:
+    """Move the pieces of a line that is too long to the lines; return its rest."""
+    begin = 0
+    while len(line) - begin > MAX_LINE_BYTES:
+        end = _cut(line, begin + MAX_LINE_BYTES)
+        lines.append(line[begin:end])
+        begin = end
+    return line[begin:]
+
+
+def _cut(line: bytes, limit: int) -> int:
+    """Return where to cut a line before a limit: not within a character."""
+    for cut in range(limit, limit - _UTF8_LENGTH, -1):
         if line[cut] & _CONTINUES != _IS_CONTINUATION:
             return cut
-    return MAX_LINE_BYTES  # no UTF-8
+    return limit  # no UTF-8

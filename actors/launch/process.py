@@ -7,7 +7,7 @@ import os
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.launch.lines import LabelledLines
+from actors.launch.lines import Lines
 from actors.supervision.process_body import ProcessBody
 from actors.supervision.specification import Child
 
@@ -56,7 +56,7 @@ class LaunchedProcess(ProcessBody):
         reading, self._pipe = os.pipe()
         source = os.fdopen(reading, "rb", buffering=0)
         try:
-            lines = _Reader(LabelledLines(self._spec.label), self._write)
+            lines = _Reader(self._spec.label, self._write)
             transport, _ = await asyncio.get_running_loop().connect_read_pipe(lambda: lines, source)
         except BaseException:
             source.close()
@@ -97,14 +97,15 @@ class LaunchedProcess(ProcessBody):
 class _Reader(asyncio.Protocol):
     """Reads a pipe to its end; never pauses."""
 
-    def __init__(self, lines: LabelledLines, write: Callable[[bytes], None]) -> None:
+    def __init__(self, label: str, write: Callable[[bytes], None]) -> None:
         self.over = asyncio.Event()
-        self._lines = lines
+        self._lines = Lines()
+        self._label = f"[{label}] ".encode()
         self._write = write
 
     def data_received(self, data: bytes) -> None:
         """Something came."""
-        self._write(self._lines.feed(data))
+        self._say(self._lines.feed(data))
 
     def connection_lost(self, exc: Exception | None) -> None:
         """All writers have closed it."""
@@ -113,4 +114,7 @@ class _Reader(asyncio.Protocol):
 
     def end(self) -> None:
         """Write the last line."""
-        self._write(self._lines.end())
+        self._say(self._lines.end())
+
+    def _say(self, lines: list[bytes]) -> None:
+        self._write(b"".join(self._label + line + b"\n" for line in lines))

@@ -1,43 +1,43 @@
-"""Labels before lines, however these come."""
+"""Lines, however what they are made of comes."""
 
 from __future__ import annotations
 
 import itertools
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.launch.lines import MAX_LINE_BYTES, LabelledLines
+from actors.launch.lines import MAX_LINE_BYTES, Lines
 
 
-@given(st.binary(max_size=200), st.lists(st.integers(0, 200), max_size=5))
-def test_every_line_comes_once_however_it_is_cut(data: bytes, cuts: list[int]) -> None:
-    """What was written, with a label before each line and an end after the last one."""
-    lines = LabelledLines("a-1")
+@given(st.text("ab\n\r", max_size=200), st.lists(st.integers(0, 200), max_size=5))
+def test_every_line_comes_once_however_it_is_cut(text: str, cuts: list[int]) -> None:
+    """What was written, without the ends of its lines."""
+    data = text.encode()
+    lines = Lines()
     places = [0, *sorted(cuts), len(data)]
-    written = b"".join(lines.feed(data[begin:end]) for begin, end in itertools.pairwise(places))
-    written += lines.end()
-    expected = data.split(b"\n")
-    if not expected[-1]:
-        expected.pop()
-    assert written == b"".join(b"[a-1] " + line + b"\n" for line in expected)
-    assert lines.end() == b""
+    got = [line for begin, end in itertools.pairwise(places) for line in lines.feed(data[begin:end])]
+    got += lines.end()
+    *whole, last = data.split(b"\n")
+    assert got == [line.removesuffix(b"\r") for line in whole] + ([last] if last else [])
+    assert lines.end() == []
 
 
-def test_a_very_long_line_is_cut_into_pieces() -> None:
+@pytest.mark.parametrize("chunk", [1 << 30, 50_000, 65_537])
+def test_a_very_long_line_is_cut_into_pieces(chunk: int) -> None:
     """Between characters; nothing is lost and no more is kept than one piece."""
-    text = "é" * MAX_LINE_BYTES
-    lines = LabelledLines("a")
-    first = lines.feed(b"x" + text.encode())
-    assert first.count(b"\n") == 2
-    pieces = (first + lines.feed(b"\n")).decode().splitlines()
-    assert all(piece.startswith("[a] ") for piece in pieces)
-    assert "".join(piece.removeprefix("[a] ") for piece in pieces) == "x" + text
-    assert all(len(piece.encode()) <= MAX_LINE_BYTES + 4 for piece in pieces)
+    text = "x" + "é" * MAX_LINE_BYTES
+    data = text.encode() + b"\r\n"
+    lines = Lines()
+    pieces = [each for at in range(0, len(data), chunk) for each in lines.feed(data[at : at + chunk])]
+    assert [len(each) for each in pieces] == [MAX_LINE_BYTES - 1, MAX_LINE_BYTES, 2]
+    assert "".join(each.decode() for each in pieces) == text
+    assert lines.end() == []
 
 
 def test_bytes_that_are_no_text_are_cut_all_the_same() -> None:
     """Wherever that is."""
-    lines = LabelledLines("a")
-    written = lines.feed(b"\x80" * (MAX_LINE_BYTES + 10)) + lines.end()
-    assert written.count(b"\x80") == MAX_LINE_BYTES + 10
+    lines = Lines()
+    assert lines.feed(b"\x80" * (MAX_LINE_BYTES + 10)) == [b"\x80" * MAX_LINE_BYTES]
+    assert lines.end() == [b"\x80" * 10]
