@@ -76,11 +76,20 @@ class GraphWatch(Entity):
 
     async def __aiter__(self) -> AsyncIterator[GraphChange]:
         """Iterate."""
+        async for changes in self.batches():
+            for change in changes:
+                yield change
+
+    async def batches(self) -> AsyncIterator[list[GraphChange]]:
+        """Iterate over the changes, at each step those that have come together.
+
+        When it yields, `picture` is complete, and what they add up to.
+        """
         self.core.require_loop()
         while not self.destroyed:
             self._news.clear()
-            for change in self._compare() if self._complete else ():
-                yield change
+            if self._complete and (changes := self._compare()):
+                yield changes
             if not self.destroyed:
                 await self._news.wait()
 

@@ -47,11 +47,14 @@ _KINDS = {
 }
 
 
+def presence_of(entry: GraphEntry) -> Presence | None:
+    """Return what an entry of a graph makes there be; None for those at the other ends."""
+    kind = _KINDS.get(EntryKind(entry.kind))
+    if kind is None:
+        return None
+    return Presence(kind, entry.node if kind is PresenceKind.NODE else entry.name)
+
+
 def presences(entries: Iterable[GraphEntry]) -> set[Presence]:
     """Return all that is there, going by the entries of a graph."""
-    found: set[Presence] = set()
-    for entry in entries:
-        kind = _KINDS.get(EntryKind(entry.kind))
-        if kind is not None:
-            found.add(Presence(kind, entry.node if kind is PresenceKind.NODE else entry.name))
-    return found
+    return {found for found in map(presence_of, entries) if found is not None}
