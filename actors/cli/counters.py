@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Final
 from actors.cli.errors import TIMEOUT, CommandError
 from actors.cli.names import topic_name
 from actors.cli.output import note
-from actors.cli.parsing import did_you_mean
 from actors.cli.place import inspector
 from actors.errors import BrokerUnreachable
 from actors.starting import start_hint
 from actors.tools.rates import LEAST_SEC, CounterRate
+from actors.tools.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     import argparse

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import USAGE, CommandError
 from actors.cli.output import note
-from actors.cli.parsing import did_you_mean
 from actors.cli.place import inspector
 from actors.cli.tables import colored
 from actors.cli.terminal import terminal_width
 from actors.tools.graph_drawing.model import GraphFilter, document_of, model_of
+from actors.tools.suggestions import did_you_mean
 from proto.names import normalize_namespace, split_node_name, validate_namespace
 
 if TYPE_CHECKING:

@@ -15,7 +15,6 @@ from actors import environment
 from actors.cli.errors import BROKEN_PIPE, FAILURE, NO_BROKER, OK, USAGE, CommandError
 from actors.cli.loop import run_async
 from actors.cli.output import harmless, say
-from actors.cli.parsing import did_you_mean
 from actors.cli.place import missing_broker, place_of
 from actors.launch.description import declared, described
 from actors.launch.embedded import broker_answers, can_embed, embedded_broker
@@ -26,6 +25,7 @@ from actors.launch.plan import make_plan
 from actors.launch.runner import Runner
 from actors.launch.steps import Say, Start
 from actors.logger import ROOT_NAME
+from actors.tools.suggestions import did_you_mean
 from broker.errors import AddressInUseError
 from proto.errors import shown
 

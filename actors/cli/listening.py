@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.cli.errors import TIMEOUT, CommandError
 from actors.cli.output import note
-from actors.cli.parsing import did_you_mean
 from actors.events import SubscriptionEventCallbacks
 from actors.interfaces.errors import InvalidMessageError
 from actors.qos import QoSProfile, ReliabilityPolicy
+from actors.tools.suggestions import did_you_mean
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:

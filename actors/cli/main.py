@@ -130,7 +130,7 @@ def _top_of(name: str, group: Group, arguments: list[str]) -> int:
 
 def _unknown(command: str, word: str, known: Iterable[str]) -> Exception:
     from actors.cli.errors import USAGE, CommandError
-    from actors.cli.parsing import did_you_mean
+    from actors.tools.suggestions import did_you_mean
     from proto.errors import shown
 
     what = "option" if word.startswith("-") else "verb"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.cli.errors import USAGE, CommandError
-from actors.cli.parsing import did_you_mean
+from actors.tools.suggestions import did_you_mean
 from proto.names import validate_full_service_name, validate_full_topic_name
 
 if TYPE_CHECKING:

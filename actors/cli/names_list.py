@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from actors.cli.names import unknown
 from actors.cli.output import note, say, say_json
-from actors.cli.parsing import did_you_mean
 from actors.cli.place import inspector
 from actors.cli.tables import Styled, say_styled
+from actors.tools.suggestions import did_you_mean
 from proto.names import is_hidden
 
 if TYPE_CHECKING:

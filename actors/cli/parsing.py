@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 from actors.cli.errors import USAGE
 from actors.cli.terminal import columns
 from actors.environment import MAX_DOMAIN
+from actors.tools.suggestions import did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     from actors.cli.table import Verb
 
@@ -64,14 +65,6 @@ class _Help(argparse.RawDescriptionHelpFormatter):
     def __init__(self, prog: str, **options: Any) -> None:
         options.setdefault("width", columns() - 2)
         super().__init__(prog, **options)
-
-
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return "; did you mean '…'?" for the most similar known word, or nothing."""
-    import difflib  # noqa: PLC0415 - only after a mistake
-
-    close = difflib.get_close_matches(word, list(known), n=1)
-    return f"; did you mean '{close[0]}'?" if close else ""
 
 
 def parser_of(command: str, verb: Verb, module: Any) -> Parser:

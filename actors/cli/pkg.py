@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import CommandError
 from actors.cli.output import note, say, say_json
-from actors.cli.parsing import did_you_mean
 from actors.tools.executables import find_package, packages
+from actors.tools.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     import argparse

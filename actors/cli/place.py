@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import CommandError
 from actors.cli.interrupts import raise_at_once
-from actors.cli.parsing import did_you_mean
 from actors.errors import BrokerUnreachable
 from actors.starting import start_hint
 from actors.tools.contexts import DEFAULT, Place, UnknownContextError, find_place
+from actors.tools.suggestions import did_you_mean
 from proto.errors import ProtocolError
 
 if TYPE_CHECKING:

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Final, NoReturn
 
 from actors.cli.errors import USAGE, CommandError
 from actors.cli.interrupts import raise_if_noted
-from actors.cli.parsing import add_broker_options, did_you_mean
+from actors.cli.parsing import add_broker_options
 from actors.cli.place import tell_children
+from actors.tools.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     import argparse

@@ -12,12 +12,12 @@ from actors.cli.loop import run_async
 from actors.cli.mismatch import require_type
 from actors.cli.output import note, say, say_json
 from actors.cli.pace import Pace
-from actors.cli.parsing import did_you_mean
 from actors.cli.session import graph_of, session
 from actors.cli.stdin import documents
 from actors.cli.values import message_from_text, named_service
 from actors.errors import RemoteError
 from actors.interfaces.convert import message_to_ordereddict
+from actors.tools.suggestions import did_you_mean
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:

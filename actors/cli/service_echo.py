@@ -10,7 +10,6 @@ from actors.cli.listening import Listener
 from actors.cli.loop import run_async
 from actors.cli.message_printer import MessagePrinter
 from actors.cli.output import note
-from actors.cli.parsing import did_you_mean
 from actors.cli.session import graph_of, session
 from actors.cli.values import named_service, profile
 from actors.interfaces.codec import codec_for, decode_untyped
@@ -19,6 +18,7 @@ from actors.interfaces.message import Message, Service
 from actors.interfaces.registry import find_interface
 from actors.service_introspection import TOPIC_SUFFIX, EventKind
 from actors.tools.hearing import profile_of
+from actors.tools.suggestions import did_you_mean
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:

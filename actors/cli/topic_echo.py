@@ -10,10 +10,10 @@ from actors.cli.listening import Listener, warn_unpublished
 from actors.cli.loop import run_async
 from actors.cli.message_printer import MessagePrinter
 from actors.cli.mismatch import require_type
-from actors.cli.parsing import did_you_mean
 from actors.cli.session import graph_of, session
 from actors.cli.values import named_message, profile
 from actors.tools.hearing import decoder_of, profile_of
+from actors.tools.suggestions import did_you_mean
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:

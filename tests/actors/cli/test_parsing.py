@@ -58,9 +58,3 @@ def test_options_are_not_abbreviated() -> None:
     with pytest.raises(SystemExit) as stop:
         parser.parse_args(["--tim", "1"])
     assert stop.value.code == 2
-
-
-def test_suggestions() -> None:
-    """The most similar word, or nothing."""
-    assert parsing.did_you_mean("/adison", ["/addison", "/other"]) == "; did you mean '/addison'?"
-    assert parsing.did_you_mean("/x", ["/addison"]) == ""
