@@ -84,17 +84,18 @@ class LaunchConfiguration(Substitution):
         default: What stands there when nobody has declared or given it; None: that is an error.
     """
 
-    variable_name: str
+    variable_name: Text
     default: Text | None = None
 
     def perform(self, scope: Scope) -> str:
         """Return the value."""
-        scope.used.add(self.variable_name)
-        value = scope.configurations.get(self.variable_name)
+        name = resolve(self.variable_name, scope)
+        scope.used.add(name)
+        value = scope.configurations.get(name)
         if value is not None:
             return value
         if self.default is None:
-            raise LaunchError(f"Launch argument '{self.variable_name}' is used, but not declared before that")
+            raise LaunchError(f"Launch argument '{name}' is used, but not declared before that")
         return resolve(self.default, scope)
 
 

@@ -32,6 +32,7 @@ def here() -> Scope:
         (PurePath("/a/b"), "/a/b"),
         (TextSubstitution("x"), "x"),
         (LaunchConfiguration("robot"), "r2"),
+        (LaunchConfiguration(["ro", "bot"]), "r2"),
         (LaunchConfiguration("none", default=["a", LaunchConfiguration("robot")]), "ar2"),
         (EnvironmentVariable("HOME"), "/home/me"),
         (EnvironmentVariable("NONE", default_value=""), ""),
