@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from actors.launch.actions import AppendEnvironmentVariable as AppendEnvironmentVariable
     from actors.launch.actions import DeclareLaunchArgument as DeclareLaunchArgument
     from actors.launch.actions import ExecuteProcess as ExecuteProcess
     from actors.launch.actions import GroupAction as GroupAction
@@ -21,23 +22,37 @@ if TYPE_CHECKING:
     from actors.launch.actions import LogInfo as LogInfo
     from actors.launch.actions import Node as Node
     from actors.launch.actions import PushNamespace as PushNamespace
+    from actors.launch.actions import PushRosNamespace as PushRosNamespace
     from actors.launch.actions import SetEnvironmentVariable as SetEnvironmentVariable
+    from actors.launch.actions import SetLaunchConfiguration as SetLaunchConfiguration
+    from actors.launch.actions import SetParameter as SetParameter
+    from actors.launch.actions import SetRemap as SetRemap
     from actors.launch.actions import Shutdown as Shutdown
     from actors.launch.actions import TimerAction as TimerAction
+    from actors.launch.actions import UnsetEnvironmentVariable as UnsetEnvironmentVariable
     from actors.launch.conditions import IfCondition as IfCondition
+    from actors.launch.conditions import LaunchConfigurationEquals as LaunchConfigurationEquals
+    from actors.launch.conditions import LaunchConfigurationNotEquals as LaunchConfigurationNotEquals
     from actors.launch.conditions import UnlessCondition as UnlessCondition
     from actors.launch.description import LaunchDescription as LaunchDescription
+    from actors.launch.description_source import AnyLaunchDescriptionSource as AnyLaunchDescriptionSource
+    from actors.launch.description_source import (
+        PythonLaunchDescriptionSource as PythonLaunchDescriptionSource,
+    )
     from actors.launch.errors import LaunchError as LaunchError
     from actors.launch.errors import LaunchFileError as LaunchFileError
     from actors.launch.errors import UnknownArgumentError as UnknownArgumentError
     from actors.launch.substitutions import EnvironmentVariable as EnvironmentVariable
     from actors.launch.substitutions import LaunchConfiguration as LaunchConfiguration
+    from actors.launch.substitutions import LaunchContext as LaunchContext
     from actors.launch.substitutions import PathJoinSubstitution as PathJoinSubstitution
     from actors.launch.substitutions import TextSubstitution as TextSubstitution
+    from actors.launch.substitutions import ThisLaunchFile as ThisLaunchFile
     from actors.launch.substitutions import ThisLaunchFileDir as ThisLaunchFileDir
 
 _HOMES = {
     "actors.launch.actions": (
+        "AppendEnvironmentVariable",
         "DeclareLaunchArgument",
         "ExecuteProcess",
         "GroupAction",
@@ -45,18 +60,38 @@ _HOMES = {
         "LogInfo",
         "Node",
         "PushNamespace",
+        "PushRosNamespace",
         "SetEnvironmentVariable",
+        "SetLaunchConfiguration",
+        "SetParameter",
+        "SetRemap",
         "Shutdown",
         "TimerAction",
+        "UnsetEnvironmentVariable",
     ),
-    "actors.launch.conditions": ("IfCondition", "UnlessCondition"),
+    "actors.launch.conditions": (
+        "IfCondition",
+        "LaunchConfigurationEquals",
+        "LaunchConfigurationNotEquals",
+        "UnlessCondition",
+    ),
     "actors.launch.description": ("LaunchDescription",),
-    "actors.launch.errors": ("LaunchError", "LaunchFileError", "UnknownArgumentError"),
+    "actors.launch.description_source": (
+        "AnyLaunchDescriptionSource",
+        "PythonLaunchDescriptionSource",
+    ),
+    "actors.launch.errors": (
+        "LaunchError",
+        "LaunchFileError",
+        "UnknownArgumentError",
+    ),
     "actors.launch.substitutions": (
         "EnvironmentVariable",
         "LaunchConfiguration",
+        "LaunchContext",
         "PathJoinSubstitution",
         "TextSubstitution",
+        "ThisLaunchFile",
         "ThisLaunchFileDir",
     ),
 }

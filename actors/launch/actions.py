@@ -5,7 +5,8 @@ Each takes a `condition`; without one it always takes place. What they mean toge
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass, field
+from collections.abc import Iterator
+from dataclasses import KW_ONLY, dataclass, field, fields
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from actors.launch.steps import DEPENDS_TIMEOUT_SEC
@@ -32,6 +33,13 @@ class Action:
     """Something to do."""
 
     condition: Condition | None = None
+
+    def __post_init__(self) -> None:
+        # Descriptions are looked at more than once; an iterator would be empty the second time.
+        for each in fields(self):
+            value: Iterator[Any] | Scalar | None = getattr(self, each.name)
+            if isinstance(value, Iterator):
+                object.__setattr__(self, each.name, tuple(value))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,24 +162,97 @@ class LogInfo(Action):
 
 @dataclass(frozen=True)
 class GroupAction(Action):
-    """Actions in a scope of their own: what they push, set and declare holds for them only."""
+    """Actions in a scope of their own: what they push, set and declare holds for them only.
+
+    Attributes:
+        actions: The actions.
+        scoped: False: what they set holds after the group, too.
+        launch_configurations: Values that are set first, by name.
+    """
 
     actions: Sequence[Action]
+    _: KW_ONLY
+    scoped: bool = True
+    launch_configurations: Mapping[str, Text] = field(default_factory=dict[str, Text])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting(Action):
+    """Something that holds from here on, to the end of the group or file."""
 
 
 @dataclass(frozen=True)
-class PushNamespace(Action):
-    """From here on, to the end of the group or file, nodes are in this namespace."""
+class PushNamespace(Setting):
+    """Nodes are in this namespace, within the one that has been pushed before."""
 
     namespace: Text
 
 
+PushRosNamespace = PushNamespace
+
+
 @dataclass(frozen=True)
-class SetEnvironmentVariable(Action):
-    """From here on, to the end of the group or file, programs get this variable."""
+class SetLaunchConfiguration(Setting):
+    """`LaunchConfiguration(name)` is this value."""
 
     name: Text
     value: Text
+
+
+@dataclass(frozen=True)
+class SetEnvironmentVariable(Setting):
+    """Programs get this variable."""
+
+    name: Text
+    value: Text
+
+
+@dataclass(frozen=True)
+class UnsetEnvironmentVariable(Setting):
+    """Programs do not get this variable."""
+
+    name: Text
+
+
+@dataclass(frozen=True)
+class AppendEnvironmentVariable(Setting):
+    """Programs get more in this variable.
+
+    Attributes:
+        name: The variable; if it is not set, or empty, the value is all of it.
+        value: What is added.
+        prepend: Whether it is added at the beginning.
+        separator: What stands between.
+    """
+
+    name: Text
+    value: Text
+    _: KW_ONLY
+    prepend: bool | Text = False
+    separator: Text = ":"
+
+
+@dataclass(frozen=True)
+class SetParameter(Setting):
+    """Nodes have this parameter, unless they are given a value of their own."""
+
+    name: Text
+    value: ParameterEntry
+
+
+@dataclass(frozen=True)
+class SetRemap(Setting):
+    """Nodes use another name.
+
+    Of two rules that match the first one counts, and a node's own come later, as in ROS 2.
+
+    Attributes:
+        src: The name.
+        dst: The one to use instead.
+    """
+
+    src: Text
+    dst: Text
 
 
 @dataclass(frozen=True)
@@ -181,7 +262,8 @@ class IncludeLaunchDescription(Action):
     It sees the arguments and variables that hold here; what it sets itself stays in it.
 
     Attributes:
-        path: The file; a relative path is seen from this launch file's folder.
+        path: The file, or a `PythonLaunchDescriptionSource` of it; a relative path is seen from this launch
+            file's folder.
         launch_arguments: Arguments for it, as a mapping or as pairs.
     """
 

@@ -50,13 +50,43 @@ class UnlessCondition(Condition):
         return not truth(self.predicate, scope)
 
 
-def truth(text: Text, scope: Scope) -> bool:
-    """Return what a text says that means yes or no.
+@dataclass(frozen=True)
+class LaunchConfigurationEquals(Condition):
+    """Holds if an argument has this value; with None as the value, if it has none.
+
+    Attributes:
+        launch_configuration_name: The argument.
+        expected_value: The value.
+    """
+
+    launch_configuration_name: str
+    expected_value: Text | None
+
+    def holds(self, scope: Scope) -> bool:
+        """Tell whether it holds."""
+        scope.used.add(self.launch_configuration_name)
+        value = scope.configurations.get(self.launch_configuration_name)
+        return value == (None if self.expected_value is None else resolve(self.expected_value, scope))
+
+
+@dataclass(frozen=True)
+class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
+    """Holds if an argument has another value, or none; with None as the value, if it has one."""
+
+    def holds(self, scope: Scope) -> bool:
+        """Tell whether it holds."""
+        return not super().holds(scope)
+
+
+def truth(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - yes or no, however it is said
+    """Return what something says that means yes or no.
 
     Raises:
         LaunchError: It means neither.
     """
-    word = resolve(text, scope)
+    if isinstance(value, bool):
+        return value
+    word = resolve(value, scope)
     try:
         return _TRUTH[word.strip().lower()]
     except KeyError:

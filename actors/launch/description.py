@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from actors.launch.actions import Action, DeclareLaunchArgument
@@ -18,12 +18,15 @@ class LaunchDescription:
 
     Attributes:
         actions: The actions. They are looked at more than once, so this is a tuple.
+        file: The launch file that it comes from; None: from none.
 
     Raises:
         LaunchError: One of them is no action.
     """
 
     actions: Iterable[Action] = ()
+    _: KW_ONLY
+    file: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "actions", tuple(self.actions))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
@@ -39,7 +40,7 @@ class Files:
             raise _failed(path, error) from error
         if not isinstance(made, LaunchDescription):
             raise LaunchFileError(f"{path}: {FUNCTION}() must return a LaunchDescription, not {made!r}")
-        return made
+        return replace(made, file=path)
 
     def program(self, package: str, executable: str) -> Sequence[str]:
         """Return the command for a console script of an installed package.

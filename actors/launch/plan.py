@@ -20,16 +20,15 @@ from actors.launch.actions import (
     Launched,
     LogInfo,
     Node,
-    PushNamespace,
-    SetEnvironmentVariable,
+    Setting,
     Shutdown,
     TimerAction,
 )
 from actors.launch.conditions import truth
 from actors.launch.description import LaunchDescription, declared
 from actors.launch.errors import LaunchError, UnknownArgumentError
-from actors.launch.namespaces import prefix_namespace
 from actors.launch.ros_arguments import ros_arguments
+from actors.launch.settings import apply_setting
 from actors.launch.steps import LEAST_RESPAWN_DELAY_SEC, End, ProcessSpec, Say, Start
 from actors.launch.substitutions import Scope, resolve
 from proto.errors import shown
@@ -70,7 +69,11 @@ def make_plan(
     """
     plan = _Plan(library)
     scope = Scope(
-        library=library, configurations=dict(arguments), environment=dict(environment), folder=folder
+        library=library,
+        configurations=dict(arguments),
+        environment=dict(environment),
+        folder=folder,
+        file=description.file,
     )
     plan.add(description.actions, scope, 0.0)
     known = plan.declared | {each.name for each in declared(description.actions)}
@@ -100,7 +103,7 @@ class _Plan:
             elif isinstance(action, GroupAction | TimerAction | IncludeLaunchDescription):
                 self.skipped = True
 
-    def _add(self, action: Action, scope: Scope, after_sec: float) -> None:  # noqa: C901 - a table
+    def _add(self, action: Action, scope: Scope, after_sec: float) -> None:
         match action:
             case Node():
                 self._start(self._node(action, scope), after_sec)
@@ -111,11 +114,9 @@ class _Plan:
             case LogInfo():
                 self.steps.append(Say(text=resolve(action.msg, scope), after_sec=after_sec))
             case GroupAction():
-                self.add(action.actions, scope.inner(), after_sec)
-            case PushNamespace():
-                scope.namespace = prefix_namespace(scope.namespace, resolve(action.namespace, scope))
-            case SetEnvironmentVariable():
-                scope.environment[resolve(action.name, scope)] = resolve(action.value, scope)
+                self._group(action, scope, after_sec)
+            case Setting():
+                apply_setting(action, scope)
             case IncludeLaunchDescription():
                 self._include(action, scope, after_sec)
             case TimerAction():
@@ -140,6 +141,12 @@ class _Plan:
                 f"Launch argument '{name}' must be one of {', '.join(action.choices)}, not '{shown(value)}'"
             )
 
+    def _group(self, action: GroupAction, scope: Scope, after_sec: float) -> None:
+        inner = scope.inner() if action.scoped else scope
+        for name, value in action.launch_configurations.items():
+            inner.configurations[name] = resolve(value, inner)
+        self.add(action.actions, inner, after_sec)
+
     def _include(self, action: IncludeLaunchDescription, scope: Scope, after_sec: float) -> None:
         path = str(PurePath(scope.folder, resolve(action.path, scope)))
         if self._includes == MAX_INCLUDES:
@@ -148,7 +155,7 @@ class _Plan:
         inner = scope.inner()
         for name, value in dict(given).items():
             inner.configurations[name] = resolve(value, scope)
-        inner.folder = str(PurePath(path).parent)
+        inner.folder, inner.file = str(PurePath(path).parent), path
         self._includes += 1
         self.add(self._library.description(path).actions, inner, after_sec)
         self._includes -= 1

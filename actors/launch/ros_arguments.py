@@ -43,24 +43,33 @@ def _each(node: Node, scope: Scope) -> Iterator[str]:
         namespace = absolute_namespace(namespace)
         validate_namespace(namespace)
         yield from ("-r", f"__ns:={namespace}")
+    # Of two values for a parameter the last one counts, of two rules for a name the first one.
+    for name, value in scope.parameters.items():
+        yield from ("-p", f"{name}:={value}")
     for entry in cast("Sequence[Any]", node.parameters):
         if isinstance(entry, Mapping):
-            yield from _parameters("", cast("Mapping[Text, Any]", entry), scope)
+            for name, value in parameter_texts(cast("Mapping[Text, Any]", entry), scope):
+                yield from ("-p", f"{name}:={value}")
         else:
             yield from ("--params-file", resolve(entry, scope))
-    for old, new in node.remappings:
+    for old, new in (*scope.remappings, *node.remappings):
         yield from ("-r", f"{resolve(old, scope)}:={resolve(new, scope)}")
     for each in node.ros_arguments:
         yield resolve(each, scope)
 
 
-def _parameters(prefix: str, values: Mapping[Text, Any], scope: Scope) -> Iterator[str]:
+def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yield names of parameters, and their values as YAML. A mapping in it has its name before a dot.
+
+    Raises:
+        LaunchError: A value cannot be a parameter's, or a text stands for nothing.
+    """
     for key, value in values.items():
         name = f"{prefix}{resolve(key, scope)}"
         if isinstance(value, Mapping):
-            yield from _parameters(f"{name}.", cast("Mapping[Text, Any]", value), scope)
+            yield from parameter_texts(cast("Mapping[Text, Any]", value), scope, f"{name}.")
         else:
-            yield from ("-p", f"{name}:={_yaml(name, value, scope)}")
+            yield name, _yaml(name, value, scope)
 
 
 def _yaml(name: str, value: Any, scope: Scope) -> str:

@@ -32,7 +32,11 @@ class Scope:
         environment: What programs get that are started here.
         namespace: Pushed by those around; None while nobody has pushed one.
         folder: Of the launch file.
-        used: All names that have been looked up, in this scope and those within it.
+        file: The launch file; None: the description comes from none.
+        parameters: What has been set for all nodes here: values as YAML, by name.
+        remappings: What has been set for all nodes here: pairs of a name and the one to use instead.
+        used: All names that have been looked up, in this scope and those around and within it.
+        anonymous: The names that `AnonName` has given, the same in all scopes of a launch.
     """
 
     library: Library
@@ -40,11 +44,38 @@ class Scope:
     environment: dict[str, str] = field(default_factory=dict[str, str])
     namespace: str | None = None
     folder: str = ""
+    file: str | None = None
+    parameters: dict[str, str] = field(default_factory=dict[str, str])
+    remappings: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
     used: set[str] = field(default_factory=set[str])
+    anonymous: dict[str, str] = field(default_factory=dict[str, str])
 
     def inner(self) -> Scope:
         """Return a scope within it: it begins as this one is now, and what it sets stays in it."""
-        return replace(self, configurations=dict(self.configurations), environment=dict(self.environment))
+        return replace(
+            self,
+            configurations=dict(self.configurations),
+            environment=dict(self.environment),
+            parameters=dict(self.parameters),
+            remappings=list(self.remappings),
+        )
+
+    @property
+    def launch_configurations(self) -> dict[str, str]:
+        """The arguments and their values, by ROS 2's name for them."""
+        return self.configurations
+
+    def perform_substitution(self, text: Text) -> str:
+        """Return the text that something stands for here.
+
+        Raises:
+            LaunchError: It stands for nothing here, or is no text.
+        """
+        return resolve(text, self)
+
+
+LaunchContext = Scope
+"""What functions of a description are called with."""
 
 
 class Substitution(ABC):
@@ -140,6 +171,17 @@ class ThisLaunchFileDir(Substitution):
     def perform(self, scope: Scope) -> str:
         """Return the folder."""
         return scope.folder
+
+
+@dataclass(frozen=True)
+class ThisLaunchFile(Substitution):
+    """The path of the launch file that says so."""
+
+    def perform(self, scope: Scope) -> str:
+        """Return the path."""
+        if scope.file is None:
+            raise LaunchError("ThisLaunchFile: this description comes from no file")
+        return scope.file
 
 
 MAX_DEPTH: Final = 50

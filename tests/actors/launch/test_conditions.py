@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from actors.launch.conditions import IfCondition, UnlessCondition
+from actors.launch.conditions import (
+    IfCondition,
+    LaunchConfigurationEquals,
+    LaunchConfigurationNotEquals,
+    UnlessCondition,
+)
 from actors.launch.errors import LaunchError
 from actors.launch.substitutions import LaunchConfiguration
 from tests.actors.launch.shelf import scope
@@ -26,3 +31,15 @@ def test_other_words_are_errors(word: str) -> None:
     """Rather than no."""
     with pytest.raises(LaunchError, match=f"Expected true, 1, false or 0, got '{word}'"):
         IfCondition(word).holds(scope())
+
+
+@pytest.mark.parametrize(
+    ("name", "expected", "equal"),
+    [("robot", "r2", True), ("robot", "r3", False), ("robot", None, False), ("none", None, True)],
+)
+def test_values_of_arguments_are_compared(name: str, expected: str | None, *, equal: bool) -> None:
+    """As texts; None is what an argument has that has not been set. The look at it counts as use."""
+    here = scope(configurations={"robot": "r2"})
+    assert LaunchConfigurationEquals(name, expected).holds(here) is equal
+    assert LaunchConfigurationNotEquals(name, expected).holds(here) is not equal
+    assert here.used == {name}

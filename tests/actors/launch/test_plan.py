@@ -16,15 +16,23 @@ from actors.launch.actions import (
     Node,
     PushNamespace,
     SetEnvironmentVariable,
+    SetParameter,
+    SetRemap,
     Shutdown,
     TimerAction,
 )
 from actors.launch.conditions import IfCondition, UnlessCondition
 from actors.launch.description import LaunchDescription
+from actors.launch.description_source import PythonLaunchDescriptionSource
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.plan import make_plan
 from actors.launch.steps import LEAST_RESPAWN_DELAY_SEC, End, ProcessSpec, Say, Start, Step
-from actors.launch.substitutions import EnvironmentVariable, LaunchConfiguration, ThisLaunchFileDir
+from actors.launch.substitutions import (
+    EnvironmentVariable,
+    LaunchConfiguration,
+    ThisLaunchFile,
+    ThisLaunchFileDir,
+)
 from tests.actors.launch.shelf import Shelf
 
 if TYPE_CHECKING:
@@ -100,6 +108,24 @@ def test_groups_keep_what_they_set() -> None:
     assert "X" not in outer.environment
 
 
+def test_a_group_may_share_its_scope_and_begin_with_values() -> None:
+    """Without a scope of its own what it sets holds after it."""
+    robot = LaunchConfiguration("robot", default="none")
+    shared = GroupAction([LogInfo(msg=robot)], scoped=False, launch_configurations={"robot": "r2"})
+    own = GroupAction([LogInfo(msg=robot)], launch_configurations={"robot": ["r", "3"]})
+    assert said(own, LogInfo(msg=robot), shared, LogInfo(msg=robot)) == ["r3", "none", "r2", "r2"]
+
+
+def test_what_is_set_holds_to_the_end_of_the_group() -> None:
+    """Arguments, parameters and rules for names, as the nodes there get them."""
+    inner, outer = processes(
+        GroupAction([SetParameter("a", 1), SetRemap("x", "y"), Node(script="s.py", parameters=[{"a": 2}])]),
+        Node(script="s.py"),
+    )
+    assert inner.command[2:] == ("--ros-args", "-p", "a:=1", "-p", "a:=2", "-r", "x:=y")
+    assert outer.command[2:] == ()
+
+
 def test_conditions_decide() -> None:
     """With the arguments as they are at that place."""
     sim = LaunchConfiguration("sim")
@@ -147,6 +173,17 @@ def test_an_included_file_has_a_scope_of_its_own() -> None:
     first, second = processes(*actions, sub_f=file)
     assert (first.command[1], first.command[-1]) == ("/files/sub/s.py", "__ns:=/outer/inner")
     assert (second.command[1], second.command[-1]) == ("/files/s.py", "__ns:=/outer")
+
+
+def test_an_included_file_may_be_named_as_in_ros_2() -> None:
+    """A source with its path in pieces, and arguments as pairs; the plan can be made again."""
+    file = LaunchDescription([LogInfo(msg=[LaunchConfiguration("x"), " in ", ThisLaunchFile()])])
+    include = IncludeLaunchDescription(
+        PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/sub/f"]),
+        launch_arguments=iter({"x": "1"}.items()),
+    )
+    for _ in range(2):
+        assert said(include, sub_f=file) == ["1 in /files/sub/f"]
 
 
 def test_a_file_that_includes_itself_is_an_error() -> None:

@@ -65,6 +65,15 @@ def test_all_is_said_in_order() -> None:
     ]
 
 
+def test_what_is_set_for_all_comes_before_what_is_the_nodes_own() -> None:
+    """So that its own parameters count; of the rules for one name the first counts, as in ROS 2."""
+    node = Node(parameters=[{"a": 1}], remappings=[("x", "own")])
+    here = scope(parameters={"a": "2", "b": "3"}, remappings=[("x", "all")])
+    said = ros_arguments(node, here)
+    assert said[1:] == ["-p", "a:=2", "-p", "b:=3", "-p", "a:=1", "-r", "x:=all", "-r", "x:=own"]
+    assert parse_ros_arguments(said).parameters_for("/n") == {"a": 1, "b": 3}
+
+
 def test_nothing_is_said_when_there_is_nothing_to_say() -> None:
     """A plain script gets no --ros-args."""
     assert ros_arguments(Node(), scope()) == []

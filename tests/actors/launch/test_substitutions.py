@@ -14,6 +14,7 @@ from actors.launch.substitutions import (
     PathJoinSubstitution,
     Scope,
     TextSubstitution,
+    ThisLaunchFile,
     ThisLaunchFileDir,
     resolve,
 )
@@ -22,7 +23,9 @@ from tests.actors.launch.shelf import scope
 
 def here() -> Scope:
     """One in which something is set."""
-    return scope(configurations={"robot": "r2"}, environment={"HOME": "/home/me"}, folder="/launch")
+    return scope(
+        configurations={"robot": "r2"}, environment={"HOME": "/home/me"}, folder="/launch", file="/launch/f"
+    )
 
 
 @pytest.mark.parametrize(
@@ -31,12 +34,16 @@ def here() -> Scope:
         ("plain", "plain"),
         (PurePath("/a/b"), "/a/b"),
         (TextSubstitution("x"), "x"),
+        (TextSubstitution(text="x"), "x"),
         (LaunchConfiguration("robot"), "r2"),
         (LaunchConfiguration(["ro", "bot"]), "r2"),
         (LaunchConfiguration("none", default=["a", LaunchConfiguration("robot")]), "ar2"),
         (EnvironmentVariable("HOME"), "/home/me"),
         (EnvironmentVariable("NONE", default_value=""), ""),
+        (EnvironmentVariable(name="HOME"), "/home/me"),
+        (LaunchConfiguration(variable_name="robot"), "r2"),
         (ThisLaunchFileDir(), "/launch"),
+        (ThisLaunchFile(), "/launch/f"),
         (PathJoinSubstitution([ThisLaunchFileDir(), "..", [LaunchConfiguration("robot"), ".yaml"]]), None),
         (["a", ["b", LaunchConfiguration("robot")], ()], "abr2"),
     ],
@@ -78,3 +85,17 @@ def test_an_inner_scope_keeps_what_it_sets() -> None:
     assert resolve(LaunchConfiguration("robot"), inner) == "x"
     assert (outer.configurations, outer.environment) == ({"robot": "r2"}, {"HOME": "/home/me"})
     assert outer.used == {"robot"}
+
+
+def test_a_description_without_a_file_has_no_path() -> None:
+    """It may have been made by a program."""
+    with pytest.raises(LaunchError, match="ThisLaunchFile: this description comes from no file"):
+        resolve(ThisLaunchFile(), scope())
+
+
+def test_functions_are_called_with_what_ros_2_calls_a_context() -> None:
+    """They resolve texts in it, either way round, and may set arguments."""
+    context = here()
+    context.launch_configurations["robot"] = "r3"
+    assert LaunchConfiguration("robot").perform(context) == "r3"
+    assert context.perform_substitution(["a", LaunchConfiguration("robot")]) == "ar3"
