@@ -8,13 +8,15 @@
     NO_COLOR             set to anything: no colours
     FORCE_COLOR          set to anything: colours, also where there is no terminal
 
-An empty variable counts as unset. Options given in code or on a command line go before all of them.
+An empty variable counts as unset. Options given in code or on a command line go before all of them. In a
+context that has a `stand_in`, that is read instead.
 """
 
 from __future__ import annotations
 
 import os
 import re
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Final
 
 from proto.errors import CallboardError, shown
@@ -29,6 +31,9 @@ MAX_DOMAIN: Final = 232
 """Highest domain id, as in ROS 2."""
 
 LOG_LEVELS: Final = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
+
+stand_in: Final[ContextVar[Mapping[str, str] | None]] = ContextVar("callboard_environment", default=None)
+"""The environment of a node that shares its process with others; None: the process's."""
 
 _DOMAIN = re.compile(r"[0-9]{1,3}")
 
@@ -68,8 +73,9 @@ def context_name(environ: Mapping[str, str] | None = None) -> str | None:
 
 def own_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return all variables that are named like callboard's own and have a value, known or not."""
-    source = os.environ if environ is None else environ
-    return {name: value for name, value in source.items() if name.startswith("CALLBOARD_") and value}
+    return {
+        name: value for name, value in _source(environ).items() if name.startswith("CALLBOARD_") and value
+    }
 
 
 def config_folder(environ: Mapping[str, str] | None = None) -> str:
@@ -103,10 +109,17 @@ def color_wish(environ: Mapping[str, str] | None = None) -> bool | None:
 
 
 def environment_for(extra: Mapping[str, str]) -> dict[str, str] | None:
-    """Return this process's environment with more variables, for a child; None, the same one, if none are."""
-    return {**os.environ, **extra} if extra else None
+    """Return the environment with more variables, for a child; None if that is this process's own."""
+    return {**_source(None), **extra} if extra or stand_in.get() is not None else None
 
 
 def _get(variable: str, environ: Mapping[str, str] | None) -> str | None:
-    source = os.environ if environ is None else environ
-    return source.get(variable) or None
+    return _source(environ).get(variable) or None
+
+
+def _source(environ: Mapping[str, str] | None) -> Mapping[str, str]:
+    """Return the environment that counts: the one that was given, the context's, or the process's."""
+    if environ is not None:
+        return environ
+    here = stand_in.get()
+    return os.environ if here is None else here

@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.callbacks import error_text
 from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError, LaunchFileError
+from actors.launch.factories import find_factory
 from actors.tools.executables import find_package
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from actors.programs import Factory
 
 FUNCTION: Final = "generate_launch_description"
 MAX_FILE_BYTES: Final = 1 << 20
@@ -41,6 +44,14 @@ class Files:
         if not isinstance(made, LaunchDescription):
             raise LaunchFileError(f"{path}: {FUNCTION}() must return a LaunchDescription, not {made!r}")
         return replace(made, file=path)
+
+    def factory(self, name: str) -> Factory:
+        """Return what makes a node: "package.module:Class". Its module is imported.
+
+        Raises:
+            LaunchError: There is none.
+        """
+        return find_factory(name)
 
     def program(self, package: str, executable: str) -> Sequence[str]:
         """Return the command for a console script of an installed package.

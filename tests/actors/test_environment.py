@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import contextvars
+
 import pytest
 
-from actors.environment import InvalidEnvironmentError, broker_url, color_wish, domain_id, log_level
+from actors.environment import (
+    InvalidEnvironmentError,
+    broker_url,
+    color_wish,
+    domain_id,
+    environment_for,
+    log_level,
+    stand_in,
+)
 from proto.errors import CallboardError
 
 
@@ -66,3 +76,18 @@ def test_a_log_level_that_is_none_is_refused() -> None:
     assert log_level({"CALLBOARD_LOG_LEVEL": "Warn"}) == "Warn"
     with pytest.raises(InvalidEnvironmentError, match=r"CALLBOARD_LOG_LEVEL must be one of DEBUG.*'loud'"):
         log_level({"CALLBOARD_LOG_LEVEL": "loud"})
+
+
+def test_a_context_can_have_a_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is read instead of the process's environment, and children get it; others see nothing of it."""
+    monkeypatch.setenv("CALLBOARD_URL", "callboard://10.0.0.1:7411")
+
+    def look() -> None:
+        stand_in.set({"CALLBOARD_DOMAIN": "7"})
+        assert (broker_url(), domain_id()) == (None, 7)
+        assert environment_for({}) == {"CALLBOARD_DOMAIN": "7"}
+        assert broker_url({"CALLBOARD_URL": "given"}) == "given"
+
+    contextvars.copy_context().run(look)
+    assert (broker_url(), domain_id()) == ("callboard://10.0.0.1:7411", None)
+    assert environment_for({}) is None

@@ -1,0 +1,110 @@
+"""A node in the launch's own process: started, stopped and heard like one that has a process of its own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from actors import environment
+from actors.arguments import parse_ros_arguments, process_arguments
+from actors.launch.events import Level, Message
+from actors.launch.voice import Voice
+from actors.logger import LoggingSeverity, get_logger, severity_from_name
+from actors.node import Node
+from actors.programs import run_program
+from actors.supervision.body import TaskBody
+from actors.supervision.outcome import Outcome, outcome_of_exit
+from actors.supervision.specification import Child
+from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    from contextvars import Context
+
+    from actors.launch.events import Listener
+    from actors.launch.steps import ProcessSpec
+
+FAILURE = 1
+"""The exit code of a program that leaves with a text."""
+
+
+class NodeBody(TaskBody):
+    """One run of a node in this process. It is cancelled to stop it, and cancelled again.
+
+    It has the environment of its specification, as far as callboard reads it, and takes the arguments there
+    as a script takes its command line. What it logs and prints is told as its output, if there are
+    `voice_logs` and `voice_streams`. While its code runs nothing else in the process does.
+
+    Args:
+        spec: What to run.
+        tell: Gets its lines, and what goes wrong in stopping it.
+        stop_timeout_sec: What it may take to stop before it is cancelled again, and before it is given up,
+            unless the specification says otherwise.
+        reports: As a body's.
+    """
+
+    def __init__(self, spec: ProcessSpec, tell: Listener, *, stop_timeout_sec: float, **reports: Any) -> None:
+        child = Child(spec.label, node=self._live, stop_timeout_sec=stop_timeout_sec)
+        super().__init__(child, self._live, get_logger(spec.label), **reports)
+        self._spec = spec
+        self._tell = tell
+        self._voice: Voice
+
+    def start(self, context: Context) -> None:
+        """Begin, in a copy of this context."""
+        self._voice = Voice(self._spec, self._tell, context.copy())
+        super().start(context)
+
+    async def _run(self) -> Outcome:
+        try:
+            return await super()._run()
+        except SystemExit as error:  # asyncio would end the launch
+            return outcome_of_exit(_exit_code(error))
+        finally:
+            self._voice.end()
+
+    async def _live(self) -> None:
+        """Be the node. What is set here holds for it and what it starts, and not for the launch."""
+        spec = self._spec
+        self._voice.speak()
+        environment.stand_in.set(spec.environment)
+        try:
+            process_arguments.set(parse_ros_arguments(spec.command))
+            await run_program(self._made)
+        except CallboardError:
+            raise  # its text says enough
+        except Exception as error:
+            self._log.fatal("the node has failed", exc_info=error)
+            raise
+        except SystemExit as error:
+            if not isinstance(error.code, int | None):
+                self._log.fatal(error.code)
+            raise
+
+    def _made(self) -> Any:
+        assert self._spec.program is not None
+        made: object = self._spec.program()
+        level = _log_level()
+        if isinstance(made, Node) and level is not None:
+            made.get_logger().set_level(level)
+        return made
+
+    def _patience_sec(self, rung: int) -> float:
+        own = (self._spec.sigterm_timeout_sec, self._spec.sigkill_timeout_sec)[rung]
+        return super()._patience_sec(rung) if own is None else own
+
+    def _report(self, severity: LoggingSeverity, text: str) -> None:
+        self._tell(Message(Level[severity.name], f"node {text}", self._spec.label))
+
+
+def _log_level() -> LoggingSeverity | None:
+    """Return the level that its arguments or its environment want for the node."""
+    arguments, word = process_arguments.get(), environment.log_level()
+    if arguments is not None and arguments.log_level is not None:
+        return arguments.log_level
+    return None if word is None else severity_from_name(word)
+
+
+def _exit_code(error: SystemExit) -> int:
+    """Return the exit code that a process would have."""
+    if error.code is None:
+        return 0
+    return error.code & 0xFF if isinstance(error.code, int) else FAILURE

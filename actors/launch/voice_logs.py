@@ -1,0 +1,70 @@
+"""The log of the launch's process: what its nodes say is theirs, the rest is the launch's own."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+from actors import environment
+from actors.launch.events import Level, Message, Stream
+from actors.launch.voice import Voice
+from actors.log_output import RosFormatter
+from actors.logger import ROOT_NAME
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from actors.launch.events import Listener
+
+
+class VoiceLogs(logging.Handler):
+    """Makes lines on stderr of what nodes in this process log, as scripts do, each under its label.
+
+    Args:
+        tell: Gets what others log as messages; None: that is left to other handlers.
+    """
+
+    def __init__(self, tell: Listener | None = None) -> None:
+        super().__init__()
+        self._tell = tell
+        self._loop = asyncio.get_running_loop()
+        self._thread = threading.get_ident()
+        self._plain, self._colored = RosFormatter(), RosFormatter(color=True)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Tell a record."""
+        voice = Voice.here()
+        if voice is not None:
+            colored = environment.color_wish(voice.process.environment) is True
+            line = (self._colored if colored else self._plain).format(record)
+            voice.write(Stream.STDERR, f"{line}\n".encode(errors="backslashreplace"))
+        elif self._tell is not None:
+            message = _message(record)
+            if threading.get_ident() == self._thread:
+                self._tell(message)
+            else:
+                with suppress(RuntimeError):  # the loop has been closed
+                    self._loop.call_soon_threadsafe(self._tell, message)
+
+
+@contextmanager
+def voice_logs(tell: Listener | None = None) -> Generator[None]:
+    """Have a `VoiceLogs` meanwhile."""
+    handler = VoiceLogs(tell)
+    root = logging.getLogger()
+    root.addHandler(handler)
+    try:
+        yield
+    finally:
+        root.removeHandler(handler)
+
+
+def _message(record: logging.LogRecord) -> Message:
+    level = Level.INFO
+    if record.levelno >= logging.WARNING:
+        level = Level.ERROR if record.levelno >= logging.ERROR else Level.WARN
+    return Message(level, shown(record.getMessage()), record.name.removeprefix(f"{ROOT_NAME}."))

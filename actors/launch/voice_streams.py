@@ -1,0 +1,62 @@
+"""sys.stdout and sys.stderr of the launch's process: what its nodes print is theirs, the rest goes on."""
+
+from __future__ import annotations
+
+import io
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from actors.launch.events import Stream
+from actors.launch.voice import Voice
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+    from typing import TextIO
+
+    from _typeshed import ReadableBuffer
+
+
+class _VoiceStream(io.RawIOBase):
+    """Gives bytes to the voice of the node that runs now; without one to the stream beyond."""
+
+    def __init__(self, stream: Stream, beyond: TextIO) -> None:
+        super().__init__()
+        self._stream = stream
+        self._beyond = beyond
+
+    def writable(self) -> bool:
+        return True
+
+    def isatty(self) -> bool:
+        return Voice.here() is None and self._beyond.isatty()
+
+    def fileno(self) -> int:
+        return self._beyond.fileno()
+
+    def write(self, data: ReadableBuffer, /) -> int:
+        content = bytes(data)
+        voice = Voice.here()
+        if voice is not None:
+            voice.write(self._stream, content)
+        else:
+            self._beyond.write(content.decode(errors="backslashreplace"))
+            self._beyond.flush()
+        return len(content)
+
+
+@contextmanager
+def voice_streams() -> Generator[None]:
+    """Have such streams meanwhile. For the command line: they hold for the whole process."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = _text(Stream.STDOUT, before[0]), _text(Stream.STDERR, before[1])
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def _text(stream: Stream, beyond: TextIO) -> TextIO:
+    raw = _VoiceStream(stream, beyond)
+    # Unbuffered, so that a text is written in the context of whoever prints it.
+    return io.TextIOWrapper(raw, encoding="utf-8", errors="backslashreplace", newline="", write_through=True)  # type: ignore[type-var]
