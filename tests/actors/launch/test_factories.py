@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 def test_a_class_is_found() -> None:
     """By its module and its name there; also one within a class."""
-    assert find_factory("actors.node:Node") == actors.Node
-    assert Files().factory("actors.node:Node.get_name") == actors.Node.get_name
+    found: list[object] = [find_factory("actors.node:Node"), Files().factory("actors.node:Node.get_name")]
+    assert found == [actors.Node, actors.Node.get_name]
 
 
 @pytest.mark.parametrize(
