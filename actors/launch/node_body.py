@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors import environment
 from actors.arguments import parse_ros_arguments, process_arguments
-from actors.launch.events import Level, Message
+from actors.launch.events import Level
 from actors.launch.voice import Voice
 from actors.logger import LoggingSeverity, get_logger, severity_from_name
 from actors.node import Node
@@ -17,9 +17,10 @@ from actors.supervision.specification import Child
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
     from contextvars import Context
 
-    from actors.launch.events import Listener
+    from actors.launch.events import Stream
     from actors.launch.steps import ProcessSpec
 
 FAILURE = 1
@@ -35,22 +36,33 @@ class NodeBody(TaskBody):
 
     Args:
         spec: What to run.
-        tell: Gets its lines, and what goes wrong in stopping it.
+        write: Takes its lines; at its end all of them have come.
+        say: Takes what there is to say of it; the text goes on where its name ends.
         stop_timeout_sec: What it may take to stop before it is cancelled again, and before it is given up,
             unless the specification says otherwise.
         reports: As a body's.
     """
 
-    def __init__(self, spec: ProcessSpec, tell: Listener, *, stop_timeout_sec: float, **reports: Any) -> None:
+    def __init__(
+        self,
+        spec: ProcessSpec,
+        *,
+        write: Callable[[Stream, Sequence[bytes]], None],
+        say: Callable[[Level, str], None],
+        stop_timeout_sec: float,
+        **reports: Any,
+    ) -> None:
         child = Child(spec.label, node=self._live, stop_timeout_sec=stop_timeout_sec)
         super().__init__(child, self._live, get_logger(spec.label), **reports)
         self._spec = spec
-        self._tell = tell
+        self._write = write
+        self._say = say
         self._voice: Voice
 
     def start(self, context: Context) -> None:
         """Begin, in a copy of this context."""
-        self._voice = Voice(self._spec, self._tell, context.copy())
+        colored = environment.color_wish(self._spec.environment) is True
+        self._voice = Voice(write=self._write, say=self._say, context=context.copy(), colored=colored)
         super().start(context)
 
     async def _run(self) -> Outcome:
@@ -92,7 +104,7 @@ class NodeBody(TaskBody):
         return super()._patience_sec(rung) if own is None else own
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
-        self._tell(Message(Level[severity.name], f"node {text}", self._spec.label))
+        self._say(Level(severity.name), text)
 
 
 def _log_level() -> LoggingSeverity | None:

@@ -14,15 +14,12 @@ from contextvars import ContextVar
 from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
-from actors.launch.events import Level, Message, ProcessIO, Stream
+from actors.launch.events import Level, Stream
 from actors.launch.lines import Lines
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Sequence
     from contextvars import Context
-
-    from actors.launch.events import Listener
-    from actors.launch.steps import ProcessSpec
 
 MAX_WAITING_BYTES: Final = 1024 * 1024
 """What one node may write while it holds the loop. Lines beyond it are dropped, and counted."""
@@ -36,20 +33,30 @@ class Voice:
     So nothing that listens runs within the node's code, and a thread can write, too.
 
     Args:
-        process: The node.
-        tell: Gets its lines.
+        write: Takes its lines; when it has ended all of them have come.
+        say: Takes what there is to say of it; the text goes on where its name ends.
         context: The launch's.
+        colored: Whether its lines may have colours.
 
     Attributes:
-        process: The node.
+        colored: The same.
         over: Whether the node has ended.
         lost_lines: Lines dropped because too much waited.
     """
 
-    def __init__(self, process: ProcessSpec, tell: Listener, context: Context) -> None:
-        self.process = process
+    def __init__(
+        self,
+        *,
+        write: Callable[[Stream, Sequence[bytes]], None],
+        say: Callable[[Level, str], None],
+        context: Context,
+        colored: bool,
+    ) -> None:
+        self.colored = colored
+        self.over = False
         self.lost_lines = 0
-        self._tell = tell
+        self._write = write
+        self._say = say
         self._context = context
         self._loop = asyncio.get_running_loop()
         self._lines = {Stream.STDOUT: Lines(), Stream.STDERR: Lines()}
@@ -57,7 +64,6 @@ class Voice:
         self._waiting_bytes = 0
         self._untold = 0
         self._due = False
-        self.over = False
         # A destructor may write while something is being written.
         self._lock = threading.RLock()
 
@@ -105,7 +111,6 @@ class Voice:
             self._waiting_bytes = 0
             self._due = False
         for stream, lines in groupby(waiting, key=lambda each: each[0]):
-            self._tell(ProcessIO(self.process, None, stream, tuple(line for _, line in lines)))
+            self._write(stream, [line for _, line in lines])
         if lost:
-            text = f"{lost} lines are not shown: they came too fast"
-            self._tell(Message(Level.WARN, text, self.process.label))
+            self._say(Level.WARN, f"has written too fast; {lost} lines are not shown")

@@ -8,7 +8,6 @@ import threading
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from actors import environment
 from actors.launch.events import Level, Message, Stream
 from actors.launch.voice import Voice
 from actors.log_output import RosFormatter
@@ -39,8 +38,7 @@ class VoiceLogs(logging.Handler):
         """Tell a record."""
         voice = Voice.here()
         if voice is not None:
-            colored = environment.color_wish(voice.process.environment) is True
-            line = (self._colored if colored else self._plain).format(record)
+            line = (self._colored if voice.colored else self._plain).format(record)
             voice.write(Stream.STDERR, f"{line}\n".encode(errors="backslashreplace"))
         elif self._tell is not None:
             message = _message(record)

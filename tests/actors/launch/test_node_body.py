@@ -57,7 +57,8 @@ class Hall:
         ended: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
         body = NodeBody(
             spec,
-            self.events.append,
+            write=lambda stream, lines: self.events.append(ProcessIO(spec, None, stream, tuple(lines))),
+            say=lambda level, text: self.events.append(Message(level, text, spec.label)),
             stop_timeout_sec=stop_timeout_sec,
             on_started=lambda: None,
             on_ended=ended.set_result,
@@ -298,7 +299,7 @@ async def test_what_comes_too_fast_is_dropped_and_counted(hall: Hall) -> None:
     _, ended = hall.body(flood)
     assert (await ended).normal
     assert len(hall.lines("node-1")) == fits + 1
-    assert hall.messages() == ["node-1: 5 lines are not shown: they came too fast"]
+    assert hall.messages() == ["node-1: has written too fast; 5 lines are not shown"]
 
 
 async def test_a_deaf_node_is_cancelled_again(hall: Hall) -> None:
@@ -316,4 +317,4 @@ async def test_a_deaf_node_is_cancelled_again(hall: Hall) -> None:
     await begun.wait()
     body.stop()
     assert (await ended).normal
-    assert hall.messages() == ["node-1: node has not stopped yet; cancelling it again"]
+    assert hall.messages() == ["node-1: has not stopped yet; cancelling it again"]
