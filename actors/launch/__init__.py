@@ -42,6 +42,11 @@ if TYPE_CHECKING:
     from actors.launch.errors import LaunchError as LaunchError
     from actors.launch.errors import LaunchFileError as LaunchFileError
     from actors.launch.errors import UnknownArgumentError as UnknownArgumentError
+    from actors.launch.library_substitutions import AnonName as AnonName
+    from actors.launch.library_substitutions import Command as Command
+    from actors.launch.library_substitutions import FileContent as FileContent
+    from actors.launch.library_substitutions import FindExecutable as FindExecutable
+    from actors.launch.library_substitutions import FindPackageShare as FindPackageShare
     from actors.launch.substitutions import EnvironmentVariable as EnvironmentVariable
     from actors.launch.substitutions import LaunchConfiguration as LaunchConfiguration
     from actors.launch.substitutions import LaunchContext as LaunchContext
@@ -84,6 +89,13 @@ _HOMES = {
         "LaunchError",
         "LaunchFileError",
         "UnknownArgumentError",
+    ),
+    "actors.launch.library_substitutions": (
+        "AnonName",
+        "Command",
+        "FileContent",
+        "FindExecutable",
+        "FindPackageShare",
     ),
     "actors.launch.substitutions": (
         "EnvironmentVariable",

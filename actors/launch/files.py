@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import secrets
+import shutil
 import sys
 import traceback
 from dataclasses import replace
@@ -10,19 +13,23 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.callbacks import error_text
+from actors.launch.command_output import command_output
 from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError, LaunchFileError
 from actors.launch.factories import find_factory
 from actors.tools.executables import find_package
+from proto.errors import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
+
+    from actors.tools.executables import Package
 
     from actors.programs import Factory
 
 FUNCTION: Final = "generate_launch_description"
 MAX_FILE_BYTES: Final = 1 << 20
-"""A larger launch file is a mistake."""
+"""A larger launch file, or text, is a mistake."""
 
 
 class Files:
@@ -59,9 +66,7 @@ class Files:
         Raises:
             LaunchError: There is none.
         """
-        found = find_package(package)
-        if found is None:
-            raise LaunchError(f"No installed package '{package}'")
+        found = _package(package)
         program = found.executable(executable)
         if program is None:
             listed = ", ".join(each.name for each in found.executables())
@@ -79,6 +84,78 @@ class Files:
         if not Path(path).is_file():
             raise LaunchError(f"No script '{path}'")
         return (sys.executable, "-u", path)
+
+    def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:
+        """Return the folders and files with a package's modules, and the folder of a script.
+
+        Raises:
+            LaunchError: There is no such package.
+        """
+        modules = () if package is None else _package(package).modules()
+        folder = () if script is None else (Path(script).resolve().parent,)
+        return tuple(str(each) for each in (*modules, *folder))
+
+    def share(self, package: str) -> str:
+        """Return the folder of a package's modules and data.
+
+        Raises:
+            LaunchError: There is no such package, or it has none.
+        """
+        folder = _package(package).share()
+        if folder is None:
+            raise LaunchError(f"Package '{shown(package)}' has no folder")
+        return str(folder)
+
+    def executable(self, name: str, environment: Mapping[str, str]) -> str:
+        """Return the path of a program that is found along the environment's PATH.
+
+        Raises:
+            LaunchError: There is none.
+        """
+        found = shutil.which(name, path=environment.get("PATH", os.defpath))
+        if found is None:
+            raise LaunchError(f"No program '{shown(name)}'")
+        return found
+
+    def output_of(self, command: Sequence[str], environment: Mapping[str, str]) -> str:
+        """Run a command to its end and return what it has written to stdout; this blocks.
+
+        Raises:
+            LaunchError: It cannot be run, fails, takes too long, or writes what is no text or too long.
+        """
+        if not command:
+            raise LaunchError("An empty text is no command")
+        program = self.executable(command[0], environment)
+        return command_output((program, *command[1:]), environment)
+
+    def text(self, path: str) -> str:
+        """Return what a text file holds: UTF-8, `MAX_FILE_BYTES` at most.
+
+        Raises:
+            LaunchError: It cannot be read, is larger, or is no text.
+        """
+        try:
+            with Path(path).open("rb") as file:
+                content = file.read(MAX_FILE_BYTES + 1)
+        except (OSError, ValueError) as error:
+            raise LaunchError(f"No file '{shown(path)}': {getattr(error, 'strerror', error)}") from None
+        if len(content) > MAX_FILE_BYTES:
+            raise LaunchError(f"{shown(path)} is larger than {MAX_FILE_BYTES} bytes")
+        try:
+            return content.decode()
+        except UnicodeDecodeError:
+            raise LaunchError(f"{shown(path)} is no UTF-8 text") from None
+
+    def unique(self) -> str:
+        """Return a word that nobody else has."""
+        return f"{os.getpid()}_{secrets.token_hex(4)}"
+
+
+def _package(name: str) -> Package:
+    found = find_package(name)
+    if found is None:
+        raise LaunchError(f"No installed package '{shown(name)}'")
+    return found
 
 
 def _run(path: str) -> ModuleType:

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from importlib.machinery import ModuleSpec
 
 _SELF: Final = "callboard"
 _PROJECT: Final = re.compile(r"[A-Za-z0-9._-]+")
@@ -101,12 +102,23 @@ class Package:
 
     def share(self) -> Path | None:
         """Return the folder with its modules and data, such as `launch`; None if it has none."""
-        top_level = (self._installed.read_text("top_level.txt") or "").split()
-        for module in (normalized(self.name).replace("-", "_"), *top_level):
-            spec = find_spec(module)
-            for folder in (spec.submodule_search_locations if spec else None) or ():
-                return Path(folder)
-        return None
+        return next((folder for module in self._modules() for folder in _folders(module)), None)
+
+    def modules(self) -> list[Path]:
+        """Return the folders and files that its modules are in, also those of an editable installation."""
+        found: dict[Path, None] = {}
+        for module in self._modules():
+            found.update(dict.fromkeys(_folders(module) or _file(module)))
+        return list(found)
+
+    def _modules(self) -> Iterator[ModuleSpec]:
+        """Find its top-level modules: its own name, those it lists, and those with its programs."""
+        listed = (self._installed.read_text("top_level.txt") or "").split()
+        programs = (each.module.partition(".")[0] for each in self.executables())
+        for name in dict.fromkeys((normalized(self.name).replace("-", "_"), *listed, *programs)):
+            spec = find_spec(name)
+            if spec is not None:
+                yield spec
 
     def _script(self, name: str) -> Path | None:
         names = (name, f"{name}.exe")
@@ -140,6 +152,14 @@ def find_package(name: str) -> Package | None:
 def normalized(name: str) -> str:
     """Return the spelling of a package's name that all its spellings have in common."""
     return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def _folders(module: ModuleSpec) -> list[Path]:
+    return [Path(each) for each in module.submodule_search_locations or ()]
+
+
+def _file(module: ModuleSpec) -> list[Path]:
+    return [Path(module.origin)] if module.has_location and module.origin else []
 
 
 def _each() -> Iterator[Package]:
