@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from typing import TextIO
 
 _LABELS: Final = {logging.WARNING: "WARN", logging.CRITICAL: "FATAL"}
-_COLORS: Final = {"DEBUG": "\x1b[32m", "WARN": "\x1b[33m", "ERROR": "\x1b[31m", "FATAL": "\x1b[31m"}
-_RESET: Final = "\x1b[0m"
+LEVEL_COLORS: Final = {"DEBUG": "\x1b[32m", "WARN": "\x1b[33m", "ERROR": "\x1b[31m", "FATAL": "\x1b[31m"}
+RESET: Final = "\x1b[0m"
 # Controls but for line end and tab, and what turns the direction of text or cannot be encoded.
 _HARMFUL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
@@ -43,9 +43,9 @@ class RosFormatter(logging.Formatter):
         seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
         label = _LABELS.get(record.levelno, record.levelname)
         name = record.name.removeprefix(ROOT_NAME + ".")
-        text = f"[{label}] [{seconds}.{nanoseconds:09d}] [{shown(name)}]: {_harmless(self._message(record))}"
-        if self._color and label in _COLORS:
-            return f"{_COLORS[label]}{text}{_RESET}"
+        text = f"[{label}] [{seconds}.{nanoseconds:09d}] [{shown(name)}]: {harmless(self._message(record))}"
+        if self._color and label in LEVEL_COLORS:
+            return f"{LEVEL_COLORS[label]}{text}{RESET}"
         return text
 
     def _message(self, record: logging.LogRecord) -> str:
@@ -97,7 +97,8 @@ def _wants_color(stream: TextIO) -> bool:
     return stream.isatty() if wish is None else wish
 
 
-def _harmless(text: str) -> str:
+def harmless(text: str) -> str:
+    """Return a text whose control characters, but for line ends and tabs, are escaped."""
     if text.isprintable():
         return text
     return _HARMFUL.sub(lambda match: match[0].encode("unicode_escape").decode(), text)

@@ -2,6 +2,9 @@
 
 A thread writes. The terminal may be stopped and a pipe not be read; the processes of the launch, and stopping
 them, must not wait for that. So what waits has a limit, and what is beyond it is counted and said.
+
+On a terminal a last line may stand below all others. It is taken away and drawn again around each batch, so
+that it costs nothing per line.
 """
 
 from __future__ import annotations
@@ -9,14 +12,16 @@ from __future__ import annotations
 import os
 import select
 import threading
-from collections import deque
 from typing import TYPE_CHECKING, Final
+
+from actors.launch.outgoing import Outgoing
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-MAX_WAITING_BYTES: Final = 16 * 1024 * 1024
 _PIECE_BYTES: Final = 65_536
+_ERASE: Final = b"\r\x1b[K"
+_USUAL_COLUMNS: Final = 80
 
 
 class Output:
@@ -26,69 +31,76 @@ class Output:
         descriptor: Where to; it is not closed.
         when_unheard: Called in the thread, once, when it cannot be written any more: nobody reads it. What
             comes after that is dropped.
-
-    Attributes:
-        lost_lines: Lines dropped because too much waited, or nobody reads.
+        of_lost: Returns what is written about a number of lost lines; None: a line for people.
     """
 
-    def __init__(self, descriptor: int, when_unheard: Callable[[], None]) -> None:
-        self.lost_lines = 0
+    def __init__(
+        self,
+        descriptor: int,
+        when_unheard: Callable[[], None],
+        of_lost: Callable[[int], bytes] | None = None,
+    ) -> None:
         self._descriptor = descriptor
         self._when_unheard = when_unheard
-        self._waiting: deque[bytes] = deque()
-        self._waiting_bytes = 0
-        self._untold = 0
-        self._closed = False
+        self._of_lost = of_lost or _said_of_lost
+        self._outgoing: Outgoing[bytes] = Outgoing()
+        self._draw: Callable[[int], bytes] | None = None
+        self._drawn = b""
         self._unheard = False
-        self._changed = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="launch output", daemon=True)
         self._thread.start()
 
+    @property
+    def lost_lines(self) -> int:
+        """Lines dropped because too much waited, or nobody reads."""
+        return self._outgoing.lost_lines
+
     def write(self, data: bytes) -> None:
         """Write whole lines. Returns at once."""
-        if not data:
-            return
-        with self._changed:
-            if self._unheard or self._waiting_bytes + len(data) > MAX_WAITING_BYTES:
-                lines = data.count(b"\n")
-                self.lost_lines += lines
-                self._untold += lines
-                return
-            self._waiting.append(data)
-            self._waiting_bytes += len(data)
-            self._changed.notify()
+        if data:
+            self._outgoing.add(data, len(data), data.count(b"\n"))
+
+    def show_below(self, draw: Callable[[int], bytes]) -> None:
+        """Show a line below all others, in place of the one that is there. For terminals.
+
+        Args:
+            draw: Returns it for a number of columns, none wider; nothing for no line. Called in the thread.
+        """
+        self._draw = draw
+        self._outgoing.wake()
 
     def close(self, timeout_sec: float) -> bool:
         """Write what waits; return whether that could be done in time. Nothing can be written after it."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify()
+        self._outgoing.end()
         self._thread.join(timeout_sec)
         return not self._thread.is_alive() and not self._unheard
 
     def _run(self) -> None:
-        while data := self._next():
-            try:
-                self._put(data)
-            except OSError:
-                with self._changed:
-                    self._unheard = True
-                    self._waiting.clear()
-                    self._waiting_bytes = 0
-                self._when_unheard()
-                return
+        try:
+            while not (batch := self._outgoing.take()).over:
+                data = b"".join(batch.pieces)
+                self._put_above(data + self._of_lost(batch.lost_lines) if batch.lost_lines else data)
+            self._draw = None
+            self._put_above(b"")
+        except OSError:
+            self._unheard = True
+            self._outgoing.abandon()
+            self._when_unheard()
 
-    def _next(self) -> bytes:
-        """Return the next piece; nothing at the end."""
-        with self._changed:
-            while not self._waiting and not self._untold and not self._closed:
-                self._changed.wait()
-            if not self._waiting:
-                lost, self._untold = self._untold, 0
-                return f"[launch] {lost} lines are not shown: they came too fast\n".encode() if lost else b""
-            data = self._waiting.popleft()
-            self._waiting_bytes -= len(data)
-            return data
+    def _put_above(self, data: bytes) -> None:
+        """Write lines, and draw the line that is below them."""
+        line = self._draw(self._columns()) if self._draw is not None else b""
+        if not data and line == self._drawn:
+            return
+        erase = _ERASE if self._drawn else b""
+        self._drawn = line
+        self._put(erase + data + line)
+
+    def _columns(self) -> int:
+        try:
+            return os.get_terminal_size(self._descriptor).columns or _USUAL_COLUMNS
+        except OSError:
+            return _USUAL_COLUMNS
 
     def _put(self, data: bytes) -> None:
         rest = memoryview(data)
@@ -97,3 +109,7 @@ class Output:
                 rest = rest[os.write(self._descriptor, rest[:_PIECE_BYTES]) :]
             except BlockingIOError:  # another program has made the terminal non-blocking
                 select.select([], [self._descriptor], [])
+
+
+def _said_of_lost(lines: int) -> bytes:
+    return b"[launch] %d lines are not shown: they came too fast\n" % lines

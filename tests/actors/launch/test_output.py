@@ -6,7 +6,7 @@ import os
 import threading
 from typing import TYPE_CHECKING
 
-from actors.launch import output as module
+from actors.launch import outgoing
 from actors.launch.output import Output
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def test_what_is_written_comes_in_order() -> None:
 
 def test_what_nobody_takes_is_counted_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """More than may wait is dropped; the reader learns how much, once it reads again."""
-    monkeypatch.setattr(module, "MAX_WAITING_BYTES", 1000)
+    monkeypatch.setattr(outgoing, "MAX_WAITING_BYTES", 1000)
     reading, writing = os.pipe()
     output = Output(writing, lambda: None)
     filler = b"x" * 999 + b"\n"
@@ -76,3 +76,39 @@ def test_a_reader_that_is_gone_is_told_of() -> None:
     assert output.lost_lines == 1
     assert not output.close(DEADLINE_SEC)
     os.close(writing)
+
+
+def test_what_is_said_of_lost_lines_can_be_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where programs read, a line for people would be wrong."""
+    monkeypatch.setattr(outgoing, "MAX_WAITING_BYTES", 5)
+    reading, writing = os.pipe()
+    output = Output(writing, lambda: None, lambda lines: b"<%d>\n" % lines)
+    output.write(b"too long\nfor it\n")
+    assert output.close(DEADLINE_SEC)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as file:
+        assert file.read() == b"<2>\n"
+
+
+def test_a_line_stays_below_all_others() -> None:
+    """It is erased before each batch and drawn behind it; in the end it is gone. The width comes with it."""
+    reading, writing = os.pipe()
+    output = Output(writing, lambda: None)
+    asked: list[int] = []
+
+    def draw(columns: int) -> bytes:
+        asked.append(columns)
+        return b"status"
+
+    output.show_below(draw)
+    assert os.read(reading, 100) == b"status"
+    output.write(b"a\nb\n")
+    assert os.read(reading, 100) == b"\r\x1b[Ka\nb\nstatus"
+    output.show_below(draw)
+    output.show_below(lambda columns: b"other")
+    assert os.read(reading, 100) == b"\r\x1b[Kother"
+    assert output.close(DEADLINE_SEC)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as file:
+        assert file.read() == b"\r\x1b[K"
+    assert set(asked) == {80}
