@@ -23,9 +23,8 @@ from proto.errors import shown
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from actors.tools.executables import Package
-
     from actors.programs import Factory
+    from actors.tools.executables import Package
 
 FUNCTION: Final = "generate_launch_description"
 MAX_FILE_BYTES: Final = 1 << 20
