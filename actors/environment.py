@@ -5,6 +5,7 @@
     CALLBOARD_CONTEXT    which of the brokers named with `callboard context` to go to
     CALLBOARD_LOG_LEVEL  what scripts log: DEBUG, INFO, WARN, ERROR or FATAL
     XDG_CONFIG_HOME      where configuration is kept; ~/.config if unset
+    XDG_STATE_HOME       where logs of launches are kept; ~/.local/state if unset
     NO_COLOR             set to anything: no colours
     FORCE_COLOR          set to anything: colours, also where there is no terminal
 
@@ -80,11 +81,12 @@ def own_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
 
 def config_folder(environ: Mapping[str, str] | None = None) -> str:
     """Return where callboard's configuration is kept; the folder need not exist."""
-    base = _get("XDG_CONFIG_HOME", environ) or ""
-    # Every command and node comes by here: importing pathlib would take it some milliseconds.
-    if not os.path.isabs(base):  # noqa: PTH117 - the standard says to ignore it then
-        base = os.path.expanduser("~/.config")  # noqa: PTH111
-    return os.path.join(base, "callboard")  # noqa: PTH118
+    return _own_folder("XDG_CONFIG_HOME", "~/.config", environ)
+
+
+def state_folder(environ: Mapping[str, str] | None = None) -> str:
+    """Return where callboard's logs are kept; the folder need not exist."""
+    return _own_folder("XDG_STATE_HOME", "~/.local/state", environ)
 
 
 def log_level(environ: Mapping[str, str] | None = None) -> str | None:
@@ -111,6 +113,14 @@ def color_wish(environ: Mapping[str, str] | None = None) -> bool | None:
 def environment_for(extra: Mapping[str, str]) -> dict[str, str] | None:
     """Return the environment with more variables, for a child; None if that is this process's own."""
     return {**_source(None), **extra} if extra or stand_in.get() is not None else None
+
+
+def _own_folder(variable: str, usual: str, environ: Mapping[str, str] | None) -> str:
+    base = _get(variable, environ) or ""
+    # Every command and node comes by here: importing pathlib would take it some milliseconds.
+    if not os.path.isabs(base):  # noqa: PTH117 - the standard says to ignore it then
+        base = os.path.expanduser(usual)  # noqa: PTH111
+    return os.path.join(base, "callboard")  # noqa: PTH118
 
 
 def _get(variable: str, environ: Mapping[str, str] | None) -> str | None:

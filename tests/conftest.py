@@ -9,17 +9,17 @@ import pytest
 
 from actors import environment
 
-_CONFIGURATION: pytest.StashKey[tempfile.TemporaryDirectory[str]] = pytest.StashKey()
+_FOLDER: pytest.StashKey[tempfile.TemporaryDirectory[str]] = pytest.StashKey()
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Forget the variables that choose a broker, here and in child processes, and the contexts."""
+    """Forget the variables that choose a broker, here and in children, the contexts, and earlier logs."""
     for name in environment.VARIABLES:
         os.environ.pop(name, None)
-    folder = config.stash[_CONFIGURATION] = tempfile.TemporaryDirectory(prefix="callboard-tests-")
-    os.environ["XDG_CONFIG_HOME"] = folder.name
+    folder = config.stash[_FOLDER] = tempfile.TemporaryDirectory(prefix="callboard-tests-")
+    os.environ["XDG_CONFIG_HOME"] = os.environ["XDG_STATE_HOME"] = folder.name
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
     """Leave nothing behind."""
-    config.stash[_CONFIGURATION].cleanup()
+    config.stash[_FOLDER].cleanup()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextvars
+from pathlib import Path
 
 import pytest
 
@@ -10,10 +11,12 @@ from actors.environment import (
     InvalidEnvironmentError,
     broker_url,
     color_wish,
+    config_folder,
     domain_id,
     environment_for,
     log_level,
     stand_in,
+    state_folder,
 )
 from proto.errors import CallboardError
 
@@ -91,3 +94,13 @@ def test_a_context_can_have_a_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
     contextvars.copy_context().run(look)
     assert (broker_url(), domain_id()) == ("callboard://10.0.0.1:7411", None)
     assert environment_for({}) is None
+
+
+def test_folders_are_where_the_standard_says() -> None:
+    """In the user's home, or where absolute paths say; others do not count."""
+    for folder, variable, usual in (
+        (config_folder, "XDG_CONFIG_HOME", "~/.config"),
+        (state_folder, "XDG_STATE_HOME", "~/.local/state"),
+    ):
+        assert folder({variable: "/x"}) == "/x/callboard"
+        assert folder({}) == folder({variable: "x"}) == str(Path(usual).expanduser() / "callboard")
