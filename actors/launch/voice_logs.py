@@ -20,39 +20,52 @@ if TYPE_CHECKING:
     from actors.launch.events import Listener
 
 
-class VoiceLogs(logging.Handler):
-    """Makes lines on stderr of what nodes in this process log, as scripts do, each under its label.
+@contextmanager
+def voice_logs() -> Generator[None]:
+    """Meanwhile make lines on stderr of what nodes in this process log, as scripts do; others' log is left."""
+    with _added(_VoiceLogs()):
+        yield
 
-    Args:
-        tell: Gets what others log as messages; None: that is left to other handlers.
-    """
 
-    def __init__(self, tell: Listener | None = None) -> None:
+@contextmanager
+def own_logs(tell: Listener) -> Generator[None]:
+    """Meanwhile make messages of what others log in this process. They are told in the loop."""
+    with _added(_OwnLogs(tell)):
+        yield
+
+
+class _VoiceLogs(logging.Handler):
+    def __init__(self) -> None:
         super().__init__()
-        self._tell = tell
-        self._loop = asyncio.get_running_loop()
-        self._thread = threading.get_ident()
         self._plain, self._colored = RosFormatter(), RosFormatter(color=True)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Tell a record."""
         voice = Voice.here()
         if voice is not None:
             line = (self._colored if voice.colored else self._plain).format(record)
             voice.write(Stream.STDERR, f"{line}\n".encode(errors="backslashreplace"))
-        elif self._tell is not None:
-            message = _message(record)
-            if threading.get_ident() == self._thread:
-                self._tell(message)
-            else:
-                with suppress(RuntimeError):  # the loop has been closed
-                    self._loop.call_soon_threadsafe(self._tell, message)
+
+
+class _OwnLogs(logging.Handler):
+    def __init__(self, tell: Listener) -> None:
+        super().__init__()
+        self._tell = tell
+        self._loop = asyncio.get_running_loop()
+        self._thread = threading.get_ident()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if Voice.here() is not None:
+            return
+        message = _message(record)
+        if threading.get_ident() == self._thread:
+            self._tell(message)
+        else:
+            with suppress(RuntimeError):  # the loop has been closed
+                self._loop.call_soon_threadsafe(self._tell, message)
 
 
 @contextmanager
-def voice_logs(tell: Listener | None = None) -> Generator[None]:
-    """Have a `VoiceLogs` meanwhile."""
-    handler = VoiceLogs(tell)
+def _added(handler: logging.Handler) -> Generator[None]:
     root = logging.getLogger()
     root.addHandler(handler)
     try:

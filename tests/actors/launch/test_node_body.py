@@ -21,7 +21,7 @@ from actors.launch.events import Message, ProcessIO, Stream
 from actors.launch.node_body import NodeBody
 from actors.launch.steps import ProcessSpec
 from actors.launch.voice import MAX_WAITING_BYTES, Voice
-from actors.launch.voice_logs import voice_logs
+from actors.launch.voice_logs import own_logs, voice_logs
 from actors.launch.voice_streams import voice_streams
 from actors.logger import LoggingSeverity, get_logger
 from tests.actors.meeting import until
@@ -106,7 +106,7 @@ async def test_nodes_have_their_own_arguments_and_the_launchs_broker(hall: Hall,
     """Two runs of a class are two nodes of the graph; what they log from callbacks is under their labels."""
     there = {"CALLBOARD_URL": meeting.url}
     looking = await meeting.node("looking")
-    with voice_logs(hall.events.append):
+    with voice_logs(), own_logs(hall.events.append):
         first, first_end = hall.body(
             Talker,
             "--ros-args",
@@ -149,7 +149,7 @@ async def test_a_class_that_raises_is_a_death(hall: Hall) -> None:
     def broken() -> actors.Node:
         raise ValueError("no such map")
 
-    with voice_logs(hall.events.append):
+    with voice_logs(), own_logs(hall.events.append):
         _, ended = hall.body(broken)
         outcome = await ended
     assert (outcome.normal, outcome.reason) == (False, "ValueError: no such map")
@@ -169,7 +169,7 @@ async def test_arguments_that_cannot_be_read_are_a_death(
     hall: Hall, arguments: tuple[str, ...], reason: str
 ) -> None:
     """As they are for a script; one line says what is wrong."""
-    with voice_logs(hall.events.append):
+    with voice_logs(), own_logs(hall.events.append):
         _, ended = hall.body(Talker, *arguments)
         outcome = await ended
     assert not outcome.normal
@@ -184,7 +184,7 @@ async def test_an_exit_ends_the_node_only(hall: Hall, status: Any, code: int, li
     async def leave() -> None:
         sys.exit(status)
 
-    with voice_logs(hall.events.append):
+    with voice_logs(), own_logs(hall.events.append):
         _, ended = hall.body(leave)
         outcome = await ended
     assert (outcome.normal, outcome.exit_code, outcome.returncode) == (code == 0, code, code)
@@ -272,7 +272,7 @@ async def test_what_is_written_after_its_end_is_the_launchs(
 
 async def test_others_log_for_the_launch(hall: Hall) -> None:
     """What is logged elsewhere in the process is a message, from threads, too."""
-    with voice_logs(hall.events.append):
+    with voice_logs(), own_logs(hall.events.append):
         get_logger("launch").info("no broker there")
         thread = threading.Thread(target=logging.getLogger("library").error, args=("bad\x1b[2J",))
         thread.start()
