@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import threading
+from abc import abstractmethod
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def voice_logs() -> Generator[None]:
-    """Meanwhile make lines on stderr of what nodes in this process log, as scripts do; others' log is left."""
+    """Meanwhile make lines on stderr of what nodes in this process log, as scripts do."""
     with _added(_VoiceLogs()):
         yield
 
@@ -34,26 +35,39 @@ def own_logs(tell: Listener) -> Generator[None]:
         yield
 
 
-class _VoiceLogs(logging.Handler):
+class _Teller(logging.Handler):
+    """A handler whose own mistakes, and those in a call, are reported as logging does it."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        try:
+            self.take(record)
+        except Exception:  # noqa: BLE001 - whoever logs must not fail for it
+            self.handleError(record)
+
+    @abstractmethod
+    def take(self, record: logging.LogRecord) -> None: ...
+
+
+class _VoiceLogs(_Teller):
     def __init__(self) -> None:
         super().__init__()
         self._plain, self._colored = RosFormatter(), RosFormatter(color=True)
 
-    def emit(self, record: logging.LogRecord) -> None:
+    def take(self, record: logging.LogRecord) -> None:
         voice = Voice.here()
         if voice is not None:
             line = (self._colored if voice.colored else self._plain).format(record)
             voice.write(Stream.STDERR, f"{line}\n".encode(errors="backslashreplace"))
 
 
-class _OwnLogs(logging.Handler):
+class _OwnLogs(_Teller):
     def __init__(self, tell: Listener) -> None:
         super().__init__()
         self._tell = tell
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
 
-    def emit(self, record: logging.LogRecord) -> None:
+    def take(self, record: logging.LogRecord) -> None:
         if Voice.here() is not None:
             return
         message = _message(record)

@@ -282,6 +282,22 @@ async def test_others_log_for_the_launch(hall: Hall) -> None:
     assert [each.level.value for each in hall.events if isinstance(each, Message)] == ["INFO", "ERROR"]
 
 
+async def test_a_log_call_that_is_wrong_does_not_fail(hall: Hall, capsys: pytest.CaptureFixture[str]) -> None:
+    """As everywhere it is reported where errors go."""
+    wrong = logging.LogRecord("library", logging.ERROR, "file.py", 1, "%d", ("no number",), None)
+
+    async def log() -> None:
+        for handler in logging.getLogger().handlers[-2:]:  # pytest's own raise
+            handler.handle(wrong)
+
+    with voice_logs(), own_logs(hall.events.append):
+        _, ended = hall.body(log)
+        assert (await ended).normal
+        await log()
+    assert hall.events == []
+    assert capsys.readouterr().err.count("real number is required") == 2
+
+
 async def test_what_comes_too_fast_is_dropped_and_counted(hall: Hall) -> None:
     """A node that holds the loop cannot fill the memory with lines."""
     line = b"x" * 1023 + b"\n"
