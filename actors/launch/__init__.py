@@ -47,6 +47,16 @@ if TYPE_CHECKING:
     from actors.launch.library_substitutions import FileContent as FileContent
     from actors.launch.library_substitutions import FindExecutable as FindExecutable
     from actors.launch.library_substitutions import FindPackageShare as FindPackageShare
+    from actors.launch.logic import AllSubstitution as AllSubstitution
+    from actors.launch.logic import AndSubstitution as AndSubstitution
+    from actors.launch.logic import AnySubstitution as AnySubstitution
+    from actors.launch.logic import BooleanSubstitution as BooleanSubstitution
+    from actors.launch.logic import EqualsSubstitution as EqualsSubstitution
+    from actors.launch.logic import IfElseSubstitution as IfElseSubstitution
+    from actors.launch.logic import NotEqualsSubstitution as NotEqualsSubstitution
+    from actors.launch.logic import NotSubstitution as NotSubstitution
+    from actors.launch.logic import OrSubstitution as OrSubstitution
+    from actors.launch.python_expression import PythonExpression as PythonExpression
     from actors.launch.substitutions import EnvironmentVariable as EnvironmentVariable
     from actors.launch.substitutions import LaunchConfiguration as LaunchConfiguration
     from actors.launch.substitutions import LaunchContext as LaunchContext
@@ -97,6 +107,18 @@ _HOMES = {
         "FindExecutable",
         "FindPackageShare",
     ),
+    "actors.launch.logic": (
+        "AllSubstitution",
+        "AndSubstitution",
+        "AnySubstitution",
+        "BooleanSubstitution",
+        "EqualsSubstitution",
+        "IfElseSubstitution",
+        "NotEqualsSubstitution",
+        "NotSubstitution",
+        "OrSubstitution",
+    ),
+    "actors.launch.python_expression": ("PythonExpression",),
     "actors.launch.substitutions": (
         "EnvironmentVariable",
         "LaunchConfiguration",

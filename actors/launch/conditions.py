@@ -87,7 +87,12 @@ def truth(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - yes or no
     if isinstance(value, bool):
         return value
     word = resolve(value, scope)
-    try:
-        return _TRUTH[word.strip().lower()]
-    except KeyError:
-        raise LaunchError(f"Expected true, 1, false or 0, got '{shown(word)}'") from None
+    meant = meaning(word)
+    if meant is None:
+        raise LaunchError(f"Expected true, 1, false or 0, got '{shown(word)}'")
+    return meant
+
+
+def meaning(word: str) -> bool | None:
+    """Return whether a word means yes or no; None if it means neither."""
+    return _TRUTH.get(word.strip().lower())
