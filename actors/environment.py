@@ -107,7 +107,12 @@ def color_wish(environ: Mapping[str, str] | None = None) -> bool | None:
         return False
     if _get("FORCE_COLOR", environ) is not None:
         return True
-    return False if _get("TERM", environ) == "dumb" else None
+    return False if dumb_terminal(environ) else None
+
+
+def dumb_terminal(environ: Mapping[str, str] | None = None) -> bool:
+    """Tell whether TERM says that nothing can be drawn: what is written stays."""
+    return _get("TERM", environ) == "dumb"
 
 
 def environment_for(extra: Mapping[str, str]) -> dict[str, str] | None:

@@ -1,0 +1,76 @@
+"""What `callboard launch` shows and writes of a launch: lines or JSON, a status line, and log files."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from actors import environment
+from actors.launch.json_report import JsonReport
+from actors.launch.log_files import LogFiles
+from actors.launch.output import Output
+from actors.launch.screen import Screen
+from actors.launch.status import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.launch.events import Event, Listener
+    from actors.launch.status import StatusLine
+
+LAST_LINES_SEC: Final = 2.0
+"""How long the last lines may take, when nobody reads or a disk hangs."""
+
+
+class Reports:
+    """A listener that passes events on to all that show or write them.
+
+    Args:
+        json: Whether stdout gets JSON, and nothing else.
+        when_unheard: Called in a thread, once, when nobody reads stdout any more.
+
+    Attributes:
+        unheard: Whether that has happened.
+    """
+
+    def __init__(self, *, json: bool, when_unheard: Callable[[], None]) -> None:
+        self.unheard = False
+        self._when_unheard = when_unheard
+        self._json = JsonReport(self._write) if json else None
+        of_lost = None if self._json is None else self._json.of_lost
+        self._output = Output(sys.stdout.fileno(), self._unheard, of_lost)
+        shown: Listener = self._json or Screen(self._write, color=_color())
+        self._logs = LogFiles(Path(environment.state_folder(), "log"), shown)
+        self._listeners: list[Listener] = [shown, self._logs]
+        if self._json is None and sys.stdout.isatty() and not environment.dumb_terminal():
+            # First, so that it is up to date when what has happened is shown.
+            self._listeners.insert(0, Status(self._show_status))
+
+    def __call__(self, event: Event) -> None:
+        """Show and write an event."""
+        for listener in self._listeners:
+            listener(event)
+
+    def close(self, exit_code: int) -> None:
+        """Write what is left. Nothing can be shown after it."""
+        self._logs.close(LAST_LINES_SEC)
+        if self._json is not None:
+            self._json.ended(exit_code)
+        self._output.close(LAST_LINES_SEC)
+
+    def _write(self, data: bytes) -> None:
+        self._output.write(data)
+
+    def _unheard(self) -> None:
+        self.unheard = True
+        self._when_unheard()
+
+    def _show_status(self, line: StatusLine) -> None:
+        self._output.show_below(partial(line.drawn, color=_color()))
+
+
+def _color() -> bool:
+    wish = environment.color_wish()
+    return sys.stdout.isatty() if wish is None else wish
