@@ -19,7 +19,7 @@ from actors.cli.place import missing_broker, place_of
 from actors.launch.description import declared, described
 from actors.launch.embedded import broker_answers, can_embed, embedded_broker
 from actors.launch.errors import UnknownArgumentError
-from actors.launch.files import Files
+from actors.launch.files import SUFFIXES, Files
 from actors.launch.output import Output
 from actors.launch.plan import make_plan
 from actors.launch.runner import Runner
@@ -100,7 +100,8 @@ def _file_in_package(package: str, name: str) -> Path:
     path = folder / name
     if found.share() is not None and path.is_file():
         return path.absolute()
-    files = sorted(each.name for each in folder.glob("*.py")) if found.share() is not None else []
+    there = folder.iterdir() if found.share() is not None and folder.is_dir() else ()
+    files = sorted(each.name for each in there if each.suffix in SUFFIXES)
     hint = did_you_mean(name, files) or f"; there is: {', '.join(files) or 'none'}"
     raise CommandError(f"No launch file '{shown(name)}' in package '{package}'{hint}")
 

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from actors.programs import Factory
 
 Scalar: TypeAlias = str | int | float | bool
-ParameterEntry: TypeAlias = (
-    "Scalar | Substitution | Sequence[Scalar | Substitution] | Mapping[str, ParameterEntry]"
-)
-"""A parameter's value. What a substitution gives is read as YAML, so that "3" is a number."""
+ParameterItem: TypeAlias = "Scalar | Substitution | Sequence[Substitution | str]"
+ParameterEntry: TypeAlias = "Scalar | Substitution | Sequence[ParameterItem] | Mapping[str, ParameterEntry]"
+"""A parameter's value. What a substitution gives is read as YAML, so that "3" is a number; a list
+with one in it is a text in pieces."""
 Parameters: TypeAlias = "Text | Mapping[str, ParameterEntry]"
 """Parameters by name, or the path of a YAML file of them."""
 

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from actors.tools.executables import Package
 
 FUNCTION: Final = "generate_launch_description"
+DOCUMENT_SUFFIXES: Final = (".yaml", ".yml", ".toml")
+SUFFIXES: Final = (".py", *DOCUMENT_SUFFIXES)
+"""Of launch files."""
 MAX_FILE_BYTES: Final = 1 << 20
 """A larger launch file, or text, is a mistake."""
 
@@ -35,11 +38,18 @@ class Files:
     """The library of this machine: its files, and the packages that are installed here."""
 
     def description(self, path: str) -> LaunchDescription:
-        """Run a launch file's `generate_launch_description`.
+        """Return what a YAML or TOML file says, or a Python file's `generate_launch_description` returns.
 
         Raises:
             LaunchFileError: It cannot be read, fails, or describes nothing.
         """
+        suffix = Path(path).suffix
+        if suffix in DOCUMENT_SUFFIXES:
+            from actors.launch.documents.reading import read_document  # noqa: PLC0415 - Python files need none
+
+            return read_document(path, _source(path))
+        if suffix != ".py":
+            raise LaunchFileError(f"{path}: a launch file's name ends with one of {', '.join(SUFFIXES)}")
         function = getattr(_run(path), FUNCTION, None)
         if not callable(function):
             raise LaunchFileError(f"{path} has no function {FUNCTION}()")
@@ -157,8 +167,7 @@ def _package(name: str) -> Package:
     return found
 
 
-def _run(path: str) -> ModuleType:
-    """Run a launch file as a module. Python's own import would leave a folder with its bytecode behind."""
+def _source(path: str) -> bytes:
     try:
         with Path(path).open("rb") as file:
             source = file.read(MAX_FILE_BYTES + 1)
@@ -166,6 +175,12 @@ def _run(path: str) -> ModuleType:
         raise LaunchFileError(f"No launch file '{path}': {error.strerror}") from None
     if len(source) > MAX_FILE_BYTES:
         raise LaunchFileError(f"{path} is larger than {MAX_FILE_BYTES} bytes")
+    return source
+
+
+def _run(path: str) -> ModuleType:
+    """Run a launch file as a module. Python's own import would leave a folder with its bytecode behind."""
+    source = _source(path)
     module = ModuleType(f"callboard launch file {path}")
     module.__file__ = path
     # Dataclasses look their module up.

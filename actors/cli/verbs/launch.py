@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import argparse
+from typing import Any, Final
 
 from actors.cli.parsing import add_broker_options, positive
-
-if TYPE_CHECKING:
-    import argparse
 
 EXAMPLES: Final = {
     "callboard launch robot.py": "what it describes, until Ctrl-C; with a broker if there is none",
@@ -17,10 +15,24 @@ EXAMPLES: Final = {
 }
 
 
+class _PrintSchema(argparse.Action):
+    """Prints the schema and ends, as --help does its text."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *args: Any) -> None:
+        """Do it."""
+        del args
+        from actors.launch.documents.schema import schema_text
+
+        print(schema_text(), end="")
+        parser.exit()
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the arguments."""
     parser.add_argument(
-        "file", metavar="FILE", help="a Python file; or a package, and a file in its launch folder"
+        "file",
+        metavar="FILE",
+        help="a Python, YAML or TOML file; or a package, and a file in its launch folder",
     )
     parser.add_argument(
         "arguments",
@@ -32,6 +44,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     look.add_argument("-s", "--show-args", action="store_true", help="print the arguments and end")
     look.add_argument("-p", "--print-description", action="store_true", help="print the actions and end")
     look.add_argument("-n", "--dry-run", action="store_true", help="print what it would start, and end")
+    look.add_argument(
+        "--schema",
+        nargs=0,
+        action=_PrintSchema,
+        help="print the JSON schema of YAML and TOML files, for editors, and end; needs no FILE",
+    )
     parser.add_argument(
         "--stop-timeout",
         type=positive,

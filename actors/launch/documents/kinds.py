@@ -1,0 +1,331 @@
+"""Kinds of values that stand in launch documents: what each becomes, and its JSON schema."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
+
+from actors.launch.documents.templates import template, words
+from actors.launch.errors import LaunchError
+from actors.tools.suggestions import did_you_mean
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from actors.launch.documents.errors import Spot
+    from actors.launch.substitutions import Text
+
+Schema: TypeAlias = dict[str, Any]
+
+SCALAR: Final[Schema] = {"type": ["string", "number", "boolean"]}
+"""What can be read as a text."""
+
+
+class Kind(ABC):
+    """A kind of value. Whatever its schema allows can be read, but for `$(…)` that is malformed."""
+
+    @abstractmethod
+    def read(self, value: object, spot: Spot) -> Any:
+        """Return what the action gets.
+
+        Raises:
+            DocumentError: It is no such value.
+        """
+
+    @abstractmethod
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+
+
+class TextKind(Kind):
+    """A text, with `$(…)` in it; a number or a truth value stands for its text."""
+
+    def read(self, value: object, spot: Spot) -> Text:
+        """Return the text, a substitution, or the pieces of both."""
+        return read_text(value, spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"$ref": "#/definitions/text"}
+
+
+class PlainKind(Kind):
+    """A text that is what it is, without `$(…)`."""
+
+    def read(self, value: object, spot: Spot) -> str:
+        """Return the text."""
+        return read_plain(value, spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"$ref": "#/definitions/plain"}
+
+
+@dataclass(frozen=True)
+class OneOf(Kind):
+    """One of a few words, or a text with `$(…)` that gives one."""
+
+    choices: Sequence[str]
+
+    def read(self, value: object, spot: Spot) -> Text:
+        """Return the word, or what gives it."""
+        text = read_text(value, spot)
+        if isinstance(text, str) and text not in self.choices:
+            hint = did_you_mean(text, self.choices) or f"; it can be {', '.join(self.choices)}"
+            raise spot.error(f"it cannot be '{shown(text)}'{hint}")
+        return text
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"anyOf": [{"enum": list(self.choices)}, {"type": "string", "pattern": r"\$\("}]}
+
+
+class FlagKind(Kind):
+    """True or false, also as 1 or 0, or a text that says so."""
+
+    def read(self, value: object, spot: Spot) -> bool | Text:
+        """Return the truth value, or the text."""
+        if isinstance(value, bool | int | float) and value in {0, 1}:
+            return bool(value)
+        if not isinstance(value, str):
+            raise spot.error(f"true or false should be here, not {_what(value)}")
+        return read_text(value, spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"anyOf": [{"type": ["boolean", "string"]}, {"enum": [0, 1]}]}
+
+
+class SwitchKind(Kind):
+    """True or false, and nothing else."""
+
+    def read(self, value: object, spot: Spot) -> bool:
+        """Return the truth value."""
+        if not isinstance(value, bool):
+            raise spot.error(f"true or false should be here, not {_what(value)}")
+        return value
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"type": "boolean"}
+
+
+class NumberKind(Kind):
+    """A number, or a text that says one."""
+
+    def read(self, value: object, spot: Spot) -> float | Text:
+        """Return the number, or the text."""
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return float(value)
+        if not isinstance(value, str):
+            raise spot.error(f"a number should be here, not {_what(value)}")
+        return read_text(value, spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"type": ["number", "string"]}
+
+
+@dataclass(frozen=True)
+class FixedNumber(Kind):
+    """A number that is known when the file is read.
+
+    Attributes:
+        least: It is not below.
+        whole: Whether it is an integer.
+    """
+
+    least: float
+    whole: bool = False
+
+    def read(self, value: object, spot: Spot) -> float:
+        """Return the number."""
+        good = isinstance(value, int | float) and not isinstance(value, bool) and value >= self.least
+        if not good or (self.whole and float(cast("float", value)) % 1):
+            what = "a whole number" if self.whole else "a number"
+            raise spot.error(f"{what}, {self.least:g} or more, should be here, not {_what(value)}")
+        return int(cast("float", value)) if self.whole else float(cast("float", value))
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"type": "integer" if self.whole else "number", "minimum": self.least}
+
+
+@dataclass(frozen=True)
+class Texts(Kind):
+    """A list of texts.
+
+    Attributes:
+        split: Whether one text stands for its words, as in a shell; if not it is a list of one.
+        least: How many there are at least.
+    """
+
+    split: bool = False
+    least: int = 0
+
+    def read(self, value: object, spot: Spot) -> tuple[Text, ...]:
+        """Return the texts."""
+        if isinstance(value, list):
+            found = tuple(
+                read_text(each, spot.inner(at)) for at, each in enumerate(cast("list[object]", value))
+            )
+        elif self.split:
+            found = _words(read_plain(value, spot), spot)
+        else:
+            found = (read_text(value, spot),)
+        if len(found) < self.least:
+            raise spot.error("nothing is in it")
+        return found
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        listed: Schema = {"type": "array", "items": {"$ref": "#/definitions/text"}}
+        alone: Schema = {"$ref": "#/definitions/text"}
+        if self.least:
+            listed["minItems"] = self.least
+            alone = {**SCALAR, "pattern": r"\S"}
+        return {"anyOf": [alone, listed]}
+
+
+class Choices(Kind):
+    """A list of plain texts, or ROS 2's list of `value: TEXT`."""
+
+    def read(self, value: object, spot: Spot) -> tuple[str, ...]:
+        """Return the texts."""
+        return tuple(self._choice(each, spot.inner(at)) for at, each in enumerate(read_list(value, spot)))
+
+    def _choice(self, value: object, spot: Spot) -> str:
+        if not isinstance(value, dict):
+            return read_plain(value, spot)
+        return read_plain(read_fields(cast("object", value), spot, ("value",))["value"], spot.inner("value"))
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        plain = {"$ref": "#/definitions/plain"}
+        return {"type": "array", "items": {"anyOf": [plain, record_schema({"value": plain})]}}
+
+
+@dataclass(frozen=True)
+class Pairs(Kind):
+    """Pairs of texts: a mapping, or a list of pairs as ROS 2 has it, such as `{name: speed, value: 1.5}`.
+
+    Attributes:
+        first: The key that the first text has in such a list.
+        second: The key of the second.
+        plain: Whether the first ones are what they are, without `$(…)`.
+    """
+
+    first: str
+    second: str
+    plain: bool = True
+
+    def read(self, value: object, spot: Spot) -> tuple[tuple[Text, Text], ...]:
+        """Return the pairs, in order."""
+        if isinstance(value, dict):
+            mapping = cast("dict[str, object]", value)
+            if mapping.keys() == {self.first, self.second}:
+                return (self._pair(mapping, spot),)
+            return tuple(
+                (self._first(name, spot.inner(name)), read_text(each, spot.inner(name)))
+                for name, each in mapping.items()
+            )
+        listed = read_list(value, spot)
+        return tuple(self._pair(each, spot.inner(at)) for at, each in enumerate(listed))
+
+    def _pair(self, value: object, spot: Spot) -> tuple[Text, Text]:
+        record = read_fields(value, spot, (self.first, self.second))
+        first = self._first(record[self.first], spot.inner(self.first))
+        return first, read_text(record[self.second], spot.inner(self.second))
+
+    def _first(self, value: object, spot: Spot) -> Text:
+        return read_plain(value, spot) if self.plain else read_text(value, spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        text = {"$ref": "#/definitions/text"}
+        record = record_schema({self.first: text, self.second: text})
+        mapping = {"type": "object", "additionalProperties": text}
+        return {"anyOf": [mapping, {"type": "array", "items": record}]}
+
+
+class Named(Pairs):
+    """Pairs of texts of which the first ones are names; of several for one name the last counts."""
+
+    def read(self, value: object, spot: Spot) -> Any:
+        """Return them as a mapping."""
+        return dict(super().read(value, spot))
+
+
+def read_plain(value: object, spot: Spot) -> str:
+    """Return a text, a number or a truth value as a text."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if not isinstance(value, str | int | float):
+        raise spot.error(f"a text should be here, not {_what(value)}")
+    return str(value)
+
+
+def read_text(value: object, spot: Spot) -> Text:
+    """Return a text with its substitutions."""
+    plain = read_plain(value, spot)
+    try:
+        return template(plain)
+    except LaunchError as error:
+        raise spot.error(str(error)) from None
+
+
+def _words(text: str, spot: Spot) -> tuple[Text, ...]:
+    try:
+        return words(text)
+    except LaunchError as error:
+        raise spot.error(str(error)) from None
+
+
+def read_list(value: object, spot: Spot) -> list[object]:
+    """Return a list."""
+    if not isinstance(value, list):
+        raise spot.error(f"a list should be here, not {_what(value)}")
+    return cast("list[object]", value)
+
+
+def read_mapping(value: object, spot: Spot) -> Mapping[str, object]:
+    """Return a mapping."""
+    if not isinstance(value, dict):
+        raise spot.error(f"a mapping should be here, not {_what(value)}")
+    return cast("dict[str, object]", value)
+
+
+def read_fields(value: object, spot: Spot, names: Sequence[str]) -> Mapping[str, object]:
+    """Return a mapping that has exactly these keys."""
+    found = read_mapping(value, spot)
+    for name in names:
+        if name not in found:
+            raise spot.error(f"'{name}' is missing")
+    for name in found:
+        if name not in names:
+            raise spot.error(f"no key '{shown(name)}' belongs here{did_you_mean(name, names)}")
+    return found
+
+
+def record_schema(fields: Mapping[str, Schema]) -> Schema:
+    """Return the schema of a mapping that has exactly these keys."""
+    return {
+        "type": "object",
+        "properties": dict(fields),
+        "required": list(fields),
+        "additionalProperties": False,
+    }
+
+
+def _what(value: object) -> str:
+    """Return what a value is, for people."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | float):
+        return f"the number {value}"
+    if isinstance(value, str):
+        return f"the text '{shown(value)}'"
+    names: dict[type, str] = {type(None): "nothing", dict: "a mapping", list: "a list"}
+    return names.get(type(value), f"a {type(value).__name__}; put it in quotes")

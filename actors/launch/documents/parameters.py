@@ -1,0 +1,123 @@
+"""Parameters of nodes in launch documents: by name, from files, and in ROS 2's form.
+
+parameters: {speed: 1.5, limits: {low: 0, high: $(var high)}}       by name; a dot is one level
+parameters: [common.yaml, {speed: 1.5}]                             files, too; the last value counts
+param: [{from: common.yaml}, {name: speed, value: 1.5}]             ROS 2's form
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+from actors.launch.documents.kinds import (
+    SCALAR,
+    Kind,
+    Schema,
+    read_fields,
+    read_list,
+    read_mapping,
+    read_plain,
+    read_text,
+    record_schema,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from actors.launch.documents.errors import Spot
+
+
+class ParameterKind(Kind):
+    """One parameter's value."""
+
+    def read(self, value: object, spot: Spot) -> Any:
+        """Return the value; texts may have `$(…)` in them, and what that gives is read as YAML."""
+        return _single(value, spot) if not isinstance(value, list) else _list(cast("Any", value), spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"anyOf": [SCALAR, {"type": "array", "items": SCALAR}]}
+
+
+class ParametersKind(Kind):
+    """Parameters by name, the path of a file of them, or a list of such mappings and paths."""
+
+    def read(self, value: object, spot: Spot) -> tuple[Any, ...]:
+        """Return the mappings and paths."""
+        if not isinstance(value, list):
+            return (self._entry(value, spot),)
+        listed = cast("list[object]", value)
+        return tuple(self._entry(each, spot.inner(at)) for at, each in enumerate(listed))
+
+    def _entry(self, value: object, spot: Spot) -> Any:
+        return _by_name(cast("object", value), spot) if isinstance(value, dict) else read_text(value, spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        entry = {"anyOf": [{"$ref": "#/definitions/text"}, {"$ref": "#/definitions/parameters"}]}
+        return {"anyOf": [*entry["anyOf"], {"type": "array", "items": entry}]}
+
+
+class RosParametersKind(Kind):
+    """ROS 2's list: of `{name, value}`, of `{name, param: [more of them]}`, and of `{from: path}`."""
+
+    def read(self, value: object, spot: Spot) -> tuple[Any, ...]:
+        """Return mappings and paths, in order."""
+        return tuple(self._entry(each, spot.inner(at)) for at, each in enumerate(read_list(value, spot)))
+
+    def _entry(self, value: object, spot: Spot) -> Any:
+        if "from" in read_mapping(value, spot):
+            return read_text(read_fields(value, spot, ("from",))["from"], spot.inner("from"))
+        return dict(self._named("", value, spot))
+
+    def _named(self, prefix: str, value: object, spot: Spot) -> Iterator[tuple[str, Any]]:
+        what = "param" if "param" in read_mapping(value, spot) else "value"
+        found = read_fields(value, spot, ("name", what))
+        name = prefix + read_plain(found["name"], spot.inner("name"))
+        below = spot.inner(what)
+        if what == "value":
+            yield name, ParameterKind().read(found[what], below)
+            return
+        for at, each in enumerate(read_list(found[what], below)):
+            yield from self._named(f"{name}.", each, below.inner(at))
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        file = record_schema({"from": {"$ref": "#/definitions/text"}})
+        return {"type": "array", "items": {"anyOf": [{"$ref": "#/definitions/parameter"}, file]}}
+
+
+def definitions() -> dict[str, Schema]:
+    """Return the schemas that the ones here refer to."""
+    plain = {"$ref": "#/definitions/plain"}
+    value = ParameterKind().schema()
+    below = {"type": "array", "items": {"$ref": "#/definitions/parameter"}}
+    alone = record_schema({"name": plain, "value": value})
+    group = record_schema({"name": plain, "param": below})
+    return {
+        "parameter": {"anyOf": [alone, group]},
+        "parameters": {
+            "type": "object",
+            "additionalProperties": {"anyOf": [*value["anyOf"], {"$ref": "#/definitions/parameters"}]},
+        },
+    }
+
+
+def _by_name(value: object, spot: Spot) -> dict[str, Any]:
+    return {
+        name: _by_name(cast("object", each), spot.inner(name))
+        if isinstance(each, dict)
+        else ParameterKind().read(each, spot.inner(name))
+        for name, each in read_mapping(value, spot).items()
+    }
+
+
+def _single(value: object, spot: Spot) -> Any:
+    """Return a value: as it is, if it is no text."""
+    return value if isinstance(value, bool | int | float) else read_text(value, spot)
+
+
+def _list(values: list[object], spot: Spot) -> list[Any]:
+    """Return a list of values; a substitution in it is a text of one piece, as else all would be one text."""
+    found = (_single(each, spot.inner(at)) for at, each in enumerate(values))
+    return [each if isinstance(each, bool | int | float | str | tuple) else (each,) for each in found]

@@ -1,0 +1,179 @@
+"""Parsing: plain data of YAML and TOML files, within limits.
+
+Data are None, booleans, numbers, texts, lists, and mappings of texts to data. In YAML a date is a text, keys
+are the texts that stand there, and a key that stands twice in a mapping is an error, as it is in TOML.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from actors.launch.documents.errors import DocumentError, Spot
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+MAX_DEPTH: Final = 50
+"""Levels of lists and mappings."""
+MAX_VALUES: Final = 100_000
+"""In a document; aliases let a small file stand for any number of them."""
+
+_YAML: Final = "tag:yaml.org,2002:"
+_TEXTS: Final = frozenset(f"{_YAML}{kind}" for kind in ("str", "timestamp", "value"))
+_SCALARS: Final = frozenset(f"{_YAML}{kind}" for kind in ("null", "bool", "int", "float"))
+_MERGE: Final = f"{_YAML}merge"
+
+
+def toml_data(source: bytes) -> object:
+    """Return what a TOML file says.
+
+    Raises:
+        DocumentError: It is no TOML, or beyond a limit.
+    """
+    try:
+        data: object = tomllib.loads(source.decode("utf-8"))
+    except UnicodeDecodeError:
+        raise Spot().error("it is not UTF-8") from None
+    except ValueError as error:
+        raise Spot().error(f"it is not TOML: {error}") from None
+    except RecursionError:
+        raise Spot().error("it is nested too deeply") from None
+    _require_shallow(data, Spot())
+    return data
+
+
+def _require_shallow(data: object, spot: Spot) -> None:
+    if isinstance(data, dict | list):
+        if len(spot.steps) == MAX_DEPTH:
+            raise spot.error(_TOO_DEEP)
+        below: Any = cast("Any", data)
+        for step, each in below.items() if isinstance(data, dict) else enumerate(below):
+            _require_shallow(each, spot.inner(step))
+
+
+def yaml_data(source: bytes) -> object:
+    """Return what a YAML file says.
+
+    Raises:
+        DocumentError: It is no YAML, or beyond a limit.
+    """
+    import yaml  # noqa: PLC0415 - takes time, and Python and TOML files need none
+
+    try:
+        return _Builder(source).data()
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        problem = getattr(error, "problem", None) or " ".join(str(error).split())
+        line = None if mark is None else mark.line + 1
+        raise DocumentError(f"it is not YAML: {problem}", Spot(), line) from None
+
+
+def yaml_line(source: bytes, spot: Spot) -> int | None:
+    """Return the line, from 1, where something stands in a YAML file that `yaml_data` has read."""
+    return _Builder(source).line(spot)
+
+
+class _Builder:
+    """A YAML file, and what has been made of it."""
+
+    def __init__(self, source: bytes) -> None:
+        import yaml  # noqa: PLC0415 - see above
+
+        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+        # PyYAML recurses for each level, and would crash.
+        _require_flat(yaml.parse(source, Loader=loader))
+        self._loader: Any = loader(source)
+        self._root: Any = self._loader.get_single_node()
+        self._values = 0
+
+    def data(self) -> object:
+        """Return all of it."""
+        return None if self._root is None else self._value(self._root, Spot())
+
+    def _value(self, node: Any, spot: Spot) -> object:
+        self._values += 1
+        if self._values > MAX_VALUES:
+            raise DocumentError(f"the file comes to more than {MAX_VALUES} values", Spot())
+        if len(spot.steps) > MAX_DEPTH:  # an alias within what it stands for
+            raise _error(_TOO_DEEP, node, spot)
+        if node.id == "scalar":
+            return self._scalar(node, spot)
+        if node.tag != f"{_YAML}{'map' if node.id == 'mapping' else 'seq'}":
+            raise _error(f"the tag {shown(node.tag)} is not known here", node, spot)
+        if node.id == "sequence":
+            return [self._value(each, spot.inner(at)) for at, each in enumerate(node.value)]
+        return self._mapping(node, spot)
+
+    def _scalar(self, node: Any, spot: Spot) -> object:
+        if node.tag in _TEXTS:
+            return node.value
+        if node.tag not in _SCALARS:
+            raise _error(f"the tag {shown(node.tag)} is not known here", node, spot)
+        try:
+            return self._loader.construct_object(node)
+        except (ValueError, KeyError):  # a tag that does not fit, such as !!int x
+            raise _error(f"'{shown(node.value)}' is not what its tag says", node, spot) from None
+
+    def _mapping(self, node: Any, spot: Spot) -> dict[str, object]:
+        made: dict[str, object] = {}
+        merged: dict[str, object] = {}
+        for key, each in node.value:
+            if key.id != "scalar":
+                raise _error("a key must be a text", key, spot)
+            name: str = key.value
+            if key.tag == _MERGE:
+                merged = {**self._merged(each, spot.inner(name)), **merged}
+            elif name in made:
+                raise _error(f"the key '{shown(name)}' stands there twice", key, spot)
+            else:
+                made[name] = self._value(each, spot.inner(name))
+        return {**merged, **made}
+
+    def _merged(self, node: Any, spot: Spot) -> dict[str, object]:
+        """Return what `<<` takes in: a mapping, or several, of which earlier ones count."""
+        value = self._value(node, spot)
+        found: dict[str, object] = {}
+        for each in cast("list[object]", value) if isinstance(value, list) else [value]:
+            if not isinstance(each, dict):
+                raise _error("<< takes mappings only", node, spot)
+            found = {**cast("dict[str, object]", each), **found}
+        return found
+
+    def line(self, spot: Spot) -> int | None:
+        """Return the line where something stands; of what was merged, that of what it was merged into."""
+        node = self._root
+        line: int | None = None
+        for step in spot.steps:
+            if node is None or node.id == "scalar":
+                break
+            if node.id == "sequence":
+                node = node.value[cast("int", step)]
+                line = node.start_mark.line + 1
+                continue
+            found = [(key, each) for key, each in node.value if key.value == step]
+            if not found:
+                break
+            key, node = found[0]
+            line = key.start_mark.line + 1
+        return line
+
+
+def _require_flat(events: Iterable[Any]) -> None:
+    depth = 0
+    for event in events:
+        kind = type(event).__name__
+        if kind in {"SequenceStartEvent", "MappingStartEvent"}:
+            depth += 1
+            if depth > MAX_DEPTH:
+                raise _error(_TOO_DEEP, event, Spot())
+        elif kind in {"SequenceEndEvent", "MappingEndEvent"}:
+            depth -= 1
+
+
+_TOO_DEEP: Final = f"it is nested deeper than {MAX_DEPTH}"
+
+
+def _error(text: str, node: Any, spot: Spot) -> DocumentError:
+    return DocumentError(text, spot, node.start_mark.line + 1)

@@ -1,0 +1,48 @@
+"""Reading: the description that a YAML or TOML file gives."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+from typing import TYPE_CHECKING, cast
+
+from actors.launch.description import LaunchDescription
+from actors.launch.documents.errors import DocumentError, Spot
+from actors.launch.documents.kinds import read_fields
+from actors.launch.documents.parsing import toml_data, yaml_data, yaml_line
+from actors.launch.documents.table import Elements
+from actors.launch.errors import LaunchFileError
+
+if TYPE_CHECKING:
+    from actors.launch.actions import Action
+
+
+def read_document(path: str, source: bytes) -> LaunchDescription:
+    """Return what a file describes; its suffix says whether that is TOML; else it is YAML.
+
+    Args:
+        path: Its path.
+        source: What is in it.
+
+    Raises:
+        LaunchFileError: Something in it is not as it should be; the text says what, and where.
+    """
+    is_toml = PurePath(path).suffix == ".toml"
+    try:
+        actions = _actions(toml_data(source) if is_toml else yaml_data(source))
+    except DocumentError as error:
+        line = error.line
+        if line is None and error.spot.steps and not is_toml:
+            line = yaml_line(source, error.spot)
+        where = path if line is None else f"{path}, line {line}"
+        spot = f"{error.spot}: " if error.spot.steps else ""
+        raise LaunchFileError(f"{where}: {spot}{error.text}") from None
+    return LaunchDescription(actions, file=path)
+
+
+def _actions(data: object) -> tuple[Action, ...]:
+    spot = Spot()
+    if not isinstance(data, dict):
+        raise spot.error("a launch file begins with 'launch:' and a list of elements")
+    return Elements().read(
+        read_fields(cast("object", data), spot, ("launch",))["launch"], spot.inner("launch")
+    )

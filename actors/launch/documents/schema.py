@@ -1,0 +1,64 @@
+"""The JSON schema of launch documents, for editors: `callboard launch --schema` prints it."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Final, cast
+
+from actors.launch.documents.kinds import SCALAR, Schema
+from actors.launch.documents.parameters import definitions
+from actors.launch.documents.table import ELEMENTS, Elements
+
+_DRAFT: Final = "http://json-schema.org/draft-07/schema#"
+"""The one that editors know best."""
+_WIDTH: Final = 110
+
+
+def schema() -> Schema:
+    """Return the schema."""
+    return {
+        "$schema": _DRAFT,
+        "title": "callboard launch file",
+        "description": "Many nodes with one command: callboard launch FILE",
+        "type": "object",
+        "properties": {"launch": Elements().schema()},
+        "required": ["launch"],
+        "additionalProperties": False,
+        "definitions": {
+            "text": {"description": "A text; $(var NAME) in it is an argument's value.", **SCALAR},
+            "plain": {"description": "A text, as it is.", **SCALAR},
+            **definitions(),
+            **{f"element_{each.names[0]}": each.schema() for each in ELEMENTS},
+            "elements": {"type": "array", "items": {"$ref": "#/definitions/element"}},
+            "element": {
+                "type": "object",
+                "properties": {
+                    name: {"$ref": f"#/definitions/element_{each.names[0]}"}
+                    for each in ELEMENTS
+                    for name in each.names
+                },
+                "additionalProperties": False,
+                "minProperties": 1,
+                "maxProperties": 1,
+            },
+        },
+    }
+
+
+def schema_text() -> str:
+    """Return the schema as JSON, with lines for people."""
+    return _pretty(schema(), "") + "\n"
+
+
+def _pretty(value: Any, indent: str) -> str:
+    """Return JSON, in one line if that is not too long."""
+    line = json.dumps(value, ensure_ascii=False)
+    if len(indent) + len(line) <= _WIDTH or not isinstance(value, dict | list):
+        return line
+    inner = indent + "  "
+    within: Any = cast("Any", value)
+    if isinstance(value, dict):
+        said = [f"{json.dumps(name)}: {_pretty(each, inner)}" for name, each in within.items()]
+    else:
+        said = [_pretty(each, inner) for each in within]
+    return f"{line[0]}\n" + ",\n".join(inner + each for each in said) + f"\n{indent}{line[-1]}"

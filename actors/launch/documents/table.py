@@ -1,0 +1,354 @@
+"""The table of all elements: of it come the actions that a document stands for, and the schema."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.launch.actions import (
+    AppendEnvironmentVariable,
+    DeclareLaunchArgument,
+    ExecuteProcess,
+    GroupAction,
+    IncludeLaunchDescription,
+    LogInfo,
+    Node,
+    PushNamespace,
+    RegisterEventHandler,
+    SetEnvironmentVariable,
+    SetLaunchConfiguration,
+    SetParameter,
+    SetRemap,
+    Shutdown,
+    TimerAction,
+    UnsetEnvironmentVariable,
+)
+from actors.launch.documents.element import Element, Key
+from actors.launch.documents.kinds import (
+    Choices,
+    FixedNumber,
+    FlagKind,
+    Kind,
+    Named,
+    NumberKind,
+    OneOf,
+    Pairs,
+    PlainKind,
+    Schema,
+    SwitchKind,
+    TextKind,
+    Texts,
+    read_list,
+    read_mapping,
+)
+from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
+from actors.launch.event_handlers import (
+    OnNodeUp,
+    OnProcessExit,
+    OnProcessIO,
+    OnProcessStart,
+    OnServiceAvailable,
+    OnShutdown,
+    OnTopicPublished,
+)
+from actors.launch.steps import OutputMode
+from actors.tools.suggestions import did_you_mean
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.launch.actions import Action
+    from actors.launch.documents.errors import Spot
+    from actors.launch.event_handlers import EventHandler
+
+
+class Elements(Kind):
+    """A list of elements, each a mapping of one name to what stands in it."""
+
+    def read(self, value: object, spot: Spot) -> tuple[Action, ...]:
+        """Return the actions that they are."""
+        return tuple(_action(each, spot.inner(at)) for at, each in enumerate(read_list(value, spot)))
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"$ref": "#/definitions/elements"}
+
+
+class OnExit(Kind):
+    """A list of elements, or the word shutdown."""
+
+    def read(self, value: object, spot: Spot) -> Action | tuple[Action, ...]:
+        """Return the actions."""
+        return Shutdown() if value == "shutdown" else _ELEMENTS.read(value, spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"anyOf": [{"enum": ["shutdown"]}, _ELEMENTS.schema()]}
+
+
+def _action(value: object, spot: Spot) -> Action:
+    found = read_mapping(value, spot)
+    if len(found) != 1:
+        listed = f": {', '.join(map(shown, found))}" if found else ""
+        raise spot.error(f"one element should be here, such as 'node', not {len(found)}{listed}")
+    ((name, body),) = found.items()
+    element = BY_NAME.get(name)
+    if element is None:
+        hint = did_you_mean(name, BY_NAME) or f"; there is {', '.join(sorted(BY_NAME))}"
+        raise spot.error(f"no element '{shown(name)}'{hint}")
+    return element.read(body, spot.inner(name))
+
+
+_TEXT: Final = TextKind()
+_PLAIN: Final = PlainKind()
+_FLAG: Final = FlagKind()
+_SECONDS: Final = NumberKind()
+_ELEMENTS: Final = Elements()
+
+
+def _key(names: str, kind: Kind, about: str, target: str = "", *, required: bool = False) -> Key:
+    """Return a key. Spaces separate its names; the first one is the target, unless there is another."""
+    split = tuple(names.split())
+    return Key(split, kind, about, target or split[0], required=required)
+
+
+_LAUNCHED: Final = (
+    _key("cwd", _TEXT, "Where it runs; without it, where the launch does."),
+    _key("env additional_env", Named("name", "value"), "Environment variables for it.", "additional_env"),
+    _key("launch-prefix prefix", _TEXT, "What to start it with, such as gdb -ex run --args.", "prefix"),
+    _key("output", OneOf([mode.value for mode in OutputMode]), "Where its lines go."),
+    _key("emulate_tty", _FLAG, "Whether its output looks like a terminal to it."),
+    _key("depends_on", Texts(), "What must be there first, such as topic NAME."),
+    _key("depends_timeout", _SECONDS, "Seconds that this gets to come."),
+    _key("respawn", _FLAG, "Whether it is started again when it ends."),
+    _key("respawn_delay", _SECONDS, "Seconds until then."),
+    _key("respawn_backoff", FixedNumber(1), "What the delay is multiplied with each time."),
+    _key("respawn_max_delay", _SECONDS, "The longest delay, in seconds."),
+    _key("respawn_max_retries", FixedNumber(-1, whole=True), "How often; -1: without end."),
+    _key("sigterm_timeout", _SECONDS, "Seconds after SIGINT until it gets SIGTERM."),
+    _key("sigkill_timeout", _SECONDS, "Seconds after SIGTERM until it gets SIGKILL."),
+    _key("required", _FLAG, "Whether its end is the end of the launch."),
+    _key("on_exit", OnExit(), "What to do when it ends: elements, or the word shutdown."),
+)
+
+_NODE: Final = Element(
+    names=("node",),
+    about="A program with a node in it: of a package, a Python file, or a class.",
+    make=Node,
+    own=(
+        _key("pkg package", _TEXT, "An installed package, with exec.", "package"),
+        _key("exec executable", _TEXT, "A program of the package.", "executable"),
+        _key("script", _TEXT, "A Python file, seen from this file's folder."),
+        _key("class", _PLAIN, "module:Class of a node that runs in the launch's own process.", "node"),
+        _key("name", _TEXT, "The node's name."),
+        _key("namespace", _TEXT, "The node's namespace, within the one that has been pushed."),
+        _key("parameters", ParametersKind(), "Parameters by name, files of them, or a list of both."),
+        _key("param", RosParametersKind(), "Parameters as ROS 2 lists them.", "parameters"),
+        _key("remap remappings", Pairs("from", "to", plain=False), "Names to use instead.", "remappings"),
+        _key("args arguments", Texts(split=True), "Arguments for the program.", "arguments"),
+        _key("ros_args ros_arguments", Texts(split=True), "More behind --ros-args.", "ros_arguments"),
+        *_LAUNCHED,
+    ),
+    ways=(("package", "executable"), ("script",), ("node",)),
+)
+
+_EXECUTABLE: Final = Element(
+    names=("executable", "execute_process"),
+    about="Any program.",
+    make=ExecuteProcess,
+    own=(
+        _key("cmd", Texts(split=True, least=1), "The program and its arguments.", required=True),
+        _key("name", _TEXT, "For the label of its lines."),
+        *_LAUNCHED,
+    ),
+)
+
+
+def _handler(kind: Callable[..., EventHandler]) -> Callable[..., Action]:
+    def make(*, condition: Any = None, **values: Any) -> Action:
+        return RegisterEventHandler(kind(**values), condition=condition)
+
+    return make
+
+
+_ONCE: Final = _key("once", SwitchKind(), "Whether only the first time.", "handle_once")
+_TARGET: Final = _key("target", _PLAIN, "The process: its label without the number.", "target_action")
+
+
+def _do(target: str) -> Key:
+    return _key("do", _ELEMENTS, "What to do then.", target, required=True)
+
+
+_HANDLERS: Final = (
+    Element(
+        names=("on_process_start",),
+        about="Whenever a process starts.",
+        make=_handler(OnProcessStart),
+        own=(_TARGET, _do("on_start"), _ONCE),
+    ),
+    Element(
+        names=("on_process_exit",),
+        about="Whenever a process ends.",
+        make=_handler(OnProcessExit),
+        own=(_TARGET, _do("on_exit"), _ONCE),
+    ),
+    Element(
+        names=("on_process_io",),
+        about="Whenever a process writes.",
+        make=_handler(OnProcessIO),
+        own=(
+            _TARGET,
+            _key("do", _ELEMENTS, "What to do then.", "on_output"),
+            _key("stdout", _ELEMENTS, "What to do if it was stdout.", "on_stdout"),
+            _key("stderr", _ELEMENTS, "What to do if it was stderr.", "on_stderr"),
+            _ONCE,
+        ),
+    ),
+    Element(
+        names=("on_shutdown",),
+        about="When the launch ends.",
+        make=_handler(OnShutdown),
+        own=(_do("on_shutdown"), _ONCE),
+    ),
+    Element(
+        names=("on_node_up",),
+        about="When a node is there.",
+        make=_handler(OnNodeUp),
+        own=(_key("node", _TEXT, "Its name.", required=True), _do("on_up"), _ONCE),
+    ),
+    Element(
+        names=("on_service_available",),
+        about="When a service has a server.",
+        make=_handler(OnServiceAvailable),
+        own=(_key("service", _TEXT, "Its name.", required=True), _do("on_available"), _ONCE),
+    ),
+    Element(
+        names=("on_topic_published",),
+        about="When a topic has a publisher.",
+        make=_handler(OnTopicPublished),
+        own=(_key("topic", _TEXT, "Its name.", required=True), _do("on_published"), _ONCE),
+    ),
+)
+
+ELEMENTS: Final = (
+    Element(
+        names=("arg",),
+        about="An argument of this file, given as name:=value.",
+        make=DeclareLaunchArgument,
+        own=(
+            _key("name", _PLAIN, "What it is called.", required=True),
+            _key(
+                "default", _TEXT, "Its value when it is not given; without it, it must be.", "default_value"
+            ),
+            _key("description", _PLAIN, "For people: one line."),
+            _key("choice choices", Choices(), "What it can be.", "choices"),
+        ),
+    ),
+    _NODE,
+    _EXECUTABLE,
+    Element(
+        names=("group",),
+        about="Elements in a scope of their own.",
+        make=GroupAction,
+        own=(
+            _key("children actions", _ELEMENTS, "What is in it.", "actions", required=True),
+            _key("scoped", SwitchKind(), "Whether what is set in it ends with it."),
+            _key("launch_configurations", Named("name", "value"), "Arguments that are set first."),
+        ),
+        listed="children",
+    ),
+    Element(
+        names=("include",),
+        about="Another launch file, in a scope of its own.",
+        make=IncludeLaunchDescription,
+        own=(
+            _key("file", _TEXT, "A relative path is seen from this file's folder.", "path", required=True),
+            _key("arg arguments", Named("name", "value"), "Arguments for it.", "launch_arguments"),
+        ),
+    ),
+    Element(
+        names=("push_ros_namespace", "push-ros-namespace", "push_namespace"),
+        about="From here on, to the end of the group or file, nodes are in this namespace.",
+        make=PushNamespace,
+        own=(_key("namespace", _TEXT, "The namespace.", required=True),),
+    ),
+    Element(
+        names=("set_env",),
+        about="From here on, to the end of the group or file, programs get this variable.",
+        make=SetEnvironmentVariable,
+        own=(
+            _key("name", _TEXT, "The variable.", required=True),
+            _key("value", _TEXT, "Its value.", required=True),
+        ),
+    ),
+    Element(
+        names=("unset_env",),
+        about="From here on, to the end of the group or file, programs do not get this variable.",
+        make=UnsetEnvironmentVariable,
+        own=(_key("name", _TEXT, "The variable.", required=True),),
+    ),
+    Element(
+        names=("append_env",),
+        about="From here on, to the end of the group or file, programs get more in this variable.",
+        make=AppendEnvironmentVariable,
+        own=(
+            _key("name", _TEXT, "The variable.", required=True),
+            _key("value", _TEXT, "What is added.", required=True),
+            _key("prepend", _FLAG, "Whether it is added at the beginning."),
+            _key("separator", _TEXT, "What stands between; without it, a colon."),
+        ),
+    ),
+    Element(
+        names=("let",),
+        about="From here on, to the end of the group or file, $(var NAME) is this value.",
+        make=SetLaunchConfiguration,
+        own=(
+            _key("name", _TEXT, "The argument.", required=True),
+            _key("value", _TEXT, "Its value.", required=True),
+        ),
+    ),
+    Element(
+        names=("set_parameter",),
+        about="From here on, to the end of the group or file, nodes have this parameter.",
+        make=SetParameter,
+        own=(
+            _key("name", _TEXT, "The parameter.", required=True),
+            _key(
+                "value", ParameterKind(), "Its value, unless a node is given one of its own.", required=True
+            ),
+        ),
+    ),
+    Element(
+        names=("set_remap",),
+        about="From here on, to the end of the group or file, nodes use another name.",
+        make=SetRemap,
+        own=(
+            _key("from", _TEXT, "The name.", "src", required=True),
+            _key("to", _TEXT, "The one to use instead.", "dst", required=True),
+        ),
+    ),
+    Element(
+        names=("log",),
+        about="A line for people.",
+        make=LogInfo,
+        own=(_key("message msg", _TEXT, "What to say.", "msg", required=True),),
+    ),
+    Element(
+        names=("timer",),
+        about="Elements for later.",
+        make=TimerAction,
+        own=(
+            _key("period", _SECONDS, "In how many seconds.", required=True),
+            _key("children actions", _ELEMENTS, "What to do then.", "actions", required=True),
+        ),
+    ),
+    Element(
+        names=("shutdown",),
+        about="The end of the launch.",
+        make=Shutdown,
+        own=(_key("reason", _TEXT, "For people."),),
+    ),
+    *_HANDLERS,
+)
+
+BY_NAME: Final = {name: element for element in ELEMENTS for name in element.names}

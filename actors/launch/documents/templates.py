@@ -1,0 +1,206 @@
+r"""Templates: texts with substitutions in them, as ROS 2's launch files write them.
+
+    $(var robot)_camera            the argument robot, and "_camera" behind it
+    $(env HOME '/tmp')             arguments stand behind spaces; quotes keep one together
+    $(var $(env ROBOT)_name)       substitutions within substitutions
+    $(eval '$(var n) > 1')         also within quotes
+    \$(var robot)                  a backslash takes the sign behind it as it is
+
+A `$` without a parenthesis, and quotes outside of a substitution, are what they are.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from actors.launch.errors import LaunchError
+from actors.launch.library_substitutions import (
+    AnonName,
+    Command,
+    FileContent,
+    FindExecutable,
+    FindPackageShare,
+)
+from actors.launch.substitutions import (
+    EnvironmentVariable,
+    LaunchConfiguration,
+    PathJoinSubstitution,
+    Substitution,
+    ThisLaunchFile,
+    ThisLaunchFileDir,
+)
+from actors.tools.suggestions import did_you_mean
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from actors.launch.substitutions import Text
+
+MAX_DEPTH: Final = 20
+"""Substitutions in substitutions."""
+
+Piece: TypeAlias = str | Substitution
+
+_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
+_SPACES: Final = " \t\r\n"
+_ENDS: Final = _SPACES + ")"
+"""What ends an argument without quotes."""
+_MARK: Final = "\0"
+"""Stands around the number of a substitution while a text is split into words."""
+
+
+def template(text: str) -> Text:
+    """Return what a text says: itself, a substitution, or the pieces of both.
+
+    Raises:
+        LaunchError: A substitution in it is malformed or unknown.
+    """
+    return _joined(_Reader(text).pieces())
+
+
+def words(text: str) -> tuple[Text, ...]:
+    """Return the words of a text, split as a shell does it; what a substitution gives is not split.
+
+    Raises:
+        LaunchError: A substitution in it is malformed or unknown, or a quote is not closed.
+    """
+    pieces = _Reader(text).pieces()
+    marked = (each if isinstance(each, str) else f"{_MARK}{at}{_MARK}" for at, each in enumerate(pieces))
+    try:
+        split = shlex.split("".join(marked))
+    except ValueError as error:
+        raise LaunchError(f"'{shown(text)}' cannot be split into words: {error}") from None
+    return tuple(_joined(_unmarked(word, pieces)) for word in split)
+
+
+def known_substitutions() -> list[str]:
+    """Return the names that can stand behind `$(`."""
+    return sorted(_CALLS)
+
+
+def _unmarked(word: str, pieces: Sequence[Piece]) -> list[Piece]:
+    parts: list[Piece] = list(word.split(_MARK))
+    parts[1::2] = [pieces[int(str(number))] for number in parts[1::2]]
+    return [each for each in parts if each != ""]
+
+
+def _joined(pieces: Sequence[Piece]) -> Text:
+    if not pieces:
+        return ""
+    return pieces[0] if len(pieces) == 1 else tuple(pieces)
+
+
+class _Reader:
+    """A text that is being read, and how far."""
+
+    def __init__(self, text: str) -> None:
+        if _MARK in text:
+            raise LaunchError("A text cannot have a null character in it")
+        self._text = text
+        self._at = 0
+        self._depth = 0
+
+    def pieces(self, end: str = "") -> list[Piece]:
+        """Read up to one of these signs, or to the end."""
+        pieces: list[Piece] = []
+        literal = ""
+        while (sign := self._sign()) and sign not in end:
+            if self._text.startswith("$(", self._at):
+                pieces += [literal, self._substitution()]
+                literal = ""
+                continue
+            if sign == "\\" and self._at + 1 < len(self._text):
+                self._at += 1
+            elif end == _ENDS and sign in "'\"(":
+                raise self._error(f"{sign} needs a backslash before it, or quotes around the whole argument")
+            literal += self._sign()
+            self._at += 1
+        return [each for each in (*pieces, literal) if each != ""]
+
+    def _substitution(self) -> Substitution:
+        begin = self._at
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise LaunchError(f"Substitutions are nested deeper than {MAX_DEPTH}")
+        named = _NAME.match(self._text, begin + 2)
+        if named is None:
+            raise self._error(r"$( needs the name of a substitution; write \$( for the text itself")
+        self._at = named.end()
+        arguments = self._arguments(begin)
+        self._depth -= 1
+        call = _CALLS.get(named[0])
+        if call is None:
+            hint = did_you_mean(named[0], _CALLS) or f"; there is {', '.join(known_substitutions())}"
+            raise LaunchError(f"No substitution '{shown(named[0])}'{hint}")
+        if not call.least <= len(arguments) <= call.most:
+            raise LaunchError(
+                f"'{shown(self._text[begin : self._at])}' should be {call.form}"
+                "; an argument with spaces in it needs quotes"
+            )
+        return call.make(*arguments)
+
+    def _arguments(self, begin: int) -> list[Text]:
+        """Read up to the closing parenthesis, and past it."""
+        found: list[Text] = []
+        while True:
+            spaced = self._sign() in _SPACES
+            while (sign := self._sign()) and sign in _SPACES:
+                self._at += 1
+            if not sign:
+                self._at = begin
+                raise self._error("$( is not closed")
+            if sign == ")":
+                self._at += 1
+                return found
+            if not spaced:
+                raise self._error("a space or ) is missing")
+            found.append(self._argument())
+
+    def _argument(self) -> Text:
+        quote = self._sign()
+        if quote not in "'\"":
+            return _joined(self.pieces(_ENDS))
+        begin = self._at
+        self._at += 1
+        pieces = self.pieces(quote)
+        if not self._sign():
+            self._at = begin
+            raise self._error(f"{quote} is not closed")
+        self._at += 1
+        return _joined(pieces)
+
+    def _sign(self) -> str:
+        """Return the next sign; nothing at the end."""
+        return self._text[self._at : self._at + 1]
+
+    def _error(self, what: str) -> LaunchError:
+        rest = self._text[self._at :]
+        return LaunchError(f"{what}, at '{shown(rest)}'")
+
+
+@dataclass(frozen=True)
+class _Call:
+    """A substitution by name: how many arguments it has, how it is written, and what makes it."""
+
+    form: str
+    make: Callable[..., Substitution]
+    least: int = 1
+    most: int = 1
+
+
+_CALLS: Final = {
+    "anon": _Call("$(anon NAME)", AnonName),
+    "command": _Call("$(command 'PROGRAM ARGUMENT …')", Command),
+    "dirname": _Call("$(dirname)", ThisLaunchFileDir, 0, 0),
+    "env": _Call("$(env NAME) or $(env NAME DEFAULT)", EnvironmentVariable, 1, 2),
+    "file-content": _Call("$(file-content PATH)", FileContent),
+    "filename": _Call("$(filename)", ThisLaunchFile, 0, 0),
+    "find-exec": _Call("$(find-exec NAME)", FindExecutable),
+    "find-pkg-share": _Call("$(find-pkg-share PACKAGE)", FindPackageShare),
+    "path-join": _Call("$(path-join PART PART …)", lambda *parts: PathJoinSubstitution(parts), 1, 100),
+    "var": _Call("$(var NAME) or $(var NAME DEFAULT)", LaunchConfiguration, 1, 2),
+}
