@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from actors.launch.description import LaunchDescription
+    from actors.programs import Factory
 
 
 class Library(Protocol):
@@ -27,6 +28,10 @@ class Library(Protocol):
 
     def script(self, path: str) -> Sequence[str]:
         """Return the command for a Python file."""
+        ...
+
+    def factory(self, name: str) -> Factory:
+        """Return what makes a node: "package.module:Class"."""
         ...
 
     def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:

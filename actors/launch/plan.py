@@ -1,13 +1,13 @@
 """The plan of a launch: what a description comes to, with these arguments and this environment.
 
 No I/O and no clock: a `Library` says what files and packages there are, and each step says when it is due.
-Whatever is wrong with a description is found here, before anything has been started.
+Whatever is wrong with a description is found here, before anything has been started; but for what functions
+in timers and event handlers give, when these are due.
 """
 
 from __future__ import annotations
 
-import math
-import shlex
+from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -17,30 +17,31 @@ from actors.launch.actions import (
     ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
-    Launched,
     LogInfo,
     Node,
+    OpaqueFunction,
+    RegisterEventHandler,
     Setting,
     Shutdown,
     TimerAction,
 )
-from actors.launch.conditions import truth
+from actors.launch.dependencies import KnownNodes
 from actors.launch.description import LaunchDescription, declared
 from actors.launch.errors import LaunchError, UnknownArgumentError
-from actors.launch.ros_arguments import ros_arguments
+from actors.launch.event_handlers import OnProcessExit, ProcessHandler, known_actions
+from actors.launch.process_specs import make_spec, seconds
+from actors.launch.reactions import Trigger, call_function, call_reaction, function_name, triggers
 from actors.launch.settings import apply_setting
-from actors.launch.steps import LEAST_RESPAWN_DELAY_SEC, End, ProcessSpec, Say, Start
+from actors.launch.steps import MAX_PROCESSES, Call, End, React, Say, Start
 from actors.launch.substitutions import Scope, resolve
 from proto.errors import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from actors.launch.library import Library
-    from actors.launch.steps import Step
+    from actors.launch.steps import OutputMode, Step
 
-MAX_PROCESSES: Final = 1000
-"""A description that comes to more is a mistake."""
 MAX_INCLUDES: Final = 32
 """Files within files."""
 
@@ -52,6 +53,7 @@ def make_plan(
     arguments: Mapping[str, str],
     environment: Mapping[str, str],
     folder: str,
+    output: OutputMode | None = None,
 ) -> list[Step]:
     """Return the steps that a description comes to, in order; those that are for later among them.
 
@@ -61,13 +63,14 @@ def make_plan(
         arguments: The launch arguments that were given.
         environment: What programs get.
         folder: Of the description's file.
+        output: Where the lines of all processes go, whatever the description says; None: as it says.
 
     Raises:
         UnknownArgumentError: Nobody declares or uses an argument that was given.
         LaunchError: Something else is wrong.
         InvalidNameError: A node cannot have the name or namespace.
     """
-    plan = _Plan(library)
+    planner = _Planner(library, output)
     scope = Scope(
         library=library,
         configurations=dict(arguments),
@@ -75,57 +78,97 @@ def make_plan(
         folder=folder,
         file=description.file,
     )
-    plan.add(description.actions, scope, 0.0)
-    known = plan.declared | {each.name for each in declared(description.actions)}
+    steps = planner.plan(description.actions, scope)
+    known = planner.declared | {each.name for each in declared(description.actions)}
     for name in arguments:
-        # What a file declares that is not included now is not known.
-        if name not in known | scope.used and not plan.skipped:
+        # What a file declares that is not included now, or a function uses, is not known.
+        if name not in known | scope.used and not planner.partial:
             raise UnknownArgumentError(name, tuple(sorted(known)))
-    return plan.steps
+    return [*planner.warnings(steps), *steps]
 
 
-class _Plan:
-    """A plan in the making."""
+class _Planner:
+    """Plans actions: those of a description, and later what its functions return.
 
-    def __init__(self, library: Library) -> None:
-        self.steps: list[Step] = []
+    Attributes:
+        declared: The arguments that have been declared.
+        partial: Whether something may be declared or used that is not planned now.
+    """
+
+    def __init__(self, library: Library, output: OutputMode | None) -> None:
         self.declared: set[str] = set()
-        self.skipped = False
+        self.partial = False
         self._library = library
+        self._output = output
         self._includes = 0
-        self._processes = 0
+        self._numbers = 0
+        self._left = MAX_PROCESSES
+        self._deferred = 0
+        self._nodes = KnownNodes()
+        self._targets: list[str] = []
 
-    def add(self, actions: Iterable[Action], scope: Scope, after_sec: float) -> None:
-        """Add what actions come to. What they set stays set in the scope."""
+    def plan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
+        """Return what actions come to. What they set stays set in the scope.
+
+        Raises:
+            LaunchError: Something is wrong.
+        """
+        steps: list[Step] = []
         for action in actions:
             if action.condition is None or action.condition.holds(scope):
-                self._add(action, scope, after_sec)
-            elif isinstance(action, GroupAction | TimerAction | IncludeLaunchDescription):
-                self.skipped = True
+                steps += self._steps(action, scope)
+            elif isinstance(action, GroupAction | TimerAction | IncludeLaunchDescription | OpaqueFunction):
+                self.partial = True
+        return steps
 
-    def _add(self, action: Action, scope: Scope, after_sec: float) -> None:
+    def warnings(self, steps: Sequence[Step]) -> list[Say]:
+        """Return what is likely to be a mistake in a whole plan."""
+        starts = [step.process for step in _walk(steps) if isinstance(step, Start)]
+        names = {name for each in starts for name in (each.name, each.label)}
+        said = [
+            f"An event handler is for '{shown(target)}', but no process has that name"
+            for target in self._targets
+            if target not in names and not self.partial
+        ]
+        labels: dict[str, str] = {}
+        for step in steps:  # what event handlers start may be in another's place
+            if isinstance(step, Start) and step.process.node is not None:
+                label, node = step.process.label, step.process.node
+                first = labels.setdefault(node, label)
+                if first != label:
+                    said.append(f"Two nodes have the name {node}: {first} and {label}")
+        return [Say(text=text, warning=True) for text in said]
+
+    def _steps(self, action: Action, scope: Scope) -> Iterable[Step]:  # noqa: C901, PLR0911 - a table
         match action:
-            case Node():
-                self._start(self._node(action, scope), after_sec)
-            case ExecuteProcess():
-                self._start(self._process(action, scope), after_sec)
+            case Node() | ExecuteProcess():
+                return self._start(action, scope)
             case DeclareLaunchArgument():
                 self._declare(action, scope)
             case LogInfo():
-                self.steps.append(Say(text=resolve(action.msg, scope), after_sec=after_sec))
+                return [Say(text=resolve(action.msg, scope))]
             case GroupAction():
-                self._group(action, scope, after_sec)
+                return self._group(action, scope)
             case Setting():
                 apply_setting(action, scope)
             case IncludeLaunchDescription():
-                self._include(action, scope, after_sec)
+                return self._include(action, scope)
             case TimerAction():
-                later = after_sec + _seconds("period", action.period, scope)
-                self.add(action.actions, scope.inner(), later)
+                later = seconds("period", action.period, scope)
+                steps = self._deferring(action.actions, scope.inner())
+                return [replace(step, after_sec=later + step.after_sec) for step in steps]
+            case OpaqueFunction():
+                return self._opaque(action, scope)
+            case RegisterEventHandler():
+                return [
+                    self._react(trigger, scope)
+                    for trigger in triggers(action.event_handler, scope, self._nodes)
+                ]
             case Shutdown():
-                self.steps.append(End(reason=resolve(action.reason, scope), after_sec=after_sec))
+                return [End(reason=resolve(action.reason, scope))]
             case _:
                 raise LaunchError(f"{type(action).__name__} is no action that can be carried out")
+        return []
 
     def _declare(self, action: DeclareLaunchArgument, scope: Scope) -> None:
         name = action.name
@@ -141,13 +184,13 @@ class _Plan:
                 f"Launch argument '{name}' must be one of {', '.join(action.choices)}, not '{shown(value)}'"
             )
 
-    def _group(self, action: GroupAction, scope: Scope, after_sec: float) -> None:
+    def _group(self, action: GroupAction, scope: Scope) -> list[Step]:
         inner = scope.inner() if action.scoped else scope
         for name, value in action.launch_configurations.items():
             inner.configurations[name] = resolve(value, inner)
-        self.add(action.actions, inner, after_sec)
+        return self.plan(action.actions, inner)
 
-    def _include(self, action: IncludeLaunchDescription, scope: Scope, after_sec: float) -> None:
+    def _include(self, action: IncludeLaunchDescription, scope: Scope) -> list[Step]:
         path = str(PurePath(scope.folder, resolve(action.path, scope)))
         if self._includes == MAX_INCLUDES:
             raise LaunchError(f"{path} is {MAX_INCLUDES} files deep; does one include itself?")
@@ -157,87 +200,66 @@ class _Plan:
             inner.configurations[name] = resolve(value, scope)
         inner.folder, inner.file = str(PurePath(path).parent), path
         self._includes += 1
-        self.add(self._library.description(path).actions, inner, after_sec)
+        steps = self.plan(self._library.description(path).actions, inner)
         self._includes -= 1
+        return steps
 
-    def _node(self, action: Node, scope: Scope) -> ProcessSpec:
-        ways = [each for each in (action.executable, action.script) if each is not None]
-        if len(ways) != 1 or (action.package is None) is not (action.executable is None):
-            raise LaunchError("A Node needs package= and executable=, or script=")
-        arguments = [resolve(each, scope) for each in action.arguments] + ros_arguments(action, scope)
-        if action.script is not None:
-            path = str(PurePath(scope.folder, resolve(action.script, scope)))
-            command, typed = self._library.script(path), [path]
-            program = PurePath(path).stem
-        else:
-            names = resolve(cast("Any", action.package), scope), resolve(ways[0], scope)
-            command, typed = self._library.program(*names), list(names)
-            program = names[1]
-        typed = ["callboard", "run", *typed, *arguments]
-        label = program if action.name is None else resolve(action.name, scope)
-        return self._spec(action, scope, label, [*command, *arguments], typed)
-
-    def _process(self, action: ExecuteProcess, scope: Scope) -> ProcessSpec:
-        command = [resolve(each, scope) for each in action.cmd]
-        if not command:
-            raise LaunchError("ExecuteProcess needs a program: cmd=['echo', 'hello']")
-        name = PurePath(command[0]).name if action.name is None else resolve(action.name, scope)
-        return self._spec(action, scope, name, command, command)
-
-    def _spec(
-        self, action: Launched, scope: Scope, name: str, command: Sequence[str], typed: Sequence[str]
-    ) -> ProcessSpec:
-        if not name or not name.isprintable():
-            raise LaunchError(f"A process cannot have the name '{shown(name)}'")
-        output = resolve(action.output, scope)
-        if output != "screen":
-            raise LaunchError(f"{name}: output can be 'screen' only, not '{shown(output)}'")
-        self._processes += 1
-        if self._processes > MAX_PROCESSES:
+    def _start(self, action: Node | ExecuteProcess, scope: Scope) -> list[Step]:
+        if self._left == 0:
             raise LaunchError(f"The description comes to more than {MAX_PROCESSES} processes")
-        prefix = _words(resolve(action.prefix, scope))
-        extra = {key: resolve(value, scope) for key, value in action.additional_env.items()}
-        base = (
-            scope.environment
-            if action.env is None
-            else {key: resolve(value, scope) for key, value in action.env.items()}
-        )
-        delay = _seconds("respawn_delay", action.respawn_delay, scope)
-        return ProcessSpec(
-            label=f"{name}-{self._processes}",
-            name=name,
-            command=(*prefix, *command),
-            shown=shlex.join((*prefix, *typed)),
-            cwd=None if action.cwd is None else resolve(action.cwd, scope),
-            environment={**base, **extra},
-            own_environment=extra if action.env is None else {**base, **extra},
-            respawn=_yes(action.respawn, scope),
-            respawn_delay_sec=max(delay, LEAST_RESPAWN_DELAY_SEC),
-            respawn_max_retries=action.respawn_max_retries,
-            required=_yes(action.required, scope) or action.on_exit is not None,
-        )
+        self._left -= 1
+        self._numbers += 1
+        spec = make_spec(action, scope, self._library, number=self._numbers, nodes=self._nodes)
+        if self._output is not None:
+            spec = replace(spec, output=self._output)
+        self._nodes.add(action, spec.node)
+        start = Start(process=spec)
+        reaction = action.on_exit
+        if reaction is None or spec.required:
+            return [start]
+        handler = OnProcessExit(target_action=action, on_exit=reaction)
+        return [*(self._react(each, scope) for each in triggers(handler, scope, self._nodes)), start]
 
-    def _start(self, process: ProcessSpec, after_sec: float) -> None:
-        self.steps.append(Start(process=process, after_sec=after_sec))
+    def _react(self, trigger: Trigger, scope: Scope) -> React:
+        """Plan what a handler does: now, or if it is a function, when it is due."""
+        handler = trigger.handler
+        if isinstance(handler, ProcessHandler) and isinstance(handler.target_action, str):
+            self._targets.append(handler.target_action)
+        inner = scope.inner()
+        reaction = trigger.reaction
+        if callable(reaction):
+            self.partial = True
+            return trigger.react(lambda event: self._replan(call_reaction(reaction, event, inner), inner))
+        steps = self._deferring(known_actions(reaction), inner)
+        return trigger.react(lambda _event: steps, preview=tuple(steps))
+
+    def _opaque(self, action: OpaqueFunction, scope: Scope) -> list[Step]:
+        """Call the function; in what is for later, then."""
+
+        def call() -> Sequence[Action]:
+            return call_function(action.function, scope, *action.args, **action.kwargs)
+
+        if not self._deferred:
+            return self.plan(call(), scope)
+        self.partial = True
+        return [Call(name=function_name(action.function), steps=lambda: self._replan(call(), scope))]
+
+    def _deferring(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
+        """Plan what is for later."""
+        self._deferred += 1
+        try:
+            return self.plan(actions, scope)
+        finally:
+            self._deferred -= 1
+
+    def _replan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
+        """Plan what a function has returned while the launch runs."""
+        self._left = MAX_PROCESSES
+        return self.plan(actions, scope)
 
 
-def _yes(value: Any, scope: Scope) -> bool:
-    return value if isinstance(value, bool) else truth(value, scope)
-
-
-def _words(prefix: str) -> list[str]:
-    try:
-        return shlex.split(prefix)
-    except ValueError as error:
-        raise LaunchError(f"prefix '{shown(prefix)}' is no command: {error}") from None
-
-
-def _seconds(what: str, value: Any, scope: Scope) -> float:
-    text = value if isinstance(value, int | float) else resolve(value, scope)
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not 0 <= number < math.inf:
-        raise LaunchError(f"{what} must be a number of seconds, 0 or more, not '{shown(str(text))}'")
-    return number
+def _walk(steps: Iterable[Step]) -> Iterator[Step]:
+    for step in steps:
+        yield step
+        if isinstance(step, React):
+            yield from _walk(step.preview)

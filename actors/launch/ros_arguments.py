@@ -12,7 +12,7 @@ from actors.launch.errors import LaunchError
 from actors.launch.namespaces import absolute_namespace, prefix_namespace
 from actors.launch.substitutions import Substitution, resolve
 from proto.errors import shown
-from proto.names import validate_namespace, validate_node_name
+from proto.names import full_node_name, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,16 +32,22 @@ def ros_arguments(node: Node, scope: Scope) -> list[str]:
     return ["--ros-args", *said] if said else []
 
 
+def full_name(node: Node, scope: Scope) -> str | None:
+    """Return the full name that a node will have; None if its program chooses it.
+
+    Raises:
+        LaunchError: A text stands for nothing.
+        InvalidNameError: The name or namespace cannot be one.
+    """
+    name = _name(node, scope)
+    return None if name is None else full_node_name(_namespace(node, scope) or "/", name)
+
+
 def _each(node: Node, scope: Scope) -> Iterator[str]:
-    if node.name is not None:
-        name = resolve(node.name, scope)
-        validate_node_name(name)
-        yield from ("-r", f"__node:={name}")
-    own = None if node.namespace is None else resolve(node.namespace, scope)
-    namespace = prefix_namespace(scope.namespace, own)
+    node_name, namespace = _name(node, scope), _namespace(node, scope)
+    if node_name is not None:
+        yield from ("-r", f"__node:={node_name}")
     if namespace is not None:
-        namespace = absolute_namespace(namespace)
-        validate_namespace(namespace)
         yield from ("-r", f"__ns:={namespace}")
     # Of two values for a parameter the last one counts, of two rules for a name the first one.
     for name, value in scope.parameters.items():
@@ -56,6 +62,24 @@ def _each(node: Node, scope: Scope) -> Iterator[str]:
         yield from ("-r", f"{resolve(old, scope)}:={resolve(new, scope)}")
     for each in node.ros_arguments:
         yield resolve(each, scope)
+
+
+def _name(node: Node, scope: Scope) -> str | None:
+    if node.name is None:
+        return None
+    name = resolve(node.name, scope)
+    validate_node_name(name)
+    return name
+
+
+def _namespace(node: Node, scope: Scope) -> str | None:
+    own = None if node.namespace is None else resolve(node.namespace, scope)
+    namespace = prefix_namespace(scope.namespace, own)
+    if namespace is None:
+        return None
+    namespace = absolute_namespace(namespace)
+    validate_namespace(namespace)
+    return namespace
 
 
 def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") -> Iterator[tuple[str, str]]:

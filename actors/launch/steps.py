@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from actors.launch.presence import Presence
     from actors.programs import Factory
 
+MAX_PROCESSES: Final = 1000
+"""Of one launch; a description that comes to more is a mistake."""
 LEAST_RESPAWN_DELAY_SEC: Final = 0.1
 """So that a program that dies at once does not keep a machine busy."""
 STOP_TIMEOUT_SEC: Final = 5.0
@@ -34,6 +36,11 @@ class OutputMode(Enum):
     FULL = "full"
     """All of these."""
 
+    @property
+    def splits(self) -> bool:
+        """Whether stdout and stderr go different ways."""
+        return self not in {OutputMode.SCREEN, OutputMode.BOTH}
+
 
 @dataclass(frozen=True, kw_only=True)
 class ProcessSpec:
@@ -51,7 +58,6 @@ class ProcessSpec:
         own_environment: What the description adds for this process alone, for people.
         origin: The action that it comes from.
         output: Where its lines go.
-        split: Whether stdout and stderr must be told apart. If not they are read as one, in their order.
         emulate_tty: Whether its output looks like a terminal to it.
         depends_on: What must be there before it is started.
         depends_timeout_sec: What that gets to come; infinite: for ever.
@@ -77,7 +83,6 @@ class ProcessSpec:
     own_environment: Mapping[str, str] = field(default_factory=dict[str, str])
     origin: Launched | None = field(default=None, repr=False, compare=False)
     output: OutputMode = OutputMode.SCREEN
-    split: bool = False
     emulate_tty: bool = False
     depends_on: tuple[Presence, ...] = ()
     depends_timeout_sec: float = DEPENDS_TIMEOUT_SEC
@@ -148,6 +153,8 @@ class React(Timed):
         steps: What is to be done then. What it raises is a mistake in the description.
         preview: The same for people, as far as it is known before.
         once: Whether only for the first time.
+        presence: What must be there, if the event is that.
+        split: Whether it needs to know stdout from stderr.
     """
 
     what: str
@@ -155,6 +162,8 @@ class React(Timed):
     steps: Callable[[Event], list[Step]]
     preview: tuple[Step, ...] = ()
     once: bool = False
+    presence: Presence | None = None
+    split: bool = False
 
 
 Step: TypeAlias = Start | Say | End | Call | React

@@ -238,7 +238,10 @@ def test_respawn_is_bounded_below() -> None:
         (Node(package="p", script="s"), "A Node needs"),
         (Node(executable="e"), "A Node needs"),
         (ExecuteProcess(cmd=[]), "ExecuteProcess needs a program"),
-        (ExecuteProcess(cmd=["a"], output="log"), "output can be 'screen' only, not 'log'"),
+        (
+            ExecuteProcess(cmd=["a"], output="paper"),
+            "output must be one of screen, log, both, own_log, full, not 'paper'",
+        ),
         (ExecuteProcess(cmd=["a"], prefix="'"), "prefix ''' is no command: No closing quotation"),
         (ExecuteProcess(cmd=["a"], name=""), "A process cannot have the name ''"),
         (ExecuteProcess(cmd=["a"], respawn="maybe"), "Expected true, 1, false or 0, got 'maybe'"),

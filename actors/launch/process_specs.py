@@ -1,0 +1,189 @@
+"""What an action that starts a process comes to."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+from actors.launch.actions import ExecuteProcess, Launched, Node, Shutdown
+from actors.launch.conditions import truth
+from actors.launch.dependencies import dependencies
+from actors.launch.errors import LaunchError
+from actors.launch.namespaces import prefix_namespace
+from actors.launch.ros_arguments import full_name, ros_arguments
+from actors.launch.steps import LEAST_RESPAWN_DELAY_SEC, OutputMode, ProcessSpec
+from actors.launch.substitutions import resolve
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from actors.launch.dependencies import KnownNodes
+    from actors.launch.library import Library
+    from actors.launch.substitutions import Scope
+    from actors.programs import Factory
+
+
+class _Program(NamedTuple):
+    """What runs: its name for people, its command, the command as people would type it, and its sources."""
+
+    name: str
+    command: Sequence[str]
+    typed: Sequence[str]
+    sources: Sequence[str] = ()
+    factory: Factory | None = None
+
+
+def make_spec(
+    action: Node | ExecuteProcess, scope: Scope, library: Library, *, number: int, nodes: KnownNodes
+) -> ProcessSpec:
+    """Return the process that an action starts.
+
+    Args:
+        action: The action.
+        scope: What holds there.
+        library: Knows files and packages.
+        number: The process's in its launch.
+        nodes: Those that are started before it.
+
+    Raises:
+        LaunchError: Something is wrong.
+        InvalidNameError: A node cannot have the name or namespace.
+    """
+    namespace = scope.namespace
+    if isinstance(action, Node):
+        program = _node(action, scope, library)
+        own = None if action.namespace is None else resolve(action.namespace, scope)
+        namespace = prefix_namespace(scope.namespace, own)
+    else:
+        program = _process(action, scope)
+    name = program.name if action.name is None else resolve(action.name, scope)
+    if not name or not name.isprintable():
+        raise LaunchError(f"A process cannot have the name '{shown(name)}'")
+    prefix = _words(resolve(action.prefix, scope))
+    extra = {key: resolve(value, scope) for key, value in action.additional_env.items()}
+    base = (
+        scope.environment
+        if action.env is None
+        else {key: resolve(value, scope) for key, value in action.env.items()}
+    )
+    delay = max(seconds("respawn_delay", action.respawn_delay, scope), LEAST_RESPAWN_DELAY_SEC)
+    return ProcessSpec(
+        label=f"{name}-{number}",
+        name=name,
+        node=full_name(action, scope) if isinstance(action, Node) else None,
+        command=(*prefix, *program.command),
+        program=program.factory,
+        shown=shlex.join((*prefix, *program.typed)),
+        cwd=None if action.cwd is None else resolve(action.cwd, scope),
+        environment={**base, **extra},
+        own_environment=extra if action.env is None else {**base, **extra},
+        origin=action,
+        output=_output(action, scope),
+        emulate_tty=_yes(action.emulate_tty, scope),
+        depends_on=dependencies(action.depends_on, nodes, scope, namespace),
+        depends_timeout_sec=seconds("depends_timeout", action.depends_timeout, scope, forever=True),
+        respawn=_yes(action.respawn, scope),
+        respawn_delay_sec=delay,
+        respawn_backoff=_factor(action.respawn_backoff),
+        respawn_max_delay_sec=max(seconds("respawn_max_delay", action.respawn_max_delay, scope), delay),
+        respawn_max_retries=action.respawn_max_retries,
+        sigterm_timeout_sec=_timeout("sigterm_timeout", action.sigterm_timeout, scope),
+        sigkill_timeout_sec=_timeout("sigkill_timeout", action.sigkill_timeout, scope),
+        required=_yes(action.required, scope) or _ends_all(action.on_exit),
+        sources=tuple(program.sources),
+    )
+
+
+def seconds(what: str, value: Any, scope: Scope, *, forever: bool = False) -> float:
+    """Return a time; infinity only where something can be for ever.
+
+    Raises:
+        LaunchError: It is none.
+    """
+    text = value if isinstance(value, int | float) else resolve(value, scope)
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0 <= number < math.inf and not (forever and number == math.inf):
+        raise LaunchError(f"{what} must be a number of seconds, 0 or more, not '{shown(str(text))}'")
+    return number
+
+
+def _node(action: Node, scope: Scope, library: Library) -> _Program:
+    ways = [each for each in (action.executable, action.script, action.node) if each is not None]
+    if len(ways) != 1 or (action.package is None) is not (action.executable is None):
+        raise LaunchError("A Node needs package= and executable=, or script=, or node=")
+    arguments = [resolve(each, scope) for each in action.arguments] + ros_arguments(action, scope)
+    if action.node is not None:
+        return _own(action, action.node, arguments, library)
+    if action.script is not None:
+        path = str(PurePath(scope.folder, resolve(action.script, scope)))
+        name, typed, command = PurePath(path).stem, [path], library.script(path)
+        sources = library.sources(script=path)
+    else:
+        package = resolve(cast("Any", action.package), scope)
+        name = resolve(cast("Any", action.executable), scope)
+        typed, command = [package, name], library.program(package, name)
+        sources = library.sources(package=package)
+    return _Program(name, [*command, *arguments], ["callboard", "run", *typed, *arguments], sources)
+
+
+def _own(action: Node, node: Factory | str, arguments: Sequence[str], library: Library) -> _Program:
+    """Return a node that runs in the launch's process."""
+    for option in ("cwd", "env", "additional_env", "prefix"):
+        if getattr(action, option):
+            raise LaunchError(f"A Node with node= runs in the launch's process: {option}= is not for it")
+    factory = library.factory(node) if isinstance(node, str) else node
+    if not callable(factory):
+        raise LaunchError(f"node= needs a class or a function that returns a new node, not {factory!r}")
+    word = node if isinstance(node, str) else getattr(node, "__qualname__", type(node).__name__)
+    return _Program(
+        word.rpartition(":")[2].rpartition(".")[2], arguments, [word, *arguments], factory=factory
+    )
+
+
+def _process(action: ExecuteProcess, scope: Scope) -> _Program:
+    command = [resolve(each, scope) for each in action.cmd]
+    if not command:
+        raise LaunchError("ExecuteProcess needs a program: cmd=['echo', 'hello']")
+    return _Program(PurePath(command[0]).name, command, command)
+
+
+def _output(action: Launched, scope: Scope) -> OutputMode:
+    word = resolve(action.output, scope)
+    try:
+        return OutputMode(word)
+    except ValueError:
+        words = ", ".join(each.value for each in OutputMode)
+        raise LaunchError(f"output must be one of {words}, not '{shown(word)}'") from None
+
+
+def _yes(value: Any, scope: Scope) -> bool:
+    return value if isinstance(value, bool) else truth(value, scope)
+
+
+def _words(prefix: str) -> list[str]:
+    try:
+        return shlex.split(prefix)
+    except ValueError as error:
+        raise LaunchError(f"prefix '{shown(prefix)}' is no command: {error}") from None
+
+
+def _factor(value: float) -> float:
+    if not 1 <= value < math.inf:
+        raise LaunchError(f"respawn_backoff must be a number, 1 or more, not '{value}'")
+    return value
+
+
+def _timeout(what: str, value: Any, scope: Scope) -> float | None:
+    return None if value is None else seconds(what, value, scope)
+
+
+def _ends_all(reaction: object) -> bool:
+    """Tell whether this is a Shutdown and nothing else."""
+    listed = [reaction] if not isinstance(reaction, list | tuple) else cast("list[object]", reaction)
+    return len(listed) == 1 and isinstance(listed[0], Shutdown) and listed[0].condition is None
