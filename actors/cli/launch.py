@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import os
 import signal
 import sys
-from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors import environment
-from actors.cli.errors import BROKEN_PIPE, FAILURE, NO_BROKER, OK, USAGE, CommandError
+from actors.cli.errors import BROKEN_PIPE, FAILURE, OK, USAGE, CommandError
 from actors.cli.loop import run_async
-from actors.cli.output import harmless, say
-from actors.cli.place import missing_broker, place_of
+from actors.cli.output import say
+from actors.cli.place import unknown_context
 from actors.launch.description import declared, described
-from actors.launch.embedded import broker_answers, can_embed, embedded_broker
 from actors.launch.errors import UnknownArgumentError
 from actors.launch.files import SUFFIXES, Files
+from actors.launch.launching import Launch
 from actors.launch.output import Output
-from actors.launch.plan import make_plan
-from actors.launch.runner import Runner
-from actors.launch.steps import Say, Start
-from actors.logger import ROOT_NAME
+from actors.launch.screen import Screen
+from actors.launch.steps import Call, End, React, Say, Start
+from actors.launch.voice_logs import own_logs, voice_logs
+from actors.launch.voice_streams import voice_streams
+from actors.tools.contexts import UnknownContextError
 from actors.tools.suggestions import did_you_mean
-from broker.errors import AddressInUseError
 from proto.errors import shown
 
 if TYPE_CHECKING:
@@ -35,7 +33,6 @@ if TYPE_CHECKING:
 
     from actors.launch.actions import DeclareLaunchArgument
     from actors.launch.steps import Step
-    from actors.tools.contexts import Place
 
 LAST_OUTPUT_SEC: Final = 2.0
 """How long the last lines may take, when nobody reads."""
@@ -56,23 +53,27 @@ def run(options: argparse.Namespace) -> int:
         for line in described(description.actions):
             say(line)
         return OK
-    place = place_of(options)
     try:
-        steps = make_plan(
+        launch = Launch(
             description,
-            library,
             arguments=arguments,
-            environment=_environment(place),
-            folder=str(path.parent),
+            url=options.url or None,
+            domain=options.domain,
+            context=options.context or None,
+            environment=_environment(),
+            library=library,
+            stop_timeout_sec=options.stop_timeout,
         )
     except UnknownArgumentError as error:
         hint = did_you_mean(error.name, error.known) or "; see --show-args"
         raise CommandError(f"{error}{hint}", USAGE) from error
+    except UnknownContextError as error:
+        raise unknown_context(error) from error
     if options.dry_run:
-        for line in _shown_steps(steps):
+        for line in _shown_steps(launch.steps):
             say(line)
         return OK
-    return run_async(lambda: _launch(steps, place, options.stop_timeout))
+    return run_async(lambda: _run(launch))
 
 
 # Which file, with what
@@ -113,16 +114,10 @@ def _argument(word: str) -> tuple[str, str]:
     return name, value
 
 
-def _environment(place: Place) -> dict[str, str]:
-    """Return what programs get: where the broker is, and what a terminal behind these pipes can do."""
-    extra = {
-        "CALLBOARD_URL": place.url,
-        "CALLBOARD_DOMAIN": str(place.domain),
-        "PYTHONUNBUFFERED": "1",
-    }
-    if environment.color_wish() is None and sys.stdout.isatty():
-        extra["FORCE_COLOR"] = "1"
-    return environment.environment_for(extra) or {}
+def _environment() -> dict[str, str]:
+    """Return what programs get: also what a terminal behind their pipes can do."""
+    colors = environment.color_wish() is None and sys.stdout.isatty()
+    return {**os.environ, "FORCE_COLOR": "1"} if colors else dict(os.environ)
 
 
 # What it would do
@@ -142,65 +137,56 @@ def _shown_arguments(arguments: Iterable[DeclareLaunchArgument]) -> Iterator[str
             yield f"      {each.description}"
 
 
-def _shown_steps(steps: Iterable[Step]) -> Iterator[str]:
+def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:
     for step in steps:
-        when = f"after {step.after_sec:g} s: " if step.after_sec else ""
-        if isinstance(step, Start):
-            process = step.process
-            extra = "".join(f"{name}={value} " for name, value in process.own_environment.items())
-            yield f"{when}[{process.label}] {extra}{process.shown}"
-        elif isinstance(step, Say):
-            yield f"{when}say: {step.text}"
-        else:
-            yield f"{when}end: {step.reason}"
+        when = f"{indent}after {step.after_sec:g} s: " if step.after_sec else indent
+        match step:
+            case Start(process=process):
+                extra = "".join(f"{name}={value} " for name, value in process.own_environment.items())
+                waits = ", ".join(map(str, process.depends_on))
+                when += f"when there is {waits}: " if waits else ""
+                yield f"{when}[{process.label}] {extra}{process.shown}"
+            case Say():
+                yield f"{when}{'warn' if step.warning else 'say'}: {step.text}"
+            case End():
+                yield f"{when}end: {step.reason}"
+            case Call():
+                yield f"{when}call {step.name}"
+            case React():
+                yield f"{when}{'once' if step.once else 'whenever'} {step.what}:"
+                yield from _shown_steps(step.preview, f"{indent}    ")
+                if not step.preview:
+                    yield f"{indent}    what a function says then"
 
 
 # Doing it
 
 
-async def _launch(steps: Sequence[Step], place: Place, stop_timeout_sec: float) -> int:
-    """Run the steps to the end; return the exit code."""
+async def _run(launch: Launch) -> int:
+    """Run a launch to its end; return the exit code."""
     loop = asyncio.get_running_loop()
     unheard = False
 
     def when_unheard() -> None:
         nonlocal unheard
         unheard = True
-        runner.stop("nobody reads the output")
+        launch.stop("nobody reads the output")
 
     def in_thread() -> None:
         loop.call_soon_threadsafe(when_unheard)
 
+    wish = environment.color_wish()
     output = Output(sys.stdout.fileno(), in_thread)
-    runner = Runner(steps, output.write, stop_timeout_sec=stop_timeout_sec)
-    logs = _LaunchLog(output.write)
-    logging.getLogger().addHandler(logs)
+    launch.listen(Screen(output.write, color=sys.stdout.isatty() if wish is None else wish))
     try:
-        async with AsyncExitStack() as stack:
-            await _find_broker(place, stack)
-            _stop_at_hangup(loop, lambda: runner.stop("the terminal is gone"))
-            good = await runner.run()
+        with own_logs(launch.tell), voice_logs(), voice_streams():
+            _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone"))
+            good = await launch.run()
     finally:
-        logging.getLogger().removeHandler(logs)
         output.close(LAST_OUTPUT_SEC)
     if not good:
         return FAILURE
     return BROKEN_PIPE if unheard else OK
-
-
-async def _find_broker(place: Place, stack: AsyncExitStack) -> None:
-    """See to it that there is a broker: one that answers, or else one of this launch."""
-    if await broker_answers(place.url, place.domain):
-        return
-    if len(place.urls) != 1 or not can_embed(place.urls[0]):
-        raise CommandError(missing_broker(place), NO_BROKER)
-    try:
-        await stack.enter_async_context(embedded_broker(place.urls[0]))
-    except AddressInUseError:
-        if await broker_answers(place.url, place.domain):  # another launch was quicker
-            return
-        raise
-    logging.getLogger(f"{ROOT_NAME}.launch").info("no broker at %s: this launch brings its own", place.url)
 
 
 def _stop_at_hangup(loop: asyncio.AbstractEventLoop, stop: Callable[[], None]) -> None:
@@ -208,18 +194,3 @@ def _stop_at_hangup(loop: asyncio.AbstractEventLoop, stop: Callable[[], None]) -
     number = getattr(signal, "SIGHUP", None)
     if number is not None and signal.getsignal(number) == signal.SIG_DFL:
         loop.add_signal_handler(number, stop)
-
-
-class _LaunchLog(logging.Handler):
-    """The launch's own lines among those of its processes: `[INFO] [talker-1]: process started …`."""
-
-    def __init__(self, write: Callable[[bytes], None]) -> None:
-        super().__init__()
-        self._write = write
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Write a record."""
-        level = {"WARNING": "WARN", "CRITICAL": "FATAL"}.get(record.levelname, record.levelname)
-        name = record.name.removeprefix(f"{ROOT_NAME}.")
-        text = harmless(record.getMessage())
-        self._write(f"[{level}] [{name}]: {text}\n".encode(errors="backslashreplace"))

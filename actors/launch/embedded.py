@@ -20,8 +20,12 @@ _HERE: Final = frozenset({"127.0.0.1", "::1", "localhost"})
 CONNECT_TIMEOUT_SEC: Final = 2.0
 
 
-async def broker_answers(urls: str, domain: int) -> bool:
-    """Tell whether a broker answers at one of these places. The loop goes on meanwhile."""
+async def broker_is_there(urls: str, domain: int) -> bool:
+    """Tell whether a broker answers at one of these places. The loop goes on meanwhile.
+
+    Raises:
+        BrokerUnreachable: Something has the port there that does not answer as a broker does.
+    """
     return await asyncio.to_thread(_answers, urls, domain)
 
 
@@ -49,6 +53,8 @@ def _answers(urls: str, domain: int) -> bool:
     try:
         look.connect()
     except BrokerUnreachable:
+        if look.listening is not None:
+            raise
         return False
     look.close()
     return True

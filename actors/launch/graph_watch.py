@@ -1,7 +1,7 @@
 """The broker's graph as a launch sees it: which nodes, topics and services are there.
 
 A hidden node asks for it, in a task of its own: a launch goes on, whatever becomes of the broker. While there
-is no link the last picture stands, as what was there most likely lives; the picture of the next link holds then.
+is no link the last picture stands, as what was there most likely lives; the next link's picture holds then.
 """
 
 from __future__ import annotations

@@ -408,14 +408,14 @@ class Machine:
         heapq.heappush(self._timers, (due, self._timed, act))
 
 
-def awaited(steps: Iterable[Step]) -> bool:
+def awaits_graph(steps: Iterable[Step]) -> bool:
     """Tell whether something in these steps depends on the graph, or may."""
     return any(
         isinstance(step, Call)
         or (isinstance(step, Start) and bool(step.process.depends_on))
         or (
             isinstance(step, React)
-            and (step.presence is not None or awaited(step.preview) or not step.preview)
+            and (step.presence is not None or awaits_graph(step.preview) or not step.preview)
         )
         for step in steps
     )

@@ -1,21 +1,24 @@
-"""A process of the launch: under guard, and its lines labelled."""
+"""A process of the launch: under guard, and its output read line by line."""
 
 from __future__ import annotations
 
 import asyncio
 import os
-from contextlib import suppress
+from contextlib import AsyncExitStack, suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.launch.events import Level, Stream
 from actors.launch.lines import Lines
+from actors.logger import get_logger
 from actors.supervision.process_body import ProcessBody
 from actors.supervision.specification import Child
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from actors.launch.steps import ProcessSpec
-    from actors.logger import Logger, LoggingSeverity
+    from actors.logger import LoggingSeverity
     from actors.supervision.guard import Guard
     from actors.supervision.outcome import Outcome
     from actors.supervision.process import Process
@@ -30,8 +33,9 @@ class LaunchedProcess(ProcessBody):
     Args:
         spec: What to run.
         guard: Kills it if this process is killed.
-        log: Gets what goes wrong.
-        write: Takes its lines, labelled.
+        split: Whether stdout and stderr are told apart. If not they are read as one, in their order.
+        write: Takes its lines; at its end all of them have come.
+        say: Takes what there is to say of it; the text goes on where its name ends.
         stop_timeout_sec: What each step of stopping it may take, unless the specification says otherwise.
         reports: As a body's.
     """
@@ -40,72 +44,82 @@ class LaunchedProcess(ProcessBody):
         self,
         spec: ProcessSpec,
         guard: Guard,
-        log: Logger,
         *,
-        write: Callable[[bytes], None],
+        split: bool,
+        write: Callable[[Stream, Sequence[bytes]], None],
+        say: Callable[[Level, str], None],
         stop_timeout_sec: float,
         **reports: Any,
     ) -> None:
         child = Child(spec.label, command=spec.command, cwd=spec.cwd, stop_timeout_sec=stop_timeout_sec)
-        super().__init__(child, guard, log, **reports)
+        super().__init__(child, guard, get_logger(spec.label), **reports)
         self._spec = spec
         self._write = write
-        self._pipe = -1
+        self._say = say
+        self._streams = (Stream.STDOUT, Stream.STDERR) if split else (Stream.OUTPUT,)
+        self._pipes: list[int] = []
 
     async def _run(self) -> Outcome:
-        reading, self._pipe = os.pipe()
-        source = os.fdopen(reading, "rb", buffering=0)
-        try:
-            lines = _Reader(self._spec.label, self._write)
-            transport, _ = await asyncio.get_running_loop().connect_read_pipe(lambda: lines, source)
-        except BaseException:
-            source.close()
-            self._close_pipe()
-            raise
-        try:
+        async with AsyncExitStack() as stack:
+            stack.callback(self._close_pipes)
+            readers = [await self._open(stream, stack) for stream in self._streams]
             outcome = await super()._run()
             with suppress(TimeoutError):
                 async with asyncio.timeout(REST_TIMEOUT_SEC):
-                    await lines.over.wait()
+                    for reader in readers:
+                        await reader.over.wait()
             return outcome
-        finally:
-            self._close_pipe()
-            transport.close()
-            lines.end()
+
+    async def _open(self, stream: Stream, stack: AsyncExitStack) -> _Reader:
+        """Make a pipe and begin to read it."""
+        reading, writing = os.pipe()
+        self._pipes.append(writing)
+        source = os.fdopen(reading, "rb", buffering=0)
+        reader = _Reader(partial(self._write, stream))
+        try:
+            transport, _ = await asyncio.get_running_loop().connect_read_pipe(lambda: reader, source)
+        except BaseException:
+            source.close()
+            raise
+        stack.callback(reader.end)
+        stack.callback(transport.close)
+        return reader
 
     def _patience_sec(self, rung: int) -> float:
         own = (self._spec.sigterm_timeout_sec, self._spec.sigkill_timeout_sec)[rung]
         return super()._patience_sec(rung) if own is None else own
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
-        self._log.log(f"process {text}", severity)
+        self._say(Level(severity.name), f"process {text}")
 
     def _begin(self) -> Process:
         spec = self._spec
+        output, errors = self._pipes[0], self._pipes[-1]
         try:
-            return self._guard.start(spec.command, cwd=spec.cwd, env=spec.environment, output=self._pipe)
+            return self._guard.start(
+                spec.command, cwd=spec.cwd, env=spec.environment, output=output, errors=errors
+            )
         finally:
-            self._close_pipe()
+            self._close_pipes()
 
-    def _close_pipe(self) -> None:
-        """Close this process's copy of the child's end: the pipe ends when the child has closed its own."""
-        if self._pipe >= 0:
-            os.close(self._pipe)
-            self._pipe = -1
+    def _close_pipes(self) -> None:
+        """Close this process's copies of the child's ends: a pipe ends when the child has closed its own."""
+        while self._pipes:
+            os.close(self._pipes.pop())
 
 
 class _Reader(asyncio.Protocol):
     """Reads a pipe to its end; never pauses."""
 
-    def __init__(self, label: str, write: Callable[[bytes], None]) -> None:
+    def __init__(self, write: Callable[[Sequence[bytes]], None]) -> None:
         self.over = asyncio.Event()
         self._lines = Lines()
-        self._label = f"[{label}] ".encode()
         self._write = write
 
     def data_received(self, data: bytes) -> None:
         """Something came."""
-        self._say(self._lines.feed(data))
+        if lines := self._lines.feed(data):
+            self._write(lines)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """All writers have closed it."""
@@ -114,7 +128,5 @@ class _Reader(asyncio.Protocol):
 
     def end(self) -> None:
         """Write the last line."""
-        self._say(self._lines.end())
-
-    def _say(self, lines: list[bytes]) -> None:
-        self._write(b"".join(self._label + line + b"\n" for line in lines))
+        if lines := self._lines.end():
+            self._write(lines)

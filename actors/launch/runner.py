@@ -1,96 +1,106 @@
-"""The runner: carries a plan out, from the first start to the last end.
+"""The runner: carries out what the machine decides, and tells it what happens.
 
-It ends when nothing is left to run or to come. What happens is a callback of a process or a timer; only the
-caller of `run` waits.
+What happens is a callback of a process, of the timer or of the graph; only the caller of `run` waits.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextvars
+from collections import deque
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Protocol
 
-from actors.callbacks import error_text
+from actors.launch.events import Event, Level, Message
+from actors.launch.machine import HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.node_body import NodeBody
 from actors.launch.process import LaunchedProcess
-from actors.launch.steps import End, Say, Start
-from actors.logger import get_logger
 from actors.supervision.guard import Guard
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from actors.launch.steps import ProcessSpec, Step
+    from actors.launch.events import Listener, Stream
+    from actors.launch.machine import Effect, Machine
+    from actors.launch.presence import Presence
+    from actors.launch.steps import ProcessSpec
     from actors.supervision.outcome import Outcome
 
-STOP_TIMEOUT_SEC: Final = 5.0
-"""As in ROS 2, before each stronger signal."""
+
+class Body(Protocol):
+    """A process that has been told to start."""
+
+    @property
+    def pid(self) -> int | None:
+        """Its number, when it has one."""
+
+    def start(self, context: contextvars.Context) -> None:
+        """Begin, in a copy of this context."""
+
+    def stop(self) -> None:
+        """Begin to stop it, with what is mildest."""
+
+    def hurry(self) -> None:
+        """Stop it with what is strongest."""
 
 
 class Runner:
-    """Runs the steps of a plan, once.
+    """Runs a launch, once.
 
     Args:
-        steps: What to do.
-        write: Takes the lines of all processes, labelled; it must not wait.
+        machine: What decides.
+        listeners: Told of each event when it happens.
         stop_timeout_sec: What a process may take after SIGINT before it gets SIGTERM, and after that before
-            it gets SIGKILL. All are stopped at the same time.
+            it gets SIGKILL, if it says nothing else. All are stopped at the same time.
     """
 
-    def __init__(
-        self,
-        steps: Sequence[Step],
-        write: Callable[[bytes], None],
-        *,
-        stop_timeout_sec: float = STOP_TIMEOUT_SEC,
-    ) -> None:
-        self._steps = steps
-        self._write = write
+    def __init__(self, machine: Machine, listeners: Sequence[Listener], *, stop_timeout_sec: float) -> None:
+        self._machine = machine
+        self._listeners = listeners
         self._stop_timeout_sec = stop_timeout_sec
-        self._log = get_logger("launch")
         self._guard = Guard()
-        self._running: dict[str, LaunchedProcess] = {}
-        self._timers: set[asyncio.TimerHandle] = set()
-        self._respawns: dict[str, int] = {}
-        self._stopping = False
-        self._required_died = False
+        self._bodies: dict[str, Body] = {}
+        self._effects: deque[Effect] = deque()
+        self._busy = False
+        self._timer: asyncio.TimerHandle | None = None
         self._over = asyncio.Event()
+        self._failure: Exception | None = None
+        self._loop: asyncio.AbstractEventLoop
         self._context: contextvars.Context
 
     async def run(self) -> bool:
-        """Run to the end; return False if a required process has died. Cancelling it is `stop`.
+        """Run to the end; return whether nothing has failed. Cancelling it is `stop`.
 
         Raises:
             CancelledError: It was cancelled; all processes have ended all the same.
         """
+        self._loop = asyncio.get_running_loop()
         self._context = contextvars.copy_context()
-        for step in self._steps:
-            if step.after_sec > 0:
-                self._later(step.after_sec, partial(self._take, step))
-            else:
-                self._take(step)
-        self._look()
+        self._happened(self._machine.begin)
         try:
             await self._wait()
         finally:
             await self._guard.close()
-        return not self._required_died
+        if self._failure is not None:
+            raise self._failure
+        return not self._machine.failed
 
     def stop(self, reason: str) -> None:
         """Stop all processes; a second time, kill them. `run` returns when they have ended."""
-        if self._stopping:
-            for process in tuple(self._running.values()):
-                process.hurry()
-            return
-        self._stopping = True
-        if self._running:
-            self._log.info(f"stopping: {reason}")
-        for timer in self._timers:
-            timer.cancel()
-        self._timers.clear()
-        for process in tuple(self._running.values()):
-            process.stop()
-        self._look()
+        self._happened(partial(self._machine.stop, reason))
+
+    def restart(self, label: str, reason: str) -> None:
+        """Start a process again, whatever it does now."""
+        self._happened(partial(self._machine.restart, label, reason))
+
+    def graph(self, presences: set[Presence]) -> None:
+        """This is there now."""
+        self._happened(partial(self._machine.graph, frozenset(presences)))
+
+    def tell(self, event: Event) -> None:
+        """Tell the listeners of something."""
+        for listener in self._listeners:
+            listener(event)
 
     async def _wait(self) -> None:
         cancelled: asyncio.CancelledError | None = None
@@ -103,69 +113,91 @@ class Runner:
         if cancelled is not None:
             raise cancelled
 
-    def _take(self, step: Step) -> None:
-        if self._stopping:
-            return
-        if isinstance(step, Start):
-            self._start(step.process)
-        elif isinstance(step, Say):
-            self._log.info(step.text)
-        elif isinstance(step, End):
-            self.stop(step.reason)
+    def _happened(self, tell: Callable[[float], list[Effect]]) -> None:
+        """Tell the machine that something has happened, and do what it says."""
+        try:
+            self._effects += tell(self._loop.time())
+            if self._busy:  # a listener has made it happen; first what was said before
+                return
+            self._busy = True
+            try:
+                while self._effects:
+                    self._do(self._effects.popleft())
+            finally:
+                self._busy = False
+            self._set_timer()
+        except Exception as error:  # noqa: BLE001 - it is raised to whoever runs the launch
+            self._broken(error)
+        if not self._bodies and (self._machine.over or self._failure is not None):
+            self._over.set()
 
-    def _start(self, spec: ProcessSpec) -> None:
-        log = get_logger(spec.label)
+    def _do(self, effect: Effect) -> None:
+        match effect:
+            case Tell():
+                self.tell(effect.event)
+            case Run():
+                self._start(effect.process, split=effect.split)
+            case Stop():
+                self._bodies[effect.label].stop()
+            case StopAll():
+                for body in tuple(self._bodies.values()):
+                    body.stop()
+            case HurryAll():
+                for body in tuple(self._bodies.values()):
+                    body.hurry()
+
+    def _start(self, spec: ProcessSpec, *, split: bool) -> None:
+        label = spec.label
+
+        def if_known(tell: Callable[[float], list[Effect]]) -> None:
+            # One that could not be stopped has been given up, and may still have its say.
+            if self._bodies.get(label) is body:
+                self._happened(tell)
 
         def started() -> None:
-            log.info(f"process started with pid [{process.pid}]")
+            if_known(partial(self._machine.started, label, body.pid))
 
-        process = LaunchedProcess(
-            spec,
-            self._guard,
-            log,
-            write=self._write,
-            stop_timeout_sec=self._stop_timeout_sec,
-            on_started=started,
-            on_ended=partial(self._ended, spec),
-        )
-        self._running[spec.label] = process
-        process.start(self._context)
+        def wrote(stream: Stream, lines: Sequence[bytes]) -> None:
+            if_known(partial(self._machine.wrote, label, stream, lines))
 
-    def _ended(self, spec: ProcessSpec, outcome: Outcome) -> None:
-        process = self._running.pop(spec.label)
-        log = get_logger(spec.label)
-        if outcome.error is not None:
-            log.error(f"process could not be run: {error_text(outcome.error)}")
-        elif process.pid is not None:
-            if outcome.normal:
-                log.info(f"process has finished cleanly [pid {process.pid}]")
-            else:
-                log.error(f"process has died [pid {process.pid}, {outcome.reason}, cmd '{spec.shown}']")
-        if not self._stopping and not self._respawn(spec) and spec.required:
-            self._required_died = not outcome.normal
-            self.stop(f"{spec.label} is required and has ended")
-        self._look()
+        def say(level: Level, text: str) -> None:
+            self.tell(Message(level, text, label))
 
-    def _respawn(self, spec: ProcessSpec) -> bool:
-        """Start it again after a while, if that is to be; return whether it is."""
-        done = self._respawns.get(spec.label, 0)
-        if not spec.respawn or done == spec.respawn_max_retries:
-            return False
-        self._respawns[spec.label] = done + 1
-        get_logger(spec.label).info(f"process starts again in {spec.respawn_delay_sec:g} s")
-        self._later(spec.respawn_delay_sec, lambda: self._start(spec))
-        return True
+        def ended(outcome: Outcome) -> None:
+            if self._bodies.get(label) is body:
+                del self._bodies[label]
+                self._happened(partial(self._machine.ended, label, outcome))
 
-    def _later(self, delay_sec: float, act: Callable[[], None]) -> None:
-        def due() -> None:
-            self._timers.discard(timer)
-            act()
-            self._look()
+        told: dict[str, Any] = {
+            "write": wrote,
+            "say": say,
+            "on_started": started,
+            "on_ended": ended,
+            "stop_timeout_sec": self._stop_timeout_sec,
+        }
+        body: Body
+        if spec.program is None:
+            body = LaunchedProcess(spec, self._guard, split=split, **told)
+        else:
+            body = NodeBody(spec, **told)
+        self._bodies[label] = body
+        body.start(self._context)
 
-        timer = asyncio.get_running_loop().call_later(delay_sec, due)
-        self._timers.add(timer)
+    def _set_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        due = self._machine.wake_at
+        if due is not None:
+            self._timer = self._loop.call_at(due, self._time_has_come, due)
 
-    def _look(self) -> None:
-        """Is anything left?"""
-        if not self._running and not self._timers:
-            self._over.set()
+    def _time_has_come(self, due: float) -> None:
+        # A loop may call a little early; for the machine it is time.
+        self._happened(lambda now: self._machine.tick(max(now, due)))
+
+    def _broken(self, error: Exception) -> None:
+        """Something here has failed, and the machine may not know what runs: stop it all."""
+        self._failure = self._failure or error
+        self._effects.clear()
+        for body in tuple(self._bodies.values()):
+            body.stop()

@@ -70,21 +70,24 @@ class Guard:
         cwd: str | Path | None,
         env: Mapping[str, str] | None,
         output: int | None = None,
+        errors: int | None = None,
     ) -> Process:
         """Start a process under guard. Say `forget` when it has ended.
 
-        Its stdin is empty; its stdout and stderr are `output`, or this process's. A command that cannot be
-        run ends with 127, or 126 if it is there, and a line on stderr.
+        Its stdin is empty; its stdout and stderr are `output`, or this process's; its stderr is `errors` if
+        that is given. A command that cannot be run ends with 127, or 126 if it is there, and a line on
+        stderr.
 
         Raises:
             OSError: The system cannot start a process now, or there is no such `cwd`.
         """
         if not hasattr(os, "killpg"):
-            return Process(command, stdin=subprocess.DEVNULL, output=output, cwd=cwd, env=env)
+            return Process(command, stdin=subprocess.DEVNULL, output=output, errors=errors, cwd=cwd, env=env)
         process = Process(
             (SHELL, "-c", _STARTER, "callboard", *command),
             stdin=self._ready(),
             output=output,
+            errors=errors,
             cwd=cwd,
             env=env,
         )

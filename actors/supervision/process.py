@@ -29,6 +29,7 @@ class Process:
         command: The program and its arguments.
         stdin: A file descriptor, or `subprocess.DEVNULL`.
         output: Where stdout and stderr go: None to this process's, `subprocess.DEVNULL` to nowhere.
+        errors: Where stderr goes, if that is elsewhere.
         cwd: Where it runs; None: here.
         env: Its environment; None: this process's.
 
@@ -45,13 +46,20 @@ class Process:
         *,
         stdin: int,
         output: int | None = None,
+        errors: int | None = None,
         cwd: str | Path | None = None,
         env: Mapping[str, str] | None = None,
     ) -> None:
         loop = asyncio.get_running_loop()
         self._ended = asyncio.Event()
         self._process = subprocess.Popen(  # noqa: S603 - running what it is told is its purpose
-            command, stdin=stdin, stdout=output, stderr=output, cwd=cwd, env=env, start_new_session=True
+            command,
+            stdin=stdin,
+            stdout=output,
+            stderr=output if errors is None else errors,
+            cwd=cwd,
+            env=env,
+            start_new_session=True,
         )
         self.pid = self._process.pid
         watcher = threading.Thread(target=self._watch, args=(loop,), name=f"end of {self.pid}", daemon=True)

@@ -11,10 +11,12 @@ import pytest
 
 from actors.launch.process import LaunchedProcess
 from actors.launch.steps import ProcessSpec
-from actors.logger import get_logger
 from actors.supervision.guard import Guard
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from actors.launch.events import Stream
     from actors.supervision.outcome import Outcome
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
@@ -42,13 +44,15 @@ class Run:
             **options,
         )
         self.output = b""
+        self.said: list[str] = []
         self._more = asyncio.Event()
         self.outcome: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
         self.process = LaunchedProcess(
             spec,
             guard,
-            get_logger(spec.label),
+            split=False,
             write=self._write,
+            say=lambda level, text: self.said.append(f"{level.value} {text}"),
             stop_timeout_sec=stop_timeout_sec,
             on_started=lambda: None,
             on_ended=self.outcome.set_result,
@@ -61,12 +65,12 @@ class Run:
             self._more.clear()
             await self._more.wait()
 
-    def _write(self, data: bytes) -> None:
-        self.output += data
+    def _write(self, stream: Stream, lines: Sequence[bytes]) -> None:
+        self.output += b"".join(line + b"\n" for line in lines)
         self._more.set()
 
 
-async def test_each_signal_has_a_wait_of_its_own(caplog: pytest.LogCaptureFixture) -> None:
+async def test_each_signal_has_a_wait_of_its_own() -> None:
     """The launch's wait would be too long for this test; what has happened is said as of a process."""
     guard = Guard()
     run = Run(guard, DEAF, sigterm_timeout_sec=0.05, sigkill_timeout_sec=0.1)
@@ -74,13 +78,13 @@ async def test_each_signal_has_a_wait_of_its_own(caplog: pytest.LogCaptureFixtur
     run.process.stop()
     assert (await run.outcome).signal_name == "SIGKILL"
     await guard.close()
-    assert [each.getMessage() for each in caplog.records] == [
-        "process has not ended after SIGINT; sending SIGTERM",
-        "process has not ended after SIGTERM; sending SIGKILL",
+    assert run.said == [
+        "WARN process has not ended after SIGINT; sending SIGTERM",
+        "WARN process has not ended after SIGTERM; sending SIGKILL",
     ]
 
 
-async def test_the_launchs_wait_stands_in(caplog: pytest.LogCaptureFixture) -> None:
+async def test_the_launchs_wait_stands_in() -> None:
     """For each wait that the process does not have itself."""
     guard = Guard()
     run = Run(guard, DEAF, stop_timeout_sec=0.05)
@@ -88,10 +92,10 @@ async def test_the_launchs_wait_stands_in(caplog: pytest.LogCaptureFixture) -> N
     run.process.stop()
     assert (await run.outcome).signal_name == "SIGKILL"
     await guard.close()
-    assert len(caplog.records) == 2
+    assert len(run.said) == 2
 
 
-async def test_a_hurried_process_is_killed_at_once(caplog: pytest.LogCaptureFixture) -> None:
+async def test_a_hurried_process_is_killed_at_once() -> None:
     """Nothing is said of signals that it never got."""
     guard = Guard()
     run = Run(guard, DEAF)
@@ -99,4 +103,4 @@ async def test_a_hurried_process_is_killed_at_once(caplog: pytest.LogCaptureFixt
     run.process.hurry()
     assert (await run.outcome).signal_name == "SIGKILL"
     await guard.close()
-    assert [each.getMessage() for each in caplog.records] == ["process is killed"]
+    assert run.said == ["WARN process is killed"]

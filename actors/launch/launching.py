@@ -1,0 +1,160 @@
+"""A launch: a description, a broker for it, and what runs of it, put together.
+
+launch = Launch("robot.launch.py", arguments={"speed": "1.5"}, listeners=[print])
+good = await launch.run()
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import AsyncExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from actors.errors import BrokerUnreachable
+from actors.launch.embedded import broker_is_there, can_embed, embedded_broker
+from actors.launch.events import Level, Message
+from actors.launch.files import Files
+from actors.launch.graph_watch import graph_watch
+from actors.launch.machine import Machine, ProcessState, awaits_graph
+from actors.launch.plan import make_plan
+from actors.launch.runner import Runner
+from actors.launch.steps import STOP_TIMEOUT_SEC
+from actors.starting import start_hint
+from actors.tools.contexts import find_place
+from broker.errors import AddressInUseError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from actors.launch.description import LaunchDescription
+    from actors.launch.events import Event, Listener
+    from actors.launch.library import Library
+    from actors.launch.presence import Presence
+    from actors.launch.steps import OutputMode, Step
+
+
+class Launch:
+    """One launch. Making it plans it; nothing is started before `run`.
+
+    Where no broker answers it brings one, which ends with it, if the place is this machine's.
+
+    Args:
+        description: What to launch: a description, or the path of a launch file.
+        arguments: Launch arguments.
+        url: Where the broker is; None: as for nodes.
+        domain: Which of its graphs; None: as for nodes.
+        context: One of the brokers that have been named; None: as for nodes.
+        environment: What programs get, beside where the broker is; None: this process's environment.
+        folder: From where relative paths in the description are seen; None: its file's, or this one.
+        library: Files and packages; None: this machine's.
+        listeners: Told of each event when it happens; they must not wait.
+        output: Where the lines of all processes go; None: as the description says.
+        stop_timeout_sec: What each step of stopping a process may take, unless it says otherwise.
+        keep: Whether to go on when nothing is left to run, until `stop`.
+        watch_graph: Whether to follow the graph also if nothing depends on it.
+
+    Raises:
+        LaunchError: The description cannot be carried out.
+        UnknownArgumentError: Nobody knows an argument that was given.
+        InvalidUrlError: The URL cannot be read.
+
+    Attributes:
+        steps: The plan.
+        place: Where the broker is.
+    """
+
+    def __init__(
+        self,
+        description: LaunchDescription | str | Path,
+        *,
+        arguments: Mapping[str, str] | None = None,
+        url: str | None = None,
+        domain: int | None = None,
+        context: str | None = None,
+        environment: Mapping[str, str] | None = None,
+        folder: str | Path | None = None,
+        library: Library | None = None,
+        listeners: Sequence[Listener] = (),
+        output: OutputMode | None = None,
+        stop_timeout_sec: float = STOP_TIMEOUT_SEC,
+        keep: bool = False,
+        watch_graph: bool = False,
+    ) -> None:
+        shelf: Library = Files() if library is None else library
+        if isinstance(description, str | Path):
+            description = shelf.description(str(Path(description).absolute()))
+        if folder is None:
+            folder = Path(description.file).parent if description.file else Path.cwd()
+        self.place = find_place(url, domain, context)
+        self.steps: Sequence[Step] = make_plan(
+            description,
+            shelf,
+            arguments=arguments or {},
+            environment=self._environment(environment),
+            folder=str(Path(folder).absolute()),
+            output=output,
+        )
+        self._watch_graph = watch_graph or awaits_graph(self.steps)
+        self._machine = Machine(self.steps, keep=keep)
+        self._listeners = list(listeners)
+        self._runner = Runner(self._machine, self._listeners, stop_timeout_sec=stop_timeout_sec)
+
+    async def run(self) -> bool:
+        """Run it to its end, once; return whether nothing has failed. Cancelling it stops everything.
+
+        Raises:
+            BrokerUnreachable: No broker answers, and none can be started there; or what answers is none.
+            CancelledError: It was cancelled; all processes have ended all the same.
+        """
+        async with AsyncExitStack() as stack:
+            await self._find_broker(stack)
+            if self._watch_graph:
+                await stack.enter_async_context(graph_watch(self.place, self._runner.graph))
+            return await self._runner.run()
+
+    def listen(self, listener: Listener) -> None:
+        """From now on tell a listener of each event."""
+        self._listeners.append(listener)
+
+    def tell(self, event: Event) -> None:
+        """Tell the listeners of something."""
+        self._runner.tell(event)
+
+    def stop(self, reason: str) -> None:
+        """Stop it; a second time, a moment later, kill what is left. `run` returns when all has ended."""
+        self._runner.stop(reason)
+
+    def restart(self, label: str, reason: str) -> None:
+        """Start a process again, whatever it does now."""
+        self._runner.restart(label, reason)
+
+    @property
+    def presences(self) -> frozenset[Presence]:
+        """What is there, as far as the graph is followed."""
+        return self._machine.presences
+
+    def state(self, label: str) -> ProcessState:
+        """Return where a process is in its life."""
+        return self._machine.state(label)
+
+    def _environment(self, given: Mapping[str, str] | None) -> dict[str, str]:
+        base = os.environ if given is None else given
+        extra = {"CALLBOARD_URL": self.place.url, "CALLBOARD_DOMAIN": str(self.place.domain)}
+        return {**base, **extra, "PYTHONUNBUFFERED": "1"}
+
+    async def _find_broker(self, stack: AsyncExitStack) -> None:
+        """See to it that there is a broker: one that answers, or else one of this launch."""
+        place = self.place
+        if await broker_is_there(place.url, place.domain):
+            return
+        if len(place.urls) != 1 or not can_embed(place.urls[0]):
+            urls = ", ".join(map(str, place.urls))
+            raise BrokerUnreachable(f"No broker at {urls}. {start_hint(place.urls[0])}")
+        try:
+            await stack.enter_async_context(embedded_broker(place.urls[0]))
+        except AddressInUseError:
+            if await broker_is_there(place.url, place.domain):  # another launch was quicker
+                return
+            raise
+        self.tell(Message(Level.INFO, f"no broker at {place.url}: this launch brings its own"))
