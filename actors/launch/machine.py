@@ -10,6 +10,7 @@ from __future__ import annotations
 import heapq
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from actors.launch.events import (
@@ -244,7 +245,7 @@ class Machine:
         for handler in [each for each in self._handlers if each.matches(event)]:
             if handler.once:
                 self._handlers.remove(handler)
-            self._take_from(lambda handler=handler: handler.steps(event), now)
+            self._take_from(partial(handler.steps, event), now)
 
     def _take_from(self, give: Callable[[], Sequence[Step]], now: float) -> None:
         """Take steps that a function of the description gives."""
@@ -267,7 +268,7 @@ class Machine:
                 self._step(step, now)
             elif not self.stopping:
                 self._due_steps += 1
-                self._at(now + step.after_sec, lambda then, step=step: self._due(step, then))
+                self._at(now + step.after_sec, partial(self._due, step))
 
     def _due(self, step: Step, now: float) -> None:
         if not self.stopping:
@@ -296,7 +297,7 @@ class Machine:
             event = Appeared(step.presence)
             if step.once:
                 self._handlers.remove(step)
-            self._take_from(lambda: step.steps(event), now)
+            self._take_from(partial(step.steps, event), now)
 
     def _start(self, spec: ProcessSpec, now: float) -> None:
         if self.stopping:
@@ -337,13 +338,13 @@ class Machine:
         deadline = now + process.spec.depends_timeout_sec
         turn = process.turn
         if deadline < float("inf"):
-            self._at(deadline, lambda then: self._waited_enough(process, turn, then))
+            self._at(deadline, partial(self._waited_enough, process, turn))
 
     def _remind(self, process: _Process, turn: int, now: float) -> None:
         if process.turn == turn:
             missing = self._missing(process.spec)
             self._tell(ProcessWaits(process.spec, None, missing, now - process.since))
-            self._at(now + REMINDER_SEC, lambda then: self._remind(process, turn, then))
+            self._at(now + REMINDER_SEC, partial(self._remind, process, turn))
 
     def _waited_enough(self, process: _Process, turn: int, now: float) -> None:
         if process.turn != turn:

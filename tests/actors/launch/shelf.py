@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from actors.launch.description import LaunchDescription
+    from actors.programs import Factory
 
 
 class Shelf:
@@ -29,6 +30,9 @@ class Shelf:
 
     def script(self, path: str) -> Sequence[str]:
         return ("python", path)
+
+    def factory(self, name: str) -> Factory:
+        raise LaunchError(f"No node class '{name}'")
 
     def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:
         return (f"/sources/{package or script}",)
