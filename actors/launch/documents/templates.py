@@ -24,6 +24,17 @@ from actors.launch.library_substitutions import (
     FindExecutable,
     FindPackageShare,
 )
+from actors.launch.logic import (
+    AllSubstitution,
+    AndSubstitution,
+    AnySubstitution,
+    EqualsSubstitution,
+    IfElseSubstitution,
+    NotEqualsSubstitution,
+    NotSubstitution,
+    OrSubstitution,
+)
+from actors.launch.python_expression import PythonExpression
 from actors.launch.substitutions import (
     EnvironmentVariable,
     LaunchConfiguration,
@@ -42,6 +53,8 @@ if TYPE_CHECKING:
 
 MAX_DEPTH: Final = 20
 """Substitutions in substitutions."""
+MAX_ARGUMENTS: Final = 100
+"""Of one substitution."""
 
 Piece: TypeAlias = str | Substitution
 
@@ -193,14 +206,23 @@ class _Call:
 
 
 _CALLS: Final = {
+    "all": _Call("$(all VALUE …)", AllSubstitution, 0, MAX_ARGUMENTS),
+    "and": _Call("$(and LEFT RIGHT)", AndSubstitution, 2, 2),
     "anon": _Call("$(anon NAME)", AnonName),
+    "any": _Call("$(any VALUE …)", AnySubstitution, 0, MAX_ARGUMENTS),
     "command": _Call("$(command 'PROGRAM ARGUMENT …')", Command),
     "dirname": _Call("$(dirname)", ThisLaunchFileDir, 0, 0),
     "env": _Call("$(env NAME) or $(env NAME DEFAULT)", EnvironmentVariable, 1, 2),
+    "equals": _Call("$(equals LEFT RIGHT)", EqualsSubstitution, 2, 2),
+    "eval": _Call("$(eval 'EXPRESSION')", PythonExpression),
     "file-content": _Call("$(file-content PATH)", FileContent),
     "filename": _Call("$(filename)", ThisLaunchFile, 0, 0),
     "find-exec": _Call("$(find-exec NAME)", FindExecutable),
     "find-pkg-share": _Call("$(find-pkg-share PACKAGE)", FindPackageShare),
-    "path-join": _Call("$(path-join PART PART …)", lambda *parts: PathJoinSubstitution(parts), 1, 100),
+    "if": _Call("$(if CONDITION THEN) or $(if CONDITION THEN ELSE)", IfElseSubstitution, 2, 3),
+    "not": _Call("$(not VALUE)", NotSubstitution),
+    "not-equals": _Call("$(not-equals LEFT RIGHT)", NotEqualsSubstitution, 2, 2),
+    "or": _Call("$(or LEFT RIGHT)", OrSubstitution, 2, 2),
+    "path-join": _Call("$(path-join PART …)", lambda *parts: PathJoinSubstitution(parts), 1, MAX_ARGUMENTS),
     "var": _Call("$(var NAME) or $(var NAME DEFAULT)", LaunchConfiguration, 1, 2),
 }
