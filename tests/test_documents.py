@@ -15,6 +15,9 @@ from pkgutil import resolve_name
 import pytest
 
 from actors.cli.reference import reference
+from actors.launch.documents.reading import read_document
+from actors.launch.documents.table import ELEMENTS
+from actors.launch.documents.templates import known_substitutions
 from tests.actors.site_packages import Site
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -219,13 +222,15 @@ def test_the_command_line_guide_shows_what_is_printed(tmp_path: Path) -> None:
 def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
     """Its file is understood, its commands are, and those that start nothing print what is shown."""
     text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
-    ((name, source),) = re.findall(r"```python\n# (\S+)\n(.*?)```", text, re.DOTALL)
+    files = re.findall(r"```(?:python|yaml|toml)\n# (\S+)\n(.*?)```", text, re.DOTALL)
+    assert len(files) == 3
     site = Site(tmp_path / "environment")
     site.install("my_package", scripts=["talker = my_package.talker:main"])
     (site.path / "my_package" / "launch").mkdir(parents=True)
     (site.path / "my_package" / "__init__.py").touch()
     for folder in (tmp_path, site.path / "my_package" / "launch"):
-        (folder / name).write_text(source, encoding="utf-8")
+        for name, source in files:
+            (folder / name).write_text(source, encoding="utf-8")
         (folder / "listener.py").touch()
     shown = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
     assert len(shown) == 2
@@ -243,3 +248,13 @@ def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
         if not starts:
             assert done.stdout == shown.pop(0)
     assert not shown
+
+
+def test_the_launch_guide_knows_all_that_documents_can_say() -> None:
+    """Each element and each substitution is in it, and its three files come to the same."""
+    text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
+    assert [each.names[0] for each in ELEMENTS if f"`{each.names[0]}`" not in text] == []
+    assert [name for name in known_substitutions() if not re.search(rf"`\$\({name}[ )]", text)] == []
+    files = re.findall(r"```(?:yaml|toml)\n# (\S+)\n(.*?)```", text, re.DOTALL)
+    in_yaml, in_toml = (read_document(name, source.encode()) for name, source in files)
+    assert in_yaml.actions == in_toml.actions

@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.launch.files import Files
+from actors.launch.plan import make_plan
+from tests.integration.conftest import ROOT
+
 if TYPE_CHECKING:
     from tests.integration.conftest import System
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.py"))
 
 
 async def test_embedded_needs_nothing_else(system: System) -> None:
@@ -64,12 +68,44 @@ async def test_decorated_course_runs_all_five(system: System) -> None:
         assert text in program.output
 
 
+@pytest.mark.parametrize("language", ["py", "yaml", "toml"])
+async def test_course_launches_from_any_language(language: str, system: System) -> None:
+    """All five programs work together, with a broker that the launch brings, and stop together."""
+    file = f"examples/launch/course.launch.{language}"
+    program = await system.python("-m", "actors", "launch", file, "b:=4")
+    for text in (
+        "[minimal_publisher-1] [INFO]",
+        '[course.minimal_subscriber]: I heard: "Hi Automatic Addison: ',
+        "[course.echo]: I heard Hi Automatic Addison: ",
+        "[course.add_two_ints_client]: Sum: 9",
+    ):
+        program._seen = 0
+        await program.says(text)
+    assert await program.stop() == 0
+    assert "Traceback" not in program.output
+
+
+def test_course_is_the_same_in_all_languages() -> None:
+    """The three launch files come to the same plan."""
+    folder = ROOT / "examples" / "launch"
+    library = Files()
+    plans = [
+        make_plan(
+            library.description(str(path)), library, arguments={"a": "7"}, environment={}, folder=str(folder)
+        )
+        for path in sorted(folder.glob("course.launch.*"))
+    ]
+    assert len(plans) == 3
+    assert plans[0]
+    assert plans[0] == plans[1] == plans[2]
+
+
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_are_short_and_say_what_they_are(path: Path) -> None:
     """At most 60 lines (80 where there are five programs), a docstring, nothing but the public API."""
     text = path.read_text()
     assert len(text.splitlines()) <= (80 if path.stem == "course_decorated" else 60)
     assert text.startswith('"""')
-    public = r"actors|actors\.interfaces\.\w+\.(msg|srv)|broker"
+    public = r"actors|actors\.launch|actors\.interfaces\.\w+\.(msg|srv)|broker"
     imports = re.findall(r"^(?:from|import) ((?:actors|broker|proto)[\w.]*)", text, re.MULTILINE)
     assert [name for name in imports if not re.fullmatch(public, name)] == []

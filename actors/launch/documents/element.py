@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from actors.launch.conditions import IfCondition, UnlessCondition
 from actors.launch.documents.kinds import FlagKind, Kind, Schema, read_mapping
 from actors.tools.suggestions import did_you_mean
-from proto.errors import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -85,7 +84,7 @@ class Element:
             key = by_name.get(name)
             if key is None:
                 hint = did_you_mean(name, by_name) or f"; there is {', '.join(sorted(by_name))}"
-                raise spot.error(f"no key '{shown(name)}' belongs here{hint}")
+                raise spot.inner(name).error(f"no such key{hint}")
             if key.target in said:
                 raise spot.error(f"'{said[key.target]}' and '{name}' cannot both be there")
             said[key.target] = name

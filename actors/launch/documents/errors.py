@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from proto.errors import shown
+
 
 class DocumentError(ValueError):
     """A document does not say what can be launched; the reader makes a `LaunchFileError` of it.
@@ -41,5 +43,5 @@ class Spot:
 
     def __str__(self) -> str:
         """Return it as people write it, such as "launch[3].node.parameters"."""
-        said = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in self.steps)
+        said = (f"[{step}]" if isinstance(step, int) else f".{shown(step)}" for step in self.steps)
         return "".join(said).removeprefix(".")

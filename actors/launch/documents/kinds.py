@@ -305,7 +305,7 @@ def read_fields(value: object, spot: Spot, names: Sequence[str]) -> Mapping[str,
             raise spot.error(f"'{name}' is missing")
     for name in found:
         if name not in names:
-            raise spot.error(f"no key '{shown(name)}' belongs here{did_you_mean(name, names)}")
+            raise spot.inner(name).error(f"no such key{did_you_mean(name, names)}")
     return found
 
 

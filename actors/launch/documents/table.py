@@ -95,7 +95,7 @@ def _action(value: object, spot: Spot) -> Action:
     element = BY_NAME.get(name)
     if element is None:
         hint = did_you_mean(name, BY_NAME) or f"; there is {', '.join(sorted(BY_NAME))}"
-        raise spot.error(f"no element '{shown(name)}'{hint}")
+        raise spot.inner(name).error(f"no such element{hint}")
     return element.read(body, spot.inner(name))
 
 

@@ -218,17 +218,17 @@ PARAMETERS = "node: {script: a.py, parameters: {a: "
 
 
 ERROR_CASES: list[tuple[str, str]] = [
-    ("nod: {}", "launch[0]: no element 'nod'; did you mean 'node'?"),
-    ("qqqqqq: {}", "launch[0]: no element 'qqqqqq'; there is append_env, arg, "),
+    ("nod: {}", "launch[0].nod: no such element; did you mean 'node'?"),
+    ("qqqqqq: {}", "launch[0].qqqqqq: no such element; there is append_env, arg, "),
     ("", "launch[0]: one element should be here, such as 'node', not 0"),
     ("node: {}, log: {}", "launch[0]: one element should be here, such as 'node', not 2: node, log"),
     ("node: 3", "launch[0].node: a mapping should be here, not the number 3"),
     ("node: [a]", "launch[0].node: a mapping should be here, not a list"),
     (
         "node: {script: a.py, paramters: {}}",
-        "launch[0].node: no key 'paramters' belongs here; did you mean 'parameters'?",
+        "launch[0].node.paramters: no such key; did you mean 'parameters'?",
     ),
-    ("log: {zzzz: 1}", "launch[0].log: no key 'zzzz' belongs here; there is if, message, msg, unless"),
+    ("log: {zzzz: 1}", "launch[0].log.zzzz: no such key; there is if, message, msg, unless"),
     ("log: {}", "launch[0].log: 'message' is missing"),
     ("log: ", "launch[0].log: 'message' is missing"),
     ("log: {message: }", "launch[0].log.message: a text should be here, not nothing"),
@@ -277,19 +277,19 @@ ERROR_CASES: list[tuple[str, str]] = [
     ("node: {script: a, remap: a}", "launch[0].node.remap: a list should be here, not the text 'a'"),
     (
         "node: {script: a, env: [{name: a, value: b, x: c}]}",
-        "launch[0].node.env[0]: no key 'x' belongs here",
+        "launch[0].node.env[0].x: no such key",
     ),
     ("node: {script: a, param: [{name: a}]}", "launch[0].node.param[0]: 'value' is missing"),
     (
         "node: {script: a, param: [{from: a, name: b}]}",
-        "launch[0].node.param[0]: no key 'name' belongs here",
+        "launch[0].node.param[0].name: no such key",
     ),
     (f"{PARAMETERS}~}}}}", "launch[0].node.parameters.a: a text should be here, not nothing"),
     (f"{PARAMETERS}[1, [2]]}}}}", "launch[0].node.parameters.a[1]: a text should be here, not a list"),
     (f"{PARAMETERS}{{b: ['$(x)']}}}}}}", "launch[0].node.parameters.a.b[0]: No substitution 'x'"),
     ("executable: {cmd: ''}", "launch[0].executable.cmd: nothing is in it"),
     ("executable: {cmd: []}", "launch[0].executable.cmd: nothing is in it"),
-    ("group: {children: [{nod: {}}]}", "launch[0].group.children[0]: no element 'nod'"),
+    ("group: {children: [{nod: {}}]}", "launch[0].group.children[0].nod: no such element"),
     ("group: [{log: {}}]", "launch[0].group[0].log: 'message' is missing"),
     (
         "group: {children: [], scoped: 'no'}",
@@ -318,12 +318,12 @@ def test_what_is_wrong_is_said_with_its_place(text: str, error: str) -> None:
         ("a.yaml", "", "/files/a.yaml: a launch file begins with 'launch:' and a list of elements"),
         ("a.yaml", "- a", "/files/a.yaml: a launch file begins with 'launch:'"),
         ("a.yaml", "lunch: []", "/files/a.yaml: 'launch' is missing"),
-        ("a.yaml", "launch: []\nx: 1", "/files/a.yaml: no key 'x' belongs here"),
+        ("a.yaml", "launch: []\nx: 1", "/files/a.yaml, line 2: x: no such key"),
         ("a.yaml", "launch: 3", "/files/a.yaml, line 1: launch: a list should be here, not the number 3"),
         (
             "a.yml",
             "launch:\n- log:\n    message: a\n    b: c",
-            "/files/a.yml, line 2: launch[0].log: no key 'b'",
+            "/files/a.yml, line 4: launch[0].log.b: no such key",
         ),
         (
             "a.yml",
