@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from actors.launch.actions import IncludeLaunchDescription as IncludeLaunchDescription
     from actors.launch.actions import LogInfo as LogInfo
     from actors.launch.actions import Node as Node
+    from actors.launch.actions import OpaqueFunction as OpaqueFunction
     from actors.launch.actions import PushNamespace as PushNamespace
     from actors.launch.actions import PushRosNamespace as PushRosNamespace
+    from actors.launch.actions import RegisterEventHandler as RegisterEventHandler
     from actors.launch.actions import SetEnvironmentVariable as SetEnvironmentVariable
     from actors.launch.actions import SetLaunchConfiguration as SetLaunchConfiguration
     from actors.launch.actions import SetParameter as SetParameter
@@ -42,6 +44,14 @@ if TYPE_CHECKING:
     from actors.launch.errors import LaunchError as LaunchError
     from actors.launch.errors import LaunchFileError as LaunchFileError
     from actors.launch.errors import UnknownArgumentError as UnknownArgumentError
+    from actors.launch.event_handlers import OnNodeUp as OnNodeUp
+    from actors.launch.event_handlers import OnProcessExit as OnProcessExit
+    from actors.launch.event_handlers import OnProcessIO as OnProcessIO
+    from actors.launch.event_handlers import OnProcessStart as OnProcessStart
+    from actors.launch.event_handlers import OnServiceAvailable as OnServiceAvailable
+    from actors.launch.event_handlers import OnShutdown as OnShutdown
+    from actors.launch.event_handlers import OnTopicPublished as OnTopicPublished
+    from actors.launch.launching import Launch as Launch
     from actors.launch.library_substitutions import AnonName as AnonName
     from actors.launch.library_substitutions import Command as Command
     from actors.launch.library_substitutions import FileContent as FileContent
@@ -66,6 +76,16 @@ if TYPE_CHECKING:
     from actors.launch.substitutions import ThisLaunchFileDir as ThisLaunchFileDir
 
 _HOMES = {
+    "actors.launch.launching": ("Launch",),
+    "actors.launch.event_handlers": (
+        "OnNodeUp",
+        "OnProcessExit",
+        "OnProcessIO",
+        "OnProcessStart",
+        "OnServiceAvailable",
+        "OnShutdown",
+        "OnTopicPublished",
+    ),
     "actors.launch.actions": (
         "AppendEnvironmentVariable",
         "DeclareLaunchArgument",
@@ -83,6 +103,8 @@ _HOMES = {
         "Shutdown",
         "TimerAction",
         "UnsetEnvironmentVariable",
+        "OpaqueFunction",
+        "RegisterEventHandler",
     ),
     "actors.launch.conditions": (
         "IfCondition",

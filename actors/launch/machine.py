@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from actors.launch.steps import Step
 
 REMINDER_SEC: Final = 10.0
-"""So often it is said that a process still waits."""
+"""When it is said that a process still waits; then after twice, four times … as long."""
 HURRY_AFTER_SEC: Final = 0.2
 """Two wishes to stop that are closer together are one: `timeout` and terminals may signal twice."""
 MAX_HANDLERS: Final = 10_000
@@ -343,8 +343,9 @@ class Machine:
     def _remind(self, process: _Process, turn: int, now: float) -> None:
         if process.turn == turn:
             missing = self._missing(process.spec)
-            self._tell(ProcessWaits(process.spec, None, missing, now - process.since))
-            self._at(now + REMINDER_SEC, partial(self._remind, process, turn))
+            so_far_sec = now - process.since
+            self._tell(ProcessWaits(process.spec, None, missing, so_far_sec))
+            self._at(now + max(so_far_sec, REMINDER_SEC), partial(self._remind, process, turn))
 
     def _waited_enough(self, process: _Process, turn: int, now: float) -> None:
         if process.turn != turn:

@@ -140,7 +140,7 @@ def call_function(function: Callable[..., Any], *args: Any, **kwargs: Any) -> Se
 
 def function_name(function: Callable[..., Any]) -> str:
     """Return what people call a function."""
-    return f"{getattr(function, '__qualname__', type(function).__name__)}()"
+    return f"{getattr(function, '__name__', type(function).__name__)}()"
 
 
 def _trigger(handler: EventHandler, what: str, matches: Callable[[Event], bool]) -> Trigger:

@@ -278,3 +278,151 @@ async def test_timers_arguments_and_the_environment_reach_processes(system: Syst
     assert await program.ends() == 0
     first, second = (program.output.index(text) for text in ("[launch]: word yes", "[tell-1] yes ['a b']"))
     assert first < second
+
+
+SERVER: Final = """
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+
+class Server(actors.Node):
+    def __init__(self):
+        super().__init__("server")
+        self.create_service(AddTwoInts, "add_two_ints", self.add)
+
+    def add(self, request, response):
+        response.sum = request.a + request.b
+        return response
+
+actors.run(Server)
+"""
+
+CLIENT: Final = """
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+
+async def main():
+    async with actors.Node("client") as node:
+        client = node.create_client(AddTwoInts, "add_two_ints")
+        assert await client.wait_for_service(timeout_sec=30)
+        response = await client.call_async(AddTwoInts.Request(a=3, b=5), timeout_sec=30)
+        print("Sum:", response.sum)
+
+actors.run(main)
+"""
+
+
+async def test_a_process_waits_for_a_service(system: System, tmp_path: Path) -> None:
+    """In its namespace; the client is started when the server is there, though it stands before it."""
+    actions = (
+        "PushNamespace('ns1')",
+        "Node(script='client.py', required=True, depends_on='service add_two_ints')",
+        "RegisterEventHandler(OnServiceAvailable(service='add_two_ints', on_available=LogInfo(msg='seen ')))",
+        "Node(script='server.py')",
+    )
+    program = await launch(system, launch_file(tmp_path, *actions, server=SERVER, client=CLIENT))
+    assert await program.ends() == 0
+    texts = [
+        "[client-1]: waits for service /ns1/add_two_ints",
+        "[server-2]: process started",
+        "[launch]: seen ",
+        "[client-1] Sum: 8",
+        "stopping: client-1 is required and has ended",
+    ]
+    places = [program.output.index(text) for text in texts]
+    assert places == sorted(places)
+
+
+async def test_what_does_not_come_is_not_waited_for(system: System, tmp_path: Path) -> None:
+    """The process counts as dead, and the launch has failed without it."""
+    action = "Node(script='tell.py', required=True, depends_on=['node talker'], depends_timeout=0.3)"
+    program = await launch(system, launch_file(tmp_path, action, tell="print('told')"))
+    assert await program.ends() == 1
+    assert "[tell-1]: process could not be run: node /talker was not there within 0.3 s" in program.output
+    assert "told" not in program.output
+
+
+async def test_handlers_and_functions_see_processes(system: System, tmp_path: Path) -> None:
+    """They start, when another has said something or has ended; stdout and stderr are told apart."""
+    (tmp_path / "functions.py").write_text("""
+from actors.launch import LogInfo, Shutdown
+
+def said(event):
+    return LogInfo(msg=f"{event.process_name} said {event.text.decode().strip()} ")
+
+def ended(event, context):
+    return [LogInfo(msg=f"ended with {event.returncode} "), Shutdown(reason="enough")]
+""")
+    actions = (
+        "RegisterEventHandler(OnProcessIO(target_action='first', on_stderr=said, handle_once=True))",
+        "Node(script='first.py', name='first', on_exit=Node(script='second.py', on_exit=ended))",
+        "Node(script='sleeper.py')",
+    )
+    file = launch_file(
+        tmp_path,
+        *actions,
+        first="import sys; print('quiet'); print('loud', file=sys.stderr)",
+        second="raise SystemExit(4)",
+        sleeper=SLEEPER,
+    )
+    source = tmp_path / "file.launch.py"
+    found = f"import sys\nsys.path.insert(0, {str(tmp_path)!r})\nfrom functions import ended, said\n"
+    source.write_text(found + source.read_text())
+    program = await launch(system, file)
+    assert await program.ends() == 0
+    assert "[first-1] quiet" in program.output
+    for text in ("first-1 said loud ", "ended with 4 ", "stopping: enough"):
+        assert f"[INFO] [launch]: {text}" in program.output
+    (pid,) = re.findall(r"\[sleeper-\d\]: process started with pid \[(\d+)\]", program.output)
+    assert not alive(int(pid))
+
+
+async def test_a_function_that_fails_ends_the_launch(system: System, tmp_path: Path) -> None:
+    """In one line; what runs is stopped."""
+    actions = (
+        "Node(script='sleeper.py')",
+        "RegisterEventHandler(OnProcessIO(target_action='sleeper', on_output=lambda event: 1 / 0))",
+    )
+    program = await launch(system, launch_file(tmp_path, *actions, sleeper=SLEEPER))
+    assert await program.ends() == 1
+    assert "<lambda>(): ZeroDivisionError: division by zero" in program.output
+    assert program.output.count("ZeroDivisionError") == 1
+
+
+async def test_each_process_has_its_own_time_to_stop(system: System, tmp_path: Path) -> None:
+    """It goes before the launch's, which would be too long for this test."""
+    action = "Node(script='deaf.py', sigterm_timeout='0.1', sigkill_timeout=1000)"
+    file = launch_file(tmp_path, action, deaf=DEAF.format(more=""))
+    program = await launch(system, file, "--stop-timeout", "1000")
+    (pid,) = await said(program, "deaf")
+    assert await program.stop() == 0
+    assert "process has not ended after SIGINT; sending SIGTERM" in program.output
+    assert not alive(pid)
+
+
+async def test_a_signal_that_comes_twice_at_once_is_one(system: System, tmp_path: Path) -> None:
+    """As `timeout` sends it: the processes are asked, not killed."""
+    polite = """
+import os, signal, time
+def end(*_):
+    os.write(1, b"good bye\\n")
+    raise SystemExit
+signal.signal(signal.SIGINT, end)
+os.write(1, b"polite %d\\n" % os.getpid())
+time.sleep(1000)
+"""
+    program = await launch(system, launch_file(tmp_path, "Node(script='polite.py')", polite=polite))
+    await said(program, "polite")
+    program.send(signal.SIGINT)
+    program.send(signal.SIGTERM)
+    assert await program.ends() == 0
+    assert "[polite-1] good bye" in program.output
+
+
+async def test_a_port_that_something_else_has_is_told_of(system: System, tmp_path: Path) -> None:
+    """No broker can be started there, and none answers; nothing is started."""
+    silent = await asyncio.start_server(lambda *_: None, "127.0.0.1", system.port)
+    async with silent:
+        program = await launch(system, launch_file(tmp_path, "Node(script='tell.py')", tell="print('told')"))
+        assert await program.ends() == 3
+    assert f"{system.url}" in program.output
+    assert "told" not in program.output.replace("was told", "")
