@@ -243,18 +243,22 @@ class Machine:
         """Tell of an event, and react to it."""
         self._tell(event)
         for handler in [each for each in self._handlers if each.matches(event)]:
-            if handler.once:
-                self._handlers.remove(handler)
-            self._take_from(partial(handler.steps, event), now)
+            self._react(handler, event, now)
 
-    def _take_from(self, give: Callable[[], Sequence[Step]], now: float) -> None:
-        """Take steps that a function of the description gives."""
+    def _react(self, handler: React, event: Event, now: float) -> None:
+        good = self._take_from(partial(handler.steps, event), now)
+        if (handler.once or not good) and handler in self._handlers:
+            self._handlers.remove(handler)
+
+    def _take_from(self, give: Callable[[], Sequence[Step]], now: float) -> bool:
+        """Take steps that a function of the description gives; return whether it gave any."""
         try:
             steps = give()
         except CallboardError as error:
             self._mistake(str(error), now)
-        else:
-            self._take(steps, now)
+            return False
+        self._take(steps, now)
+        return True
 
     def _mistake(self, text: str, now: float) -> None:
         self._tell(Message(Level.ERROR, text))
@@ -294,10 +298,7 @@ class Machine:
             return
         self._handlers.append(step)
         if step.presence in self.presences:
-            event = Appeared(step.presence)
-            if step.once:
-                self._handlers.remove(step)
-            self._take_from(partial(step.steps, event), now)
+            self._react(step, Appeared(step.presence), now)
 
     def _start(self, spec: ProcessSpec, now: float) -> None:
         if self.stopping:

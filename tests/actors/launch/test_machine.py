@@ -370,6 +370,19 @@ def test_a_function_that_fails_ends_the_launch() -> None:
     assert play.machine.failed
 
 
+def test_a_handler_that_has_failed_is_not_called_again() -> None:
+    """Its mistake is told once, though what it is for goes on happening while the launch ends."""
+
+    def fail(event: Event) -> list[Step]:
+        raise LaunchError("no")
+
+    play = Play(start(), React(what="x", matches=lambda event: isinstance(event, ProcessIO), steps=fail))
+    play.up()
+    for _ in range(3):
+        play.does(play.machine.wrote, "a-1", Stream.OUTPUT, [b"x"])
+    assert play.said == ["ERROR launch: no"]
+
+
 def test_streams_are_split_when_somebody_must_know() -> None:
     """A handler for one of them, or an output that goes different ways."""
     play = Play(start("a"), start("b", output=OutputMode.LOG), start("c", output=OutputMode.BOTH))
