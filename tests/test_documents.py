@@ -250,6 +250,24 @@ def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
     assert not shown
 
 
+def test_the_launch_guides_own_nodes_are_planned(tmp_path: Path) -> None:
+    """Its file with node classes is understood."""
+    text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
+    (source,) = re.findall(r"```python\n([^#].*?node=Counter.*?)```", text, re.DOTALL)
+    file = tmp_path / "own.launch.py"
+    file.write_text(source, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "actors", "launch", str(file), "--dry-run"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.splitlines() == [
+        "[Counter-1] Counter --ros-args -r __ns:=/ns1",
+        "[fast_counter-2] Counter --ros-args -r __node:=fast_counter -p step:=10",
+    ], done.stderr
+
+
 def test_the_launch_guide_knows_all_that_documents_can_say() -> None:
     """Each element and each substitution is in it, and its three files come to the same."""
     text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")

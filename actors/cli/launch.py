@@ -29,7 +29,7 @@ from proto.errors import shown
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
     from actors.launch.actions import DeclareLaunchArgument
     from actors.launch.steps import Step
@@ -63,6 +63,7 @@ def run(options: argparse.Namespace) -> int:
             environment=_environment(),
             library=library,
             stop_timeout_sec=options.stop_timeout,
+            keep=options.watch,
         )
     except UnknownArgumentError as error:
         hint = did_you_mean(error.name, error.known) or "; see --show-args"
@@ -73,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
         for line in _shown_steps(launch.steps):
             say(line)
         return OK
-    return run_async(lambda: _run(launch))
+    return run_async(lambda: _run(launch, library.launch_files if options.watch else None))
 
 
 # Which file, with what
@@ -162,8 +163,8 @@ def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:
 # Doing it
 
 
-async def _run(launch: Launch) -> int:
-    """Run a launch to its end; return the exit code."""
+async def _run(launch: Launch, watched: Collection[str] | None) -> int:
+    """Run a launch to its end; return the exit code. With launch files to watch it restarts what changes."""
     loop = asyncio.get_running_loop()
     unheard = False
 
@@ -181,12 +182,21 @@ async def _run(launch: Launch) -> int:
     try:
         with own_logs(launch.tell), voice_logs(), voice_streams():
             _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone"))
-            good = await launch.run()
+            good = await (launch.run() if watched is None else _run_watched(launch, watched))
     finally:
         output.close(LAST_OUTPUT_SEC)
     if not good:
         return FAILURE
     return BROKEN_PIPE if unheard else OK
+
+
+async def _run_watched(launch: Launch, launch_files: Collection[str]) -> bool:
+    from actors.launch.watching import SourceWatch  # noqa: PLC0415 - seldom wanted
+
+    watch = SourceWatch(launch.steps, launch_files=launch_files, restart=launch.restart, tell=launch.tell)
+    launch.listen(watch.heard)
+    async with watch.running():
+        return await launch.run()
 
 
 def _stop_at_hangup(loop: asyncio.AbstractEventLoop, stop: Callable[[], None]) -> None:

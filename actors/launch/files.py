@@ -35,7 +35,14 @@ MAX_FILE_BYTES: Final = 1 << 20
 
 
 class Files:
-    """The library of this machine: its files, and the packages that are installed here."""
+    """The library of this machine: its files, and the packages that are installed here.
+
+    Attributes:
+        launch_files: The paths of those that have been read.
+    """
+
+    def __init__(self) -> None:
+        self.launch_files: list[str] = []
 
     def description(self, path: str) -> LaunchDescription:
         """Return what a YAML or TOML file says, or a Python file's `generate_launch_description` returns.
@@ -43,6 +50,8 @@ class Files:
         Raises:
             LaunchFileError: It cannot be read, fails, or describes nothing.
         """
+        if path not in self.launch_files:
+            self.launch_files.append(path)
         suffix = Path(path).suffix
         if suffix in DOCUMENT_SUFFIXES:
             from actors.launch.documents.reading import read_document  # noqa: PLC0415 - Python files need none

@@ -125,7 +125,8 @@ class Machine:
 
     Args:
         steps: What to do.
-        keep: Whether it goes on when nothing is left to run: processes can be started again by `restart`.
+        keep: Whether it goes on when nothing is left to run, or a required process has died: processes can be
+            started again by `restart`.
 
     Attributes:
         presences: What the graph has, as far as it is known.
@@ -371,7 +372,7 @@ class Machine:
             self._enter(process, now)
         elif spec.respawn and process.restarts != spec.respawn_max_retries:
             self._respawn(process, lived_sec, now)
-        elif spec.required:
+        elif spec.required and (outcome.normal or not self._keep):
             self.failed = self.failed or not outcome.normal
             self._stop(f"{spec.label} is required and has ended", now)
         if process.state is ProcessState.DEAD and not self._keep:

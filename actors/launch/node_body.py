@@ -37,7 +37,7 @@ class NodeBody(TaskBody):
     Args:
         spec: What to run.
         write: Takes its lines; at its end all of them have come.
-        say: Takes what there is to say of it; the text goes on where its name ends.
+        say: Takes what there is to say of it.
         stop_timeout_sec: What it may take to stop before it is cancelled again, and before it is given up,
             unless the specification says otherwise.
         reports: As a body's.
@@ -104,7 +104,7 @@ class NodeBody(TaskBody):
         return super()._patience_sec(rung) if own is None else own
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
-        self._say(Level(severity.name), text)
+        self._say(Level(severity.name), f"node {text}")
 
 
 def _log_level() -> LoggingSeverity | None:

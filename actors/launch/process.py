@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.launch.events import Level, Stream
 from actors.launch.lines import Lines
+from actors.launch.pseudo_terminal import CAN_EMULATE, open_terminal
 from actors.logger import get_logger
 from actors.supervision.process_body import ProcessBody
 from actors.supervision.specification import Child
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from actors.supervision.process import Process
 
 REST_TIMEOUT_SEC: Final = 1.0
-"""How long its pipe is read after its end. Only what has left its group can hold the pipe open."""
+"""How long its pipe or terminal is read after its end. Only what has left its group can hold that open."""
 
 
 class LaunchedProcess(ProcessBody):
@@ -35,7 +36,7 @@ class LaunchedProcess(ProcessBody):
         guard: Kills it if this process is killed.
         split: Whether stdout and stderr are told apart. If not they are read as one, in their order.
         write: Takes its lines; at its end all of them have come.
-        say: Takes what there is to say of it; the text goes on where its name ends.
+        say: Takes what there is to say of it.
         stop_timeout_sec: What each step of stopping it may take, unless the specification says otherwise.
         reports: As a body's.
     """
@@ -71,8 +72,8 @@ class LaunchedProcess(ProcessBody):
             return outcome
 
     async def _open(self, stream: Stream, stack: AsyncExitStack) -> _Reader:
-        """Make a pipe and begin to read it."""
-        reading, writing = os.pipe()
+        """Make a pipe, or a terminal, and begin to read it."""
+        reading, writing = open_terminal() if self._spec.emulate_tty and CAN_EMULATE else os.pipe()
         self._pipes.append(writing)
         source = os.fdopen(reading, "rb", buffering=0)
         reader = _Reader(partial(self._write, stream))

@@ -7,7 +7,7 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     from actors.launch.steps import ProcessSpec
 
@@ -20,9 +20,14 @@ MAX_FOLDERS: Final = 1000
 
 
 class Sources:
-    """What the processes are made of. Paths in it are real ones: no links are left in them."""
+    """What the processes are made of. Paths in it are real ones: no links are left in them.
 
-    def __init__(self) -> None:
+    Args:
+        launch_files: Files that describe the launch, and belong to no process. More may be added later.
+    """
+
+    def __init__(self, launch_files: Collection[str] = ()) -> None:
+        self._launch_files = launch_files
         self._processes: dict[str, _Process] = {}
 
     def add(self, spec: ProcessSpec) -> bool:
@@ -31,6 +36,10 @@ class Sources:
             return False
         self._processes[spec.label] = _Process(spec)
         return True
+
+    def describes(self, path: str) -> bool:
+        """Tell whether a real path is a launch file."""
+        return path in map(os.path.realpath, self._launch_files)
 
     def made_of(self, path: str) -> list[str]:
         """Return the labels of the processes that a real path belongs to.
@@ -42,13 +51,15 @@ class Sources:
 
     def folders(self) -> list[str]:
         """Return the folders to watch, each for itself; at most `MAX_FOLDERS`. Reading them takes time."""
-        found: dict[str, None] = {}
+        sources = [os.path.realpath(each) for each in tuple(self._launch_files)]
         for process in tuple(self._processes.values()):
-            for source in process.sources:
-                for folder in _folders(source):
-                    if len(found) == MAX_FOLDERS:
-                        return list(found)
-                    found[folder] = None
+            sources += process.sources
+        found: dict[str, None] = {}
+        for source in sources:
+            for folder in _folders(source):
+                if len(found) == MAX_FOLDERS:
+                    return list(found)
+                found[folder] = None
         return list(found)
 
 

@@ -34,7 +34,7 @@ class Voice:
 
     Args:
         write: Takes its lines; when it has ended all of them have come.
-        say: Takes what there is to say of it; the text goes on where its name ends.
+        say: Takes what there is to say of it.
         context: The launch's.
         colored: Whether its lines may have colours.
 
@@ -113,4 +113,4 @@ class Voice:
         for stream, lines in groupby(waiting, key=lambda each: each[0]):
             self._write(stream, [line for _, line in lines])
         if lost:
-            self._say(Level.WARN, f"has written too fast; {lost} lines are not shown")
+            self._say(Level.WARN, f"node has written too fast: {lost} lines are not shown")

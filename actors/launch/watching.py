@@ -21,7 +21,7 @@ from actors.launch.steps import Start
 from proto.errors import shown
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator, Callable, Iterable
+    from collections.abc import AsyncGenerator, Callable, Collection, Iterable
 
     from watchfiles._rust_notify import RustNotify
 
@@ -43,7 +43,7 @@ class SourceWatch:
 
     Args:
         steps: Of the launch: its processes are watched from the beginning.
-        launch_files: Files whose changes cannot be carried out; that is said instead.
+        launch_files: Files whose changes cannot be carried out; that is said instead. More may be added.
         restart: Called in the loop with a label and the reason.
         tell: Gets messages, in the loop.
     """
@@ -52,15 +52,14 @@ class SourceWatch:
         self,
         steps: Iterable[Step],
         *,
-        launch_files: Iterable[str],
+        launch_files: Collection[str],
         restart: Callable[[str, str], None],
         tell: Listener,
     ) -> None:
-        self._sources = Sources()
+        self._sources = Sources(launch_files)
         for step in steps:
             if isinstance(step, Start):
                 self._sources.add(step.process)
-        self._launch_files = frozenset(map(os.path.realpath, launch_files))
         self._restart = restart
         self._tell = tell
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -166,11 +165,12 @@ class SourceWatch:
     # In the loop
 
     def _changed(self, paths: set[str]) -> None:
-        for path in sorted(paths & self._launch_files):
-            name = shown(PurePath(path).name)
-            self._say(Level.WARN, f"{name} has changed: start the launch again to see that")
         changed: dict[str, list[str]] = {}
-        for path in sorted(paths - self._launch_files):
+        for path in sorted(paths):
+            if self._sources.describes(path):
+                name = shown(PurePath(path).name)
+                self._say(Level.WARN, f"{name} has changed: start the launch again to see that")
+                continue
             for label in self._sources.made_of(path):
                 changed.setdefault(label, []).append(path)
         for label, files in changed.items():

@@ -11,6 +11,7 @@ EXAMPLES: Final = {
     "callboard launch robot.py": "what it describes, until Ctrl-C; with a broker if there is none",
     "callboard launch my_package robot.py speed:=1.5": "a file of an installed package, with an argument",
     "callboard launch robot.py --show-args": "which arguments there are",
+    "callboard launch robot.py --watch": "the same while you write it: what is saved runs anew",
     "callboard launch robot.py --dry-run": "what it would start, as commands",
 }
 
@@ -56,6 +57,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SEC",
         default=5.0,
         help="what a process gets after SIGINT, and again after SIGTERM; default: 5",
+    )
+    parser.add_argument(
+        "--watch", action="store_true", help="start processes again when their source changes"
     )
     add_broker_options(parser)
 

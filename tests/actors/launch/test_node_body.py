@@ -315,7 +315,7 @@ async def test_what_comes_too_fast_is_dropped_and_counted(hall: Hall) -> None:
     _, ended = hall.body(flood)
     assert (await ended).normal
     assert len(hall.lines("node-1")) == fits + 1
-    assert hall.messages() == ["node-1: has written too fast; 5 lines are not shown"]
+    assert hall.messages() == ["node-1: node has written too fast: 5 lines are not shown"]
 
 
 async def test_a_deaf_node_is_cancelled_again(hall: Hall) -> None:
@@ -333,4 +333,4 @@ async def test_a_deaf_node_is_cancelled_again(hall: Hall) -> None:
     await begun.wait()
     body.stop()
     assert (await ended).normal
-    assert hall.messages() == ["node-1: has not stopped yet; cancelling it again"]
+    assert hall.messages() == ["node-1: node has not stopped yet; cancelling it again"]

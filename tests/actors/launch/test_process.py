@@ -5,18 +5,22 @@ from __future__ import annotations
 import asyncio
 import contextvars
 import os
+import signal
+import sys
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.launch.events import Stream
 from actors.launch.process import LaunchedProcess
 from actors.launch.steps import ProcessSpec
 from actors.supervision.guard import Guard
+from proto import process
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
 
-    from actors.launch.events import Stream
     from actors.supervision.outcome import Outcome
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
@@ -30,10 +34,19 @@ class Run:
     Attributes:
         process: The process.
         output: What it has written.
+        streams: Where it has written.
         outcome: How it ends.
     """
 
-    def __init__(self, guard: Guard, script: str, *, stop_timeout_sec: float = 1000, **options: Any) -> None:
+    def __init__(
+        self,
+        guard: Guard,
+        script: str,
+        *,
+        split: bool = False,
+        stop_timeout_sec: float = 1000,
+        **options: Any,
+    ) -> None:
         command = ("/bin/sh", "-c", script)
         spec = ProcessSpec(
             label="script-1",
@@ -44,13 +57,14 @@ class Run:
             **options,
         )
         self.output = b""
+        self.streams: set[Stream] = set()
         self.said: list[str] = []
         self._more = asyncio.Event()
         self.outcome: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
         self.process = LaunchedProcess(
             spec,
             guard,
-            split=False,
+            split=split,
             write=self._write,
             say=lambda level, text: self.said.append(f"{level.value} {text}"),
             stop_timeout_sec=stop_timeout_sec,
@@ -66,6 +80,7 @@ class Run:
             await self._more.wait()
 
     def _write(self, stream: Stream, lines: Sequence[bytes]) -> None:
+        self.streams.add(stream)
         self.output += b"".join(line + b"\n" for line in lines)
         self._more.set()
 
@@ -104,3 +119,38 @@ async def test_a_hurried_process_is_killed_at_once() -> None:
     assert (await run.outcome).signal_name == "SIGKILL"
     await guard.close()
     assert run.said == ["WARN process is killed"]
+
+
+SEES = "test -t 1 && test -t 2 && echo terminal; echo more >&2; printf 'no end'"
+
+
+@pytest.mark.parametrize("split", [True, False])
+@pytest.mark.parametrize("new_loop", [asyncio.new_event_loop, process.new_event_loop])
+def test_it_can_write_to_a_terminal(new_loop: Callable[[], Any], *, split: bool) -> None:
+    """Or to two, where its streams are told apart; all of it has come when it has ended."""
+
+    async def main() -> None:
+        guard = Guard()
+        run = Run(guard, SEES, split=split, emulate_tty=True)
+        assert (await run.outcome).normal
+        await guard.close()
+        assert set(run.output.splitlines()) == {b"terminal", b"more", b"no end"}
+        assert run.streams == ({Stream.STDOUT, Stream.STDERR} if split else {Stream.OUTPUT})
+
+    with asyncio.Runner(loop_factory=new_loop) as runner:
+        runner.run(main())
+
+
+@pytest.mark.parametrize("emulate_tty", [True, False])
+async def test_its_end_does_not_wait_for_who_has_left(tmp_path: Path, *, emulate_tty: bool) -> None:
+    """A process in a session of its own may hold the pipe or terminal open."""
+    left = f"import os, time; os.setsid(); open({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid()))"
+    path = tmp_path / "pid"
+    guard = Guard()
+    script = f"""'{sys.executable}' -c "{left}; print('left', flush=True); time.sleep(1000)" & wait"""
+    run = Run(guard, script, emulate_tty=emulate_tty)
+    await run.says(b"left")
+    run.process.hurry()
+    await run.outcome
+    await guard.close()
+    os.kill(int(path.read_text()), signal.SIGKILL)

@@ -30,7 +30,7 @@ class Witness:
         self._more = asyncio.Event()
         self.watch = SourceWatch(
             [Start(process=each) for each in processes],
-            launch_files=map(str, launch_files),
+            launch_files=[str(each) for each in launch_files],
             restart=lambda label, reason: self._add(f"{label}: {reason}"),
             tell=self._tell,
         )

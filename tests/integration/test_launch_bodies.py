@@ -1,0 +1,124 @@
+"""`callboard launch`: nodes in its own process, terminals for programs, and programs that are rewritten."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.integration.conftest import ROOT
+from tests.integration.test_launch import launch, launch_file
+from tests.integration.test_supervision import gone
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.integration.conftest import Program, System
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
+
+OWN = """
+from actors import Node
+from actors.launch import LaunchDescription
+from actors.launch import Node as Launched
+
+
+class Talker(Node):
+    def __init__(self) -> None:
+        super().__init__("talker")
+        print("made", end=" ")
+        print("here")
+        self.create_timer(0.05, lambda: self.get_logger().info(f"I am {self.get_fully_qualified_name()}"))
+
+
+def broken() -> Node:
+    raise ValueError("no such map")
+
+
+def generate_launch_description():
+    return LaunchDescription([
+        Launched(node=Talker, name="anna", namespace="ns1"),
+        Launched(node=Talker),
+        Launched(node=broken),
+        Launched(node="minimal_node:MinimalNode", name="named"),
+    ])
+"""
+
+NAMED = """
+import actors
+
+
+class MinimalNode(actors.Node):
+    def __init__(self) -> None:
+        super().__init__("minimal")
+        self.get_logger().warning("by its name")
+"""
+
+TERMINAL = """
+import os, sys
+size = os.get_terminal_size(1)
+print("terminal", os.isatty(1), os.isatty(2), size.columns, size.lines)
+print("pid", os.getpid(), file=sys.stderr)
+sys.stdout.flush()
+sys.stderr.write("no end")
+"""
+
+
+async def anywhere(program: Program, text: str) -> str:
+    """Wait for a line with `text` in it, wherever it stands."""
+    program._seen = 0
+    return await program.says(text)
+
+
+async def test_nodes_run_in_the_launchs_process(system: System, tmp_path: Path) -> None:
+    """Each with its name and label; one that fails does not disturb the others; Ctrl-C stops all with 0."""
+    file = tmp_path / "own.launch.py"
+    file.write_text(OWN)
+    (tmp_path / "minimal_node.py").write_text(NAMED)
+    environ = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(tmp_path)])}
+    program = await system.program(sys.executable, "-m", "actors", "launch", str(file), environ=environ)
+    for text in ("[ns1.anna]: I am /ns1/anna", "[talker]: I am /talker", "[named]: by its name"):
+        line = await anywhere(program, text)
+        assert re.match(r"\[\w+-[124]\] \[(INFO|WARN)\] \[\d+\.\d+\] ", line)
+    assert await program.stop() == 0
+    assert program.output.count("] made here") == 2
+    assert "-3] ValueError: no such map" in program.output
+    nodes = [line for line in program.output.splitlines() if "I am /ns1/anna" in line]
+    assert all("-1] " in line for line in nodes)
+
+
+async def test_a_program_can_have_a_terminal(system: System, tmp_path: Path) -> None:
+    """`emulate_tty`: stdout and stderr are one, of the usual size; the last line comes, too."""
+    file = launch_file(tmp_path, "Node(script='look.py', emulate_tty=True)", look=TERMINAL)
+    program = await launch(system, file)
+    assert await program.ends() == 0
+    assert "[look-1] terminal True True 80 24" in program.lines
+    assert "[look-1] no end" in program.lines
+    (pid,) = re.findall(r"\[look-1\] pid (\d+)$", program.output, re.MULTILINE)
+    await gone(int(pid))
+
+
+async def test_a_rewritten_script_runs_anew(system: System, tmp_path: Path) -> None:
+    """`--watch`: at once if it runs; one that has died waits for that, and the launch goes on."""
+    sleeps = "import time; print('{}'); time.sleep(1000)"
+    file = launch_file(
+        tmp_path,
+        "Node(script='one.py')",
+        "Node(script='two.py', required=True)",
+        one=sleeps.format("first"),
+        two="1 / 0",
+    )
+    program = await launch(system, file, "--watch")
+    await program.says("watching 1 folder for changes")
+    await program.says("[one-1] first")
+    await anywhere(program, "[two-2] ZeroDivisionError")
+    (tmp_path / "one.py").write_text(sleeps.format("second"))
+    await program.says("[one-1] second")
+    (tmp_path / "two.py").write_text(sleeps.format("mended"))
+    await program.says("[two-2] mended")
+    assert program.output.count("[one-1] second") == 1
+    assert "one.py has changed" in program.output
+    assert await program.stop() == 0
