@@ -30,6 +30,16 @@ def test_a_description_knows_its_file(tmp_path: Path) -> None:
     assert FILES.description(str(path)).file == str(path)
 
 
+def test_the_files_that_were_read_are_known(tmp_path: Path) -> None:
+    """Each once, also one that turned out to be wrong: mending it is a change."""
+    files = Files()
+    path = str(tmp_path / "a.launch.py")
+    for _ in range(2):
+        with pytest.raises(LaunchFileError):
+            files.description(path)
+    assert files.launch_files == [path]
+
+
 def test_a_package_has_sources_and_data(site: Site) -> None:
     """The folders of its modules; a module may be a file, too."""
     site.install("my-robot", scripts=["talker = my_robot.talker:main", "tool = robot_tool:main"])

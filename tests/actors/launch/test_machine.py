@@ -456,6 +456,15 @@ def test_a_required_process_ends_the_launch(code: int) -> None:
     assert play.machine.failed is bool(code)
 
 
+@pytest.mark.parametrize("code", [0, 3])
+def test_a_required_process_that_died_may_be_mended(code: int) -> None:
+    """Where processes can be started on demand; one that has done its work ends the launch there, too."""
+    play = Play(start(required=True), keep=True)
+    play.ends(code=code)
+    assert play.machine.stopping is (code == 0)
+    assert not play.machine.failed
+
+
 def test_a_required_process_may_be_started_again_first() -> None:
     """Only its last end is the launch's."""
     play = Play(start(required=True, respawn=True, respawn_max_retries=1))
