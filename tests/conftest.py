@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import tempfile
 
-import pytest
-
 from actors import environment
 
-_FOLDER: pytest.StashKey[tempfile.TemporaryDirectory[str]] = pytest.StashKey()
 
-
-def pytest_configure(config: pytest.Config) -> None:
+def pytest_configure() -> None:
     """Forget the variables that choose a broker, here and in children, the contexts, and earlier logs."""
     for name in environment.VARIABLES:
         os.environ.pop(name, None)
-    folder = config.stash[_FOLDER] = tempfile.TemporaryDirectory(prefix="callboard-tests-")
+    folder = tempfile.TemporaryDirectory(prefix="callboard-tests-")
+    atexit.register(folder.cleanup)  # pytest's own hook for the end is not called in all workers
     os.environ["XDG_CONFIG_HOME"] = os.environ["XDG_STATE_HOME"] = folder.name
-
-
-def pytest_unconfigure(config: pytest.Config) -> None:
-    """Leave nothing behind."""
-    config.stash[_FOLDER].cleanup()
