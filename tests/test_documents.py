@@ -223,9 +223,10 @@ def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
     """Its file is understood, its commands are, and those that start nothing print what is shown."""
     text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
     files = re.findall(r"```(?:python|yaml|toml)\n# (\S+)\n(.*?)```", text, re.DOTALL)
-    assert len(files) == 3
+    assert len(files) == 4
     site = Site(tmp_path / "environment")
-    site.install("my_package", scripts=["talker = my_package.talker:main"])
+    scripts = [f"{name} = my_package.{name}:main" for name in ("talker", "listener")]
+    site.install("my_package", scripts=scripts)
     (site.path / "my_package" / "launch").mkdir(parents=True)
     (site.path / "my_package" / "__init__.py").touch()
     for folder in (tmp_path, site.path / "my_package" / "launch"):
@@ -233,7 +234,7 @@ def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
             (folder / name).write_text(source, encoding="utf-8")
         (folder / "listener.py").touch()
     shown = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
-    assert len(shown) == 2
+    assert len(shown) == 3
     for command in commands(text):
         starts = not command.endswith(("--show-args", "--dry-run"))
         done = subprocess.run(
