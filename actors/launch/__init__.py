@@ -141,6 +141,7 @@ _HOMES = {
         "OrSubstitution",
     ),
     "actors.launch.python_expression": ("PythonExpression",),
+    "actors.launch.launching": ("Launch",),
     "actors.launch.substitutions": (
         "EnvironmentVariable",
         "LaunchConfiguration",

@@ -61,6 +61,8 @@ class Runner:
         self._guard = Guard()
         self._bodies: dict[str, Body] = {}
         self._effects: deque[Effect] = deque()
+        self._began = False
+        self._stopped_before = False
         self._busy = False
         self._timer: asyncio.TimerHandle | None = None
         self._over = asyncio.Event()
@@ -74,6 +76,9 @@ class Runner:
         Raises:
             CancelledError: It was cancelled; all processes have ended all the same.
         """
+        if self._stopped_before:
+            return True
+        self._began = True
         self._loop = asyncio.get_running_loop()
         self._context = contextvars.copy_context()
         self._happened(self._machine.begin)
@@ -87,6 +92,9 @@ class Runner:
 
     def stop(self, reason: str) -> None:
         """Stop all processes; a second time, kill them. `run` returns when they have ended."""
+        if not self._began:
+            self._stopped_before = True
+            return
         self._happened(partial(self._machine.stop, reason))
 
     def restart(self, label: str, reason: str) -> None:
