@@ -79,6 +79,11 @@ def own_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
     }
 
 
+def foreign_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return all variables but those that are callboard's own: what programs of a test get."""
+    return {name: value for name, value in _source(environ).items() if name not in VARIABLES}
+
+
 def config_folder(environ: Mapping[str, str] | None = None) -> str:
     """Return where callboard's configuration is kept; the folder need not exist."""
     return _own_folder("XDG_CONFIG_HOME", "~/.config", environ)

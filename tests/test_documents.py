@@ -143,7 +143,8 @@ def test_the_tests_in_the_testing_guide_pass(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "testing.md").read_text(encoding="utf-8")
     files = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.DOTALL)
     files += [("pyproject.toml", block) for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL)]
-    assert {"pyproject.toml", "adder.py", "conftest.py", "test_faults.py"} <= {name for name, _ in files}
+    names = {"pyproject.toml", "adder.py", "conftest.py", "test_faults.py", "test_programs.py"}
+    assert names <= {name for name, _ in files}
     for name, content in files:
         (tmp_path / name).write_text(content, encoding="utf-8")
     plugin = ["-p", "no:callboard", "-p", "actors.testing.plugin"]  # this one, whichever is installed
@@ -156,7 +157,7 @@ def test_the_tests_in_the_testing_guide_pass(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "4 passed" in done.stdout
+    assert "6 passed" in done.stdout
 
 
 def test_the_programs_in_the_supervision_guide_run(tmp_path: Path) -> None:
@@ -277,3 +278,15 @@ def test_the_launch_guide_knows_all_that_documents_can_say() -> None:
     files = re.findall(r"```(?:yaml|toml)\n# (\S+)\n(.*?)```", text, re.DOTALL)
     in_yaml, in_toml = (read_document(name, source.encode()) for name, source in files)
     assert in_yaml.actions == in_toml.actions
+
+
+def test_the_program_in_the_launch_guide_prints_what_it_says(tmp_path: Path) -> None:
+    """The section about launches from programs has one, and what it prints."""
+    text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
+    section = text.partition("## Launch from your own program")[2].partition("\n## ")[0]
+    ((program, output),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", section, re.DOTALL)
+    environ = os.environ | {"PYTHONPATH": str(ROOT), "CALLBOARD_URL": f"callboard+unix://{tmp_path}/broker"}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=environ, capture_output=True, text=True, check=False
+    )
+    assert (done.stdout, done.stderr, done.returncode) == (output, "", 0)

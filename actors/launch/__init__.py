@@ -76,7 +76,6 @@ if TYPE_CHECKING:
     from actors.launch.substitutions import ThisLaunchFileDir as ThisLaunchFileDir
 
 _HOMES = {
-    "actors.launch.launching": ("Launch",),
     "actors.launch.event_handlers": (
         "OnNodeUp",
         "OnProcessExit",

@@ -1,4 +1,4 @@
-"""Tools for tests of nodes: a proxy that breaks connections on demand, and pytest fixtures.
+"""Tools for tests of nodes: whole launches, a proxy that breaks connections on demand, and pytest fixtures.
 
 The fixtures come with the package: pytest finds them by itself (`actors/testing/plugin.py`).
 """
@@ -11,14 +11,26 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from actors.testing.fault_proxy import FaultProxy as FaultProxy
     from actors.testing.fault_proxy import ProxiedConnection as ProxiedConnection
+    from actors.testing.launching import LaunchWaitError as LaunchWaitError
+    from actors.testing.launching import RunningLaunch as RunningLaunch
+    from actors.testing.launching import launch as launch
     from actors.testing.plugin import NodeFactory as NodeFactory
+    from actors.testing.transcript import OutputLine as OutputLine
+    from actors.testing.transcript import ProcessState as ProcessState
+    from actors.testing.transcript import ProcessStatus as ProcessStatus
     from actors.testing.weather import Direction as Direction
 
 _HOME_OF = {
     "Direction": "actors.testing.weather",
     "FaultProxy": "actors.testing.fault_proxy",
+    "LaunchWaitError": "actors.testing.launching",
     "NodeFactory": "actors.testing.plugin",
+    "OutputLine": "actors.testing.transcript",
+    "ProcessState": "actors.testing.transcript",
+    "ProcessStatus": "actors.testing.transcript",
     "ProxiedConnection": "actors.testing.fault_proxy",
+    "RunningLaunch": "actors.testing.launching",
+    "launch": "actors.testing.launching",
 }
 
 

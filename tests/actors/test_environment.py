@@ -14,6 +14,7 @@ from actors.environment import (
     config_folder,
     domain_id,
     environment_for,
+    foreign_variables,
     log_level,
     stand_in,
     state_folder,
@@ -104,3 +105,13 @@ def test_folders_are_where_the_standard_says() -> None:
     ):
         assert folder({variable: "/x"}) == "/x/callboard"
         assert folder({}) == folder({variable: "x"}) == str(Path(usual).expanduser() / "callboard")
+
+
+def test_foreign_variables_are_all_but_our_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What chooses a broker or a log level stays out; of the process, unless others are given."""
+    given = {"CALLBOARD_URL": "a", "CALLBOARD_CONTEXT": "b", "NO_COLOR": "1", "PATH": "/bin"}
+    assert foreign_variables(given) == {"NO_COLOR": "1", "PATH": "/bin"}
+    monkeypatch.setenv("CALLBOARD_DOMAIN", "7")
+    monkeypatch.setenv("MINE", "8")
+    assert foreign_variables()["MINE"] == "8"
+    assert "CALLBOARD_DOMAIN" not in foreign_variables()
