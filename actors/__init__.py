@@ -8,8 +8,9 @@ The names below load their modules when they are first used.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from proto.lazy import lazy_names
 
 if TYPE_CHECKING:
     from actors.arguments import InvalidRosArgumentError as InvalidRosArgumentError
@@ -118,104 +119,155 @@ if TYPE_CHECKING:
     from proto.stats import LinkStats as LinkStats
     from proto.stats import TopicStats as TopicStats
 
-_HOMES = {
-    "actors.arguments": ("InvalidRosArgumentError", "RosArguments", "parse_ros_arguments"),
-    "actors.broker_report": ("BrokerReport", "BrokerReportRates"),
-    "actors.entities.client": ("Client",),
-    "actors.clock": ("Clock",),
-    "actors.time_types": ("ClockType", "Duration", "Time"),
-    "actors.diagnostics": ("NodeDiagnostics", "NodeRates"),
-    "actors.decorators": ("service", "subscription", "timer"),
-    "actors.errors": (
-        "BrokerUnreachable",
-        "CallFailed",
-        "NodeAlreadyRunning",
-        "NodeDestroyed",
-        "NodeNameTaken",
-        "PublisherFull",
-        "PublisherRefused",
-        "RemoteError",
-        "ServiceOverloaded",
-        "ServiceTimeout",
-        "ServiceUnavailable",
-        "SupervisorGaveUp",
-        "WaitTimeout",
-    ),
-    "actors.events": (
-        "DeadlineMissedInfo",
-        "IncompatibleQoSInfo",
-        "IncompatibleTypeInfo",
-        "LivelinessChangedInfo",
-        "LivelinessLostInfo",
-        "MatchedInfo",
-        "MessageLostInfo",
-        "PublisherEventCallbacks",
-        "SubscriptionEventCallbacks",
-    ),
-    "actors.picture": ("EndpointInfo", "GraphPicture"),
-    "actors.graph_changes": ("GraphChange", "GraphChangeKind", "GraphWatch"),
-    "actors.inspector": ("Inspector",),
-    "actors.interfaces.errors": ("InvalidMessageError",),
-    "actors.interfaces.message": ("Action", "Message", "Service"),
-    "actors.log_output": ("configure_logging",),
-    "actors.logger": ("Logger", "LoggingSeverity", "get_logger"),
-    "actors.node": ("Node",),
-    "actors.parameter_errors": (
-        "InvalidParameterError",
-        "InvalidParameterTypeError",
-        "InvalidParameterValueError",
-        "ParameterAlreadyDeclaredError",
-        "ParameterImmutableError",
-        "ParameterNotDeclaredError",
-        "ParameterUninitializedError",
-    ),
-    "actors.parameter_types": ("Parameter", "ParameterDescriptor", "ParameterType"),
-    "actors.parameters": ("SetParametersResult",),
-    "actors.entities.publisher": ("Publisher",),
-    "actors.qos": (
-        "DurabilityPolicy",
-        "HistoryPolicy",
-        "InvalidQoSProfileError",
-        "LivelinessPolicy",
-        "QoSProfile",
-        "ReliabilityPolicy",
-        "qos_profile_default",
-        "qos_profile_sensor_data",
-        "qos_profile_services_default",
-    ),
-    "actors.qos_compatibility": ("QoSCompatibility", "QoSPolicyKind", "qos_check_compatible"),
-    "actors.running": ("run",),
-    "actors.service_introspection": ("ServiceIntrospectionState",),
-    "actors.entities.backlog": ("MessageInfo",),
-    "actors.entities.subscription": ("Subscription",),
-    "actors.supervision.events": ("ChildEvent", "ChildEventKind", "ChildEventMessage", "ChildEvents"),
-    "actors.supervision.outcome": ("Outcome",),
-    "actors.supervision.plan": ("ChildState",),
-    "actors.supervision.specification": ("Child", "Restart", "Strategy"),
-    "actors.supervision.supervisor": ("ChildStatus", "Supervisor"),
-    "actors.entities.timer": ("Timer", "TimerInfo"),
-    "proto.errors": (
-        "CallboardError",
-        "InvalidNameError",
-        "InvalidNamespaceError",
-        "InvalidNodeNameError",
-        "InvalidServiceNameError",
-        "InvalidTopicNameError",
-        "InvalidUrlError",
-    ),
-    "proto.codes": ("EntryKind",),
-    "proto.stats": ("BrokerRates", "BrokerStats", "LinkStats", "TopicStats"),
-}
-_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
-
-
-def __getattr__(name: str) -> object:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'actors' has no attribute '{name}'")
-    value = getattr(import_module(_HOME_OF[name]), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME_OF})
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "actors.arguments": (
+            "InvalidRosArgumentError",
+            "RosArguments",
+            "parse_ros_arguments",
+        ),
+        "actors.broker_report": (
+            "BrokerReport",
+            "BrokerReportRates",
+        ),
+        "actors.entities.client": ("Client",),
+        "actors.clock": ("Clock",),
+        "actors.time_types": (
+            "ClockType",
+            "Duration",
+            "Time",
+        ),
+        "actors.diagnostics": (
+            "NodeDiagnostics",
+            "NodeRates",
+        ),
+        "actors.decorators": (
+            "service",
+            "subscription",
+            "timer",
+        ),
+        "actors.errors": (
+            "BrokerUnreachable",
+            "CallFailed",
+            "NodeAlreadyRunning",
+            "NodeDestroyed",
+            "NodeNameTaken",
+            "PublisherFull",
+            "PublisherRefused",
+            "RemoteError",
+            "ServiceOverloaded",
+            "ServiceTimeout",
+            "ServiceUnavailable",
+            "SupervisorGaveUp",
+            "WaitTimeout",
+        ),
+        "actors.events": (
+            "DeadlineMissedInfo",
+            "IncompatibleQoSInfo",
+            "IncompatibleTypeInfo",
+            "LivelinessChangedInfo",
+            "LivelinessLostInfo",
+            "MatchedInfo",
+            "MessageLostInfo",
+            "PublisherEventCallbacks",
+            "SubscriptionEventCallbacks",
+        ),
+        "actors.picture": (
+            "EndpointInfo",
+            "GraphPicture",
+        ),
+        "actors.graph_changes": (
+            "GraphChange",
+            "GraphChangeKind",
+            "GraphWatch",
+        ),
+        "actors.inspector": ("Inspector",),
+        "actors.interfaces.errors": ("InvalidMessageError",),
+        "actors.interfaces.message": (
+            "Action",
+            "Message",
+            "Service",
+        ),
+        "actors.log_output": ("configure_logging",),
+        "actors.logger": (
+            "Logger",
+            "LoggingSeverity",
+            "get_logger",
+        ),
+        "actors.node": ("Node",),
+        "actors.parameter_errors": (
+            "InvalidParameterError",
+            "InvalidParameterTypeError",
+            "InvalidParameterValueError",
+            "ParameterAlreadyDeclaredError",
+            "ParameterImmutableError",
+            "ParameterNotDeclaredError",
+            "ParameterUninitializedError",
+        ),
+        "actors.parameter_types": (
+            "Parameter",
+            "ParameterDescriptor",
+            "ParameterType",
+        ),
+        "actors.parameters": ("SetParametersResult",),
+        "actors.entities.publisher": ("Publisher",),
+        "actors.qos": (
+            "DurabilityPolicy",
+            "HistoryPolicy",
+            "InvalidQoSProfileError",
+            "LivelinessPolicy",
+            "QoSProfile",
+            "ReliabilityPolicy",
+            "qos_profile_default",
+            "qos_profile_sensor_data",
+            "qos_profile_services_default",
+        ),
+        "actors.qos_compatibility": (
+            "QoSCompatibility",
+            "QoSPolicyKind",
+            "qos_check_compatible",
+        ),
+        "actors.running": ("run",),
+        "actors.service_introspection": ("ServiceIntrospectionState",),
+        "actors.entities.backlog": ("MessageInfo",),
+        "actors.entities.subscription": ("Subscription",),
+        "actors.supervision.events": (
+            "ChildEvent",
+            "ChildEventKind",
+            "ChildEventMessage",
+            "ChildEvents",
+        ),
+        "actors.supervision.outcome": ("Outcome",),
+        "actors.supervision.plan": ("ChildState",),
+        "actors.supervision.specification": (
+            "Child",
+            "Restart",
+            "Strategy",
+        ),
+        "actors.supervision.supervisor": (
+            "ChildStatus",
+            "Supervisor",
+        ),
+        "actors.entities.timer": (
+            "Timer",
+            "TimerInfo",
+        ),
+        "proto.errors": (
+            "CallboardError",
+            "InvalidNameError",
+            "InvalidNamespaceError",
+            "InvalidNodeNameError",
+            "InvalidServiceNameError",
+            "InvalidTopicNameError",
+            "InvalidUrlError",
+        ),
+        "proto.codes": ("EntryKind",),
+        "proto.stats": (
+            "BrokerRates",
+            "BrokerStats",
+            "LinkStats",
+            "TopicStats",
+        ),
+    },
+)

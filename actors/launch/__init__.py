@@ -10,8 +10,9 @@ The names below load their modules when they are first used.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from proto.lazy import lazy_names
 
 if TYPE_CHECKING:
     from actors.launch.actions import AppendEnvironmentVariable as AppendEnvironmentVariable
@@ -75,92 +76,82 @@ if TYPE_CHECKING:
     from actors.launch.substitutions import ThisLaunchFile as ThisLaunchFile
     from actors.launch.substitutions import ThisLaunchFileDir as ThisLaunchFileDir
 
-_HOMES = {
-    "actors.launch.event_handlers": (
-        "OnNodeUp",
-        "OnProcessExit",
-        "OnProcessIO",
-        "OnProcessStart",
-        "OnServiceAvailable",
-        "OnShutdown",
-        "OnTopicPublished",
-    ),
-    "actors.launch.actions": (
-        "AppendEnvironmentVariable",
-        "DeclareLaunchArgument",
-        "ExecuteProcess",
-        "GroupAction",
-        "IncludeLaunchDescription",
-        "LogInfo",
-        "Node",
-        "PushNamespace",
-        "PushRosNamespace",
-        "SetEnvironmentVariable",
-        "SetLaunchConfiguration",
-        "SetParameter",
-        "SetRemap",
-        "Shutdown",
-        "TimerAction",
-        "UnsetEnvironmentVariable",
-        "OpaqueFunction",
-        "RegisterEventHandler",
-    ),
-    "actors.launch.conditions": (
-        "IfCondition",
-        "LaunchConfigurationEquals",
-        "LaunchConfigurationNotEquals",
-        "UnlessCondition",
-    ),
-    "actors.launch.description": ("LaunchDescription",),
-    "actors.launch.description_source": (
-        "AnyLaunchDescriptionSource",
-        "PythonLaunchDescriptionSource",
-    ),
-    "actors.launch.errors": (
-        "LaunchError",
-        "LaunchFileError",
-        "UnknownArgumentError",
-    ),
-    "actors.launch.library_substitutions": (
-        "AnonName",
-        "Command",
-        "FileContent",
-        "FindExecutable",
-        "FindPackageShare",
-    ),
-    "actors.launch.logic": (
-        "AllSubstitution",
-        "AndSubstitution",
-        "AnySubstitution",
-        "BooleanSubstitution",
-        "EqualsSubstitution",
-        "IfElseSubstitution",
-        "NotEqualsSubstitution",
-        "NotSubstitution",
-        "OrSubstitution",
-    ),
-    "actors.launch.python_expression": ("PythonExpression",),
-    "actors.launch.launching": ("Launch",),
-    "actors.launch.substitutions": (
-        "EnvironmentVariable",
-        "LaunchConfiguration",
-        "LaunchContext",
-        "PathJoinSubstitution",
-        "TextSubstitution",
-        "ThisLaunchFile",
-        "ThisLaunchFileDir",
-    ),
-}
-_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
-
-
-def __getattr__(name: str) -> object:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'actors.launch' has no attribute '{name}'")
-    value = getattr(import_module(_HOME_OF[name]), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME_OF})
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "actors.launch.event_handlers": (
+            "OnNodeUp",
+            "OnProcessExit",
+            "OnProcessIO",
+            "OnProcessStart",
+            "OnServiceAvailable",
+            "OnShutdown",
+            "OnTopicPublished",
+        ),
+        "actors.launch.actions": (
+            "AppendEnvironmentVariable",
+            "DeclareLaunchArgument",
+            "ExecuteProcess",
+            "GroupAction",
+            "IncludeLaunchDescription",
+            "LogInfo",
+            "Node",
+            "PushNamespace",
+            "PushRosNamespace",
+            "SetEnvironmentVariable",
+            "SetLaunchConfiguration",
+            "SetParameter",
+            "SetRemap",
+            "Shutdown",
+            "TimerAction",
+            "UnsetEnvironmentVariable",
+            "OpaqueFunction",
+            "RegisterEventHandler",
+        ),
+        "actors.launch.conditions": (
+            "IfCondition",
+            "LaunchConfigurationEquals",
+            "LaunchConfigurationNotEquals",
+            "UnlessCondition",
+        ),
+        "actors.launch.description": ("LaunchDescription",),
+        "actors.launch.description_source": (
+            "AnyLaunchDescriptionSource",
+            "PythonLaunchDescriptionSource",
+        ),
+        "actors.launch.errors": (
+            "LaunchError",
+            "LaunchFileError",
+            "UnknownArgumentError",
+        ),
+        "actors.launch.library_substitutions": (
+            "AnonName",
+            "Command",
+            "FileContent",
+            "FindExecutable",
+            "FindPackageShare",
+        ),
+        "actors.launch.logic": (
+            "AllSubstitution",
+            "AndSubstitution",
+            "AnySubstitution",
+            "BooleanSubstitution",
+            "EqualsSubstitution",
+            "IfElseSubstitution",
+            "NotEqualsSubstitution",
+            "NotSubstitution",
+            "OrSubstitution",
+        ),
+        "actors.launch.python_expression": ("PythonExpression",),
+        "actors.launch.launching": ("Launch",),
+        "actors.launch.substitutions": (
+            "EnvironmentVariable",
+            "LaunchConfiguration",
+            "LaunchContext",
+            "PathJoinSubstitution",
+            "TextSubstitution",
+            "ThisLaunchFile",
+            "ThisLaunchFileDir",
+        ),
+    },
+)

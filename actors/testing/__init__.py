@@ -5,8 +5,9 @@ The fixtures come with the package: pytest finds them by itself (`actors/testing
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from proto.lazy import lazy_names
 
 if TYPE_CHECKING:
     from actors.testing.fault_proxy import FaultProxy as FaultProxy
@@ -20,27 +21,24 @@ if TYPE_CHECKING:
     from actors.testing.transcript import ProcessStatus as ProcessStatus
     from actors.testing.weather import Direction as Direction
 
-_HOME_OF = {
-    "Direction": "actors.testing.weather",
-    "FaultProxy": "actors.testing.fault_proxy",
-    "LaunchWaitError": "actors.testing.launching",
-    "NodeFactory": "actors.testing.plugin",
-    "OutputLine": "actors.testing.transcript",
-    "ProcessState": "actors.testing.transcript",
-    "ProcessStatus": "actors.testing.transcript",
-    "ProxiedConnection": "actors.testing.fault_proxy",
-    "RunningLaunch": "actors.testing.launching",
-    "launch": "actors.testing.launching",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'actors.testing' has no attribute '{name}'")
-    value = getattr(import_module(_HOME_OF[name]), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME_OF})
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "actors.testing.weather": ("Direction",),
+        "actors.testing.fault_proxy": (
+            "FaultProxy",
+            "ProxiedConnection",
+        ),
+        "actors.testing.launching": (
+            "LaunchWaitError",
+            "RunningLaunch",
+            "launch",
+        ),
+        "actors.testing.plugin": ("NodeFactory",),
+        "actors.testing.transcript": (
+            "OutputLine",
+            "ProcessState",
+            "ProcessStatus",
+        ),
+    },
+)
