@@ -180,8 +180,9 @@ def _source(path: str) -> bytes:
     try:
         with Path(path).open("rb") as file:
             source = file.read(MAX_FILE_BYTES + 1)
-    except OSError as error:
-        raise LaunchFileError(f"No launch file '{path}': {error.strerror}") from None
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", error)
+        raise LaunchFileError(f"No launch file '{shown(path)}': {why}") from None
     if len(source) > MAX_FILE_BYTES:
         raise LaunchFileError(f"{path} is larger than {MAX_FILE_BYTES} bytes")
     return source

@@ -23,6 +23,12 @@ SCALAR: Final[Schema] = {"type": ["string", "number", "boolean"]}
 """What can be read as a text."""
 
 
+NAMES: Final[Schema] = {"not": {"pattern": r"\$\("}}
+"""What can be the key of a mapping that has names as keys."""
+NAME: Final[Schema] = {**SCALAR, "not": {"type": "string", "pattern": r"\$\("}}
+"""What can be a name elsewhere."""
+
+
 class Kind(ABC):
     """A kind of value. Whatever its schema allows can be read, but for `$(…)` that is malformed."""
 
@@ -61,6 +67,18 @@ class PlainKind(Kind):
     def schema(self) -> Schema:
         """Return its JSON schema."""
         return {"$ref": "#/definitions/plain"}
+
+
+class NameKind(Kind):
+    """A text that must be known when the file is read."""
+
+    def read(self, value: object, spot: Spot) -> str:
+        """Return the text."""
+        return read_name(value, spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"$ref": "#/definitions/name"}
 
 
 @dataclass(frozen=True)
@@ -209,30 +227,28 @@ class Choices(Kind):
 
 @dataclass(frozen=True)
 class Pairs(Kind):
-    """Pairs of texts: a mapping, or a list of pairs as ROS 2 has it, such as `{name: speed, value: 1.5}`.
+    """Pairs of texts: a mapping, or a list of pairs as ROS 2 has it, such as `{from: chatter, to: news}`.
 
     Attributes:
         first: The key that the first text has in such a list.
         second: The key of the second.
-        plain: Whether the first ones are what they are, without `$(…)`.
     """
 
     first: str
     second: str
-    plain: bool = True
 
-    def read(self, value: object, spot: Spot) -> tuple[tuple[Text, Text], ...]:
+    def read(self, value: object, spot: Spot) -> Any:
         """Return the pairs, in order."""
-        if isinstance(value, dict):
-            mapping = cast("dict[str, object]", value)
-            if mapping.keys() == {self.first, self.second}:
-                return (self._pair(mapping, spot),)
-            return tuple(
-                (self._first(name, spot.inner(name)), read_text(each, spot.inner(name)))
-                for name, each in mapping.items()
-            )
-        listed = read_list(value, spot)
-        return tuple(self._pair(each, spot.inner(at)) for at, each in enumerate(listed))
+        if not isinstance(value, dict):
+            listed = read_list(value, spot)
+            return tuple(self._pair(each, spot.inner(at)) for at, each in enumerate(listed))
+        mapping = cast("dict[str, object]", value)
+        if mapping.keys() == {self.first, self.second}:  # meant as one pair, more likely than not
+            raise spot.error(f"a list of such pairs should be here: - {self.first}: …")
+        return tuple(
+            (self._first(name, spot.inner(name)), read_text(each, spot.inner(name)))
+            for name, each in mapping.items()
+        )
 
     def _pair(self, value: object, spot: Spot) -> tuple[Text, Text]:
         record = read_fields(value, spot, (self.first, self.second))
@@ -240,13 +256,17 @@ class Pairs(Kind):
         return first, read_text(record[self.second], spot.inner(self.second))
 
     def _first(self, value: object, spot: Spot) -> Text:
-        return read_plain(value, spot) if self.plain else read_text(value, spot)
+        return read_text(value, spot)
 
     def schema(self) -> Schema:
         """Return its JSON schema."""
+        return self._schema({"$ref": "#/definitions/text"})
+
+    def _schema(self, first: Schema, **names: Schema) -> Schema:
         text = {"$ref": "#/definitions/text"}
-        record = record_schema({self.first: text, self.second: text})
-        mapping = {"type": "object", "additionalProperties": text}
+        alone = {"required": [self.first, self.second], "maxProperties": 2}
+        mapping: Schema = {"type": "object", "additionalProperties": text, "not": alone, **names}
+        record = record_schema({self.first: first, self.second: text})
         return {"anyOf": [mapping, {"type": "array", "items": record}]}
 
 
@@ -257,6 +277,13 @@ class Named(Pairs):
         """Return them as a mapping."""
         return dict(super().read(value, spot))
 
+    def _first(self, value: object, spot: Spot) -> Text:
+        return read_name(value, spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return self._schema({"$ref": "#/definitions/name"}, propertyNames=NAMES)
+
 
 def read_plain(value: object, spot: Spot) -> str:
     """Return a text, a number or a truth value as a text."""
@@ -265,6 +292,14 @@ def read_plain(value: object, spot: Spot) -> str:
     if not isinstance(value, str | int | float):
         raise spot.error(f"a text should be here, not {_what(value)}")
     return str(value)
+
+
+def read_name(value: object, spot: Spot) -> str:
+    """Return a text that is known when the file is read."""
+    name = read_plain(value, spot)
+    if "$(" in name:
+        raise spot.error(f"a name should be here, without $(…), not '{shown(name)}'")
+    return name
 
 
 def read_text(value: object, spot: Spot) -> Text:

@@ -10,13 +10,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.documents.kinds import (
+    NAMES,
     SCALAR,
     Kind,
     Schema,
     read_fields,
     read_list,
     read_mapping,
-    read_plain,
+    read_name,
     read_text,
     record_schema,
 )
@@ -73,7 +74,7 @@ class RosParametersKind(Kind):
     def _named(self, prefix: str, value: object, spot: Spot) -> Iterator[tuple[str, Any]]:
         what = "param" if "param" in read_mapping(value, spot) else "value"
         found = read_fields(value, spot, ("name", what))
-        name = prefix + read_plain(found["name"], spot.inner("name"))
+        name = prefix + read_name(found["name"], spot.inner("name"))
         below = spot.inner(what)
         if what == "value":
             yield name, ParameterKind().read(found[what], below)
@@ -89,15 +90,16 @@ class RosParametersKind(Kind):
 
 def definitions() -> dict[str, Schema]:
     """Return the schemas that the ones here refer to."""
-    plain = {"$ref": "#/definitions/plain"}
+    name = {"$ref": "#/definitions/name"}
     value = ParameterKind().schema()
     below = {"type": "array", "items": {"$ref": "#/definitions/parameter"}}
-    alone = record_schema({"name": plain, "value": value})
-    group = record_schema({"name": plain, "param": below})
+    alone = record_schema({"name": name, "value": value})
+    group = record_schema({"name": name, "param": below})
     return {
         "parameter": {"anyOf": [alone, group]},
         "parameters": {
             "type": "object",
+            "propertyNames": NAMES,
             "additionalProperties": {"anyOf": [*value["anyOf"], {"$ref": "#/definitions/parameters"}]},
         },
     }
@@ -105,7 +107,7 @@ def definitions() -> dict[str, Schema]:
 
 def _by_name(value: object, spot: Spot) -> dict[str, Any]:
     return {
-        name: _by_name(cast("object", each), spot.inner(name))
+        read_name(name, spot.inner(name)): _by_name(cast("object", each), spot.inner(name))
         if isinstance(each, dict)
         else ParameterKind().read(each, spot.inner(name))
         for name, each in read_mapping(value, spot).items()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any, Final, cast
 
-from actors.launch.documents.kinds import SCALAR, Schema
+from actors.launch.documents.kinds import NAME, SCALAR, Schema
 from actors.launch.documents.parameters import definitions
 from actors.launch.documents.table import ELEMENTS, Elements
 
@@ -27,6 +27,7 @@ def schema() -> Schema:
         "definitions": {
             "text": {"description": "A text; $(var NAME) in it is an argument's value.", **SCALAR},
             "plain": {"description": "A text, as it is.", **SCALAR},
+            "name": {"description": "A name, without $(…).", **NAME},
             **definitions(),
             **{f"element_{each.names[0]}": each.schema() for each in ELEMENTS},
             "elements": {"type": "array", "items": {"$ref": "#/definitions/element"}},

@@ -29,6 +29,7 @@ from actors.launch.documents.kinds import (
     FlagKind,
     Kind,
     Named,
+    NameKind,
     NumberKind,
     OneOf,
     Pairs,
@@ -100,7 +101,7 @@ def _action(value: object, spot: Spot) -> Action:
 
 
 _TEXT: Final = TextKind()
-_PLAIN: Final = PlainKind()
+_NAME: Final = NameKind()
 _FLAG: Final = FlagKind()
 _SECONDS: Final = NumberKind()
 _ELEMENTS: Final = Elements()
@@ -139,12 +140,12 @@ _NODE: Final = Element(
         _key("pkg package", _TEXT, "An installed package, with exec.", "package"),
         _key("exec executable", _TEXT, "A program of the package.", "executable"),
         _key("script", _TEXT, "A Python file, seen from this file's folder."),
-        _key("class", _PLAIN, "module:Class of a node that runs in the launch's own process.", "node"),
+        _key("class", _NAME, "module:Class of a node that runs in the launch's own process.", "node"),
         _key("name", _TEXT, "The node's name."),
         _key("namespace", _TEXT, "The node's namespace, within the one that has been pushed."),
         _key("parameters", ParametersKind(), "Parameters by name, files of them, or a list of both."),
         _key("param", RosParametersKind(), "Parameters as ROS 2 lists them.", "parameters"),
-        _key("remap remappings", Pairs("from", "to", plain=False), "Names to use instead.", "remappings"),
+        _key("remap remappings", Pairs("from", "to"), "Names to use instead.", "remappings"),
         _key("args arguments", Texts(split=True), "Arguments for the program.", "arguments"),
         _key("ros_args ros_arguments", Texts(split=True), "More behind --ros-args.", "ros_arguments"),
         *_LAUNCHED,
@@ -172,7 +173,7 @@ def _handler(kind: Callable[..., EventHandler]) -> Callable[..., Action]:
 
 
 _ONCE: Final = _key("once", SwitchKind(), "Whether only the first time.", "handle_once")
-_TARGET: Final = _key("target", _PLAIN, "The process: its label without the number.", "target_action")
+_TARGET: Final = _key("target", _NAME, "The process: its label without the number.", "target_action")
 
 
 def _do(target: str) -> Key:
@@ -236,11 +237,11 @@ ELEMENTS: Final = (
         about="An argument of this file, given as name:=value.",
         make=DeclareLaunchArgument,
         own=(
-            _key("name", _PLAIN, "What it is called.", required=True),
+            _key("name", _NAME, "What it is called.", required=True),
             _key(
                 "default", _TEXT, "Its value when it is not given; without it, it must be.", "default_value"
             ),
-            _key("description", _PLAIN, "For people: one line."),
+            _key("description", PlainKind(), "For people: one line."),
             _key("choice choices", Choices(), "What it can be.", "choices"),
         ),
     ),
@@ -263,7 +264,7 @@ ELEMENTS: Final = (
         make=IncludeLaunchDescription,
         own=(
             _key("file", _TEXT, "A relative path is seen from this file's folder.", "path", required=True),
-            _key("arg arguments", Named("name", "value"), "Arguments for it.", "launch_arguments"),
+            _key("arg let arguments", Named("name", "value"), "Arguments for it.", "launch_arguments"),
         ),
     ),
     Element(
@@ -328,7 +329,7 @@ ELEMENTS: Final = (
         ),
     ),
     Element(
-        names=("log",),
+        names=("log", "log_info"),
         about="A line for people.",
         make=LogInfo,
         own=(_key("message msg", _TEXT, "What to say.", "msg", required=True),),

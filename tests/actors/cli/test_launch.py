@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import textwrap
 from typing import TYPE_CHECKING
 
@@ -149,10 +150,22 @@ def test_a_launch_file_of_a_package_is_found(
     assert capsys.readouterr().err == (
         "No launch file 'al.launch.py' in package 'launchable_robot'; did you mean 'all.launch.py'?\n"
     )
+    (folder / "less.launch.yaml").write_text("launch: [{log: {message: less}}]")
+    (folder / "notes.txt").touch()
+    assert main(["launch", "launchable_robot", "less.launch.yaml", "-n"]) == 0
+    assert capsys.readouterr().out == "say: less\n"
+    assert main(["launch", "launchable_robot", "x"]) == 1
+    assert capsys.readouterr().err.endswith("; there is: all.launch.py, less.launch.yaml\n")
     assert main(["launch", "launchable_robot"]) == 1
     assert "for a package write: callboard launch PACKAGE FILE" in capsys.readouterr().err
     assert main(["launch", "no_such_package", "x.py"]) == 1
     assert capsys.readouterr().err == "No launch file and no installed package 'no_such_package'\n"
+
+
+def test_the_schema_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Without a file."""
+    assert main(["launch", "--schema"]) == 0
+    assert json.loads(capsys.readouterr().out)["required"] == ["launch"]
 
 
 def test_another_machines_broker_is_not_made_here(

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.launch.actions import LogInfo
+from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError, LaunchFileError
 from actors.launch.files import MAX_FILE_BYTES, Files
 
@@ -119,10 +121,35 @@ def test_what_is_not_there_is_an_error(
         question(tmp_path)
 
 
+def test_a_launch_files_name_says_its_language(tmp_path: Path) -> None:
+    """Each language gives the same description; each file has the same limit."""
+    sources = {
+        "a.launch.py": "from actors.launch import LaunchDescription, LogInfo\n"
+        "def generate_launch_description(): return LaunchDescription([LogInfo(msg='hello')])",
+        "a.launch.yaml": "launch: [{log: {message: hello}}]",
+        "a.launch.yml": "launch:\n- log:\n    message: hello",
+        "a.launch.toml": "[[launch]]\nlog.message = 'hello'",
+    }
+    for name, source in sources.items():
+        path = tmp_path / name
+        path.write_text(source)
+        assert FILES.description(str(path)) == LaunchDescription((LogInfo(msg="hello"),), file=str(path))
+        path.write_text("#" * (MAX_FILE_BYTES + 1))
+        with pytest.raises(LaunchFileError, match=f"is larger than {MAX_FILE_BYTES} bytes"):
+            FILES.description(str(path))
+    for name in ("a.launch.xml", "launch"):
+        with pytest.raises(
+            LaunchFileError, match=r"a launch file's name ends with one of \.py, \.yaml, \.yml, \.toml"
+        ):
+            FILES.description(str(tmp_path / name))
+
+
 def test_a_file_that_is_not_there_is_no_launch_file(tmp_path: Path) -> None:
     """Nor is one that describes nothing."""
     (tmp_path / "empty.py").touch()
     with pytest.raises(LaunchFileError, match="No launch file"):
         FILES.description(str(tmp_path / "none.py"))
+    with pytest.raises(LaunchFileError, match="No launch file"):
+        FILES.description("a\0b.yaml")
     with pytest.raises(LaunchFileError, match="has no function generate_launch_description"):
         FILES.description(str(tmp_path / "empty.py"))

@@ -123,7 +123,6 @@ ELEMENT_CASES: list[tuple[str, Action]] = [
         Node(script="a.py", ros_arguments=("--log-level", "debug")),
     ),
     ("node: {script: a.py, remap: [{from: a, to: b}]}", Node(script="a.py", remappings=(("a", "b"),))),
-    ("node: {script: a.py, remap: {from: a, to: b}}", Node(script="a.py", remappings=(("a", "b"),))),
     (
         "node: {script: a.py, remappings: {a: b, c: $(var x)}}",
         Node(script="a.py", remappings=(("a", "b"), ("c", VAR))),
@@ -274,6 +273,31 @@ ERROR_CASES: list[tuple[str, str]] = [
     ('node: {script: a, args: "a \'b"}', "launch[0].node.args: 'a 'b' cannot be split into words"),
     ("node: {script: a, remap: [{from: a}]}", "launch[0].node.remap[0]: 'to' is missing"),
     ("node: {script: a, remap: [{from: a, t: b}]}", "launch[0].node.remap[0]: 'to' is missing"),
+    (
+        "node: {script: a, remap: {from: a, to: b}}",
+        "launch[0].node.remap: a list of such pairs should be here: - from: …",
+    ),
+    (
+        "include: {file: a, arguments: {name: a, value: b}}",
+        "launch[0].include.arguments: a list of such pairs should be here",
+    ),
+    (
+        "include: {file: a, arg: [{name: $(var x), value: b}]}",
+        "launch[0].include.arg[0].name: a name should be here, without $(…), not '$(var x)'",
+    ),
+    (
+        "include: {file: a, arg: {$(var x): b}}",
+        "launch[0].include.arg.$(var x): a name should be here, without $(…)",
+    ),
+    ("arg: {name: $(var x)}", "launch[0].arg.name: a name should be here, without $(…)"),
+    (
+        "node: {script: a, parameters: {$(var x): 1}}",
+        "launch[0].node.parameters.$(var x): a name should be here",
+    ),
+    (
+        "on_process_exit: {target: $(var x), do: []}",
+        "launch[0].on_process_exit.target: a name should be here",
+    ),
     ("node: {script: a, remap: a}", "launch[0].node.remap: a list should be here, not the text 'a'"),
     (
         "node: {script: a, env: [{name: a, value: b, x: c}]}",

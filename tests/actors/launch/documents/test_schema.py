@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 import jsonschema
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from actors.launch.documents.kinds import (
     Choices,
     FixedNumber,
     FlagKind,
+    NameKind,
     NumberKind,
     OneOf,
     Pairs,
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
     from actors.launch.documents.element import Element, Key
 
 ROOT: Final = Path(__file__).resolve().parents[4]
+MODEST: Final = settings(
+    deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+)
 VALIDATOR: Final = jsonschema.Draft7Validator(schema())
 
 texts = st.sampled_from(["a", "true", "$(var x)", "x $(env HOME /)", 1, 2.5, True])
@@ -73,7 +77,7 @@ def test_what_can_be_read_is_allowed(text: str) -> None:
     VALIDATOR.validate(yaml.safe_load(f"launch: [{{{text}}}]"))
 
 
-BEYOND: Final = ("$(", "cannot be split into words", "No substitution")
+BEYOND: Final = ("'$(var)' should be", "cannot be split into words", "No substitution")
 """What is wrong within a text; a schema cannot say that."""
 
 
@@ -101,6 +105,7 @@ def values(key: Key, depth: int) -> st.SearchStrategy[Any]:
     kinds: dict[type, st.SearchStrategy[Any]] = {
         TextKind: texts,
         PlainKind: plain,
+        NameKind: plain,
         OneOf: st.sampled_from(["screen", "log", "$(var x)"]),
         FlagKind: st.booleans() | st.sampled_from(["true", "$(var x)", 0, 1]),
         SwitchKind: st.booleans(),
@@ -142,6 +147,7 @@ def elements(draw: st.DrawFn, depth: int = 0) -> list[dict[str, Any]]:
     return [{draw(st.sampled_from(each.names)): draw(bodies(each, depth))} for each in chosen]
 
 
+@MODEST
 @given(elements())
 def test_all_that_the_table_allows_can_be_read(made: list[dict[str, Any]]) -> None:
     """Elements made at random of the table are read, and the schema allows them."""
@@ -151,10 +157,35 @@ def test_all_that_the_table_allows_can_be_read(made: list[dict[str, Any]]) -> No
 
 
 odd = st.sampled_from(
-    [None, True, 0, -2, 2.5, "", "a", "shutdown", [], ["a"], [[1]], {}, {"a": 1}, {"from": "a"}]
+    [
+        *(
+            None,
+            True,
+            0,
+            -2,
+            2.5,
+            "",
+            "a",
+            "shutdown",
+            "$(var x)",
+            [],
+            ["a"],
+            [[1]],
+            {},
+            {"a": 1},
+            {"from": "a"},
+        ),
+        *(
+            {"name": "a", "value": "b"},
+            {"from": "a", "to": "b"},
+            {"$(var x)": 1},
+            [{"name": "$(var x)", "value": 1}],
+        ),
+    ]
 )
 
 
+@MODEST
 @given(elements(), st.data())
 def test_reader_and_schema_refuse_the_same(made: list[dict[str, Any]], data: st.DataObject) -> None:
     """Elements with something odd put somewhere into them: both take them, or neither does."""
