@@ -224,7 +224,7 @@ def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
     """Its file is understood, its commands are, and those that start nothing print what is shown."""
     text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
     files = re.findall(r"```(?:python|yaml|toml)\n# (\S+)\n(.*?)```", text, re.DOTALL)
-    assert len(files) == 4
+    assert len(files) == 5
     site = Site(tmp_path / "environment")
     scripts = [f"{name} = my_package.{name}:main" for name in ("talker", "listener")]
     site.install("my_package", scripts=scripts)
@@ -235,7 +235,7 @@ def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
             (folder / name).write_text(source, encoding="utf-8")
         (folder / "listener.py").touch()
     shown = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
-    assert len(shown) == 3
+    assert len(shown) == 4
     for command in commands(text):
         starts = not command.endswith(("--show-args", "--dry-run"))
         done = subprocess.run(

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from actors.launch.actions import LogInfo as LogInfo
     from actors.launch.actions import Node as Node
     from actors.launch.actions import OpaqueFunction as OpaqueFunction
+    from actors.launch.actions import ParameterValue as ParameterValue
     from actors.launch.actions import PushNamespace as PushNamespace
     from actors.launch.actions import PushRosNamespace as PushRosNamespace
     from actors.launch.actions import RegisterEventHandler as RegisterEventHandler
@@ -96,6 +97,7 @@ __getattr__, __dir__ = lazy_names(
             "IncludeLaunchDescription",
             "LogInfo",
             "Node",
+            "ParameterValue",
             "PushNamespace",
             "PushRosNamespace",
             "SetEnvironmentVariable",

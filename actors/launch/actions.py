@@ -21,11 +21,29 @@ if TYPE_CHECKING:
 
 Scalar: TypeAlias = str | int | float | bool
 ParameterItem: TypeAlias = "Scalar | Substitution | Sequence[Substitution | str]"
-ParameterEntry: TypeAlias = "Scalar | Substitution | Sequence[ParameterItem] | Mapping[str, ParameterEntry]"
+ParameterEntry: TypeAlias = (
+    "Scalar | Substitution | ParameterValue | Sequence[ParameterItem] | Mapping[str, ParameterEntry]"
+)
 """A parameter's value. What a substitution gives is read as YAML, so that "3" is a number; a list
 with one in it is a text in pieces."""
 Parameters: TypeAlias = "Text | Mapping[str, ParameterEntry]"
 """Parameters by name, or the path of a YAML file of them."""
+
+
+@dataclass(frozen=True)
+class ParameterValue:
+    """A parameter's value whose type is said, so that a text stays one that looks like something else.
+
+        Node(…, parameters=[{"robot_description": ParameterValue(Command(["xacro ", path]), value_type=str)}])
+
+    Attributes:
+        value: The value.
+        value_type: `str`, `int`, `float` or `bool`; None: as YAML reads it.
+    """
+
+    value: Scalar | Text
+    _: KW_ONLY
+    value_type: type[Scalar] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
 
-@dataclass(frozen=True)
+@dataclass
 class LaunchDescription:
     """What is to be done, in order.
 
     Attributes:
-        actions: The actions. They are looked at more than once, so this is a tuple.
+        actions: The actions. They are looked at more than once, so they are kept as a tuple.
         file: The launch file that it comes from; None: from none.
 
     Raises:
@@ -29,9 +29,18 @@ class LaunchDescription:
     file: str | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "actions", tuple(self.actions))
+        self.actions = tuple(self.actions)
         for each in self.actions:
             _check(each)
+
+    def add_action(self, action: Action) -> None:
+        """Add an action at the end.
+
+        Raises:
+            LaunchError: It is no action.
+        """
+        _check(action)
+        self.actions = (*self.actions, action)
 
 
 def declared(actions: Iterable[Action]) -> list[DeclareLaunchArgument]:

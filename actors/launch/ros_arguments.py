@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, cast
 
+from actors.launch.actions import ParameterValue
+from actors.launch.conditions import truth
 from actors.launch.errors import LaunchError
 from actors.launch.namespaces import absolute_namespace, prefix_namespace
 from actors.launch.substitutions import Substitution, resolve
@@ -109,11 +111,30 @@ def _yaml(name: str, value: Any, scope: Scope) -> str:
             text = json.dumps(str(value), ensure_ascii=False)
         case Substitution():
             text = resolve(value, scope)
+        case ParameterValue():
+            text = _typed(name, value, scope)
         case Sequence():
             text = _yaml_list(name, cast("Sequence[object]", value), scope)
         case _:
             raise LaunchError(f"Parameter '{shown(name)}' cannot be {value!r}")
     return text or '""'
+
+
+def _typed(name: str, said: ParameterValue, scope: Scope) -> str:
+    kind, value = said.value_type, said.value
+    if kind is None:
+        return _yaml(name, value, scope)
+    if kind not in (str, int, float, bool):
+        raise LaunchError(
+            f"Parameter '{shown(name)}': value_type can be str, int, float or bool, not {kind!r}"
+        )
+    text = str(value) if isinstance(value, int | float) else resolve(value, scope)
+    try:
+        return _yaml(name, truth(text, scope) if kind is bool else kind(text), scope)
+    except ValueError:
+        raise LaunchError(
+            f"Parameter '{shown(name)}' must be of type {kind.__name__}, not '{shown(text)}'"
+        ) from None
 
 
 def _yaml_list(name: str, values: Sequence[Any], scope: Scope) -> str:

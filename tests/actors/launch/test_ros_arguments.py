@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from actors.arguments import parse_ros_arguments
-from actors.launch.actions import Node, ParameterEntry
+from actors.launch.actions import Node, ParameterEntry, ParameterValue
 from actors.launch.errors import LaunchError
 from actors.launch.ros_arguments import ros_arguments
 from actors.launch.substitutions import LaunchConfiguration
@@ -47,6 +47,41 @@ def test_the_text_of_a_substitution_is_read_as_yaml() -> None:
     }
     got = parse_ros_arguments(ros_arguments(Node(parameters=[values]), here)).parameters_for("/n")
     assert got == {"a": 1.5, "b": "1.5x", "c": "", "d.e": 1}
+
+
+@pytest.mark.parametrize(
+    ("value", "got"),
+    [
+        (ParameterValue(LaunchConfiguration("speed")), 1.5),
+        (ParameterValue(["<a b=", LaunchConfiguration("speed"), ">: x"], value_type=str), "<a b=1.5>: x"),
+        (ParameterValue(LaunchConfiguration("speed"), value_type=str), "1.5"),
+        (ParameterValue(3, value_type=str), "3"),
+        (ParameterValue(3, value_type=float), 3.0),
+        (ParameterValue(LaunchConfiguration("speed"), value_type=float), 1.5),
+        (ParameterValue("7", value_type=int), 7),
+        (ParameterValue("False", value_type=bool), False),
+        (ParameterValue(True, value_type=bool), True),
+    ],
+)
+def test_a_parameters_type_can_be_said(value: ParameterValue, got: Any) -> None:
+    """So that a description of a robot, which is XML, stays a text."""
+    said = ros_arguments(Node(parameters=[{"p": value}]), scope(configurations={"speed": "1.5"}))
+    read = parse_ros_arguments(said).parameters_for("/n")["p"]
+    assert (read, type(read)) == (got, type(got))
+
+
+@pytest.mark.parametrize(
+    ("value", "error"),
+    [
+        (ParameterValue("1.5", value_type=int), "Parameter 'p' must be of type int, not '1.5'"),
+        (ParameterValue("x", value_type=bool), "Parameter 'p' must be of type bool, not 'x'"),
+        (ParameterValue("x", value_type=list), "Parameter 'p': value_type can be str, int, "),  # type: ignore[arg-type]
+    ],
+)
+def test_a_value_of_another_type_is_an_error(value: ParameterValue, error: str) -> None:
+    """Before anything has been started."""
+    with pytest.raises(LaunchError, match=error):
+        ros_arguments(Node(parameters=[{"p": value}]), scope())
 
 
 def test_all_is_said_in_order() -> None:
