@@ -138,3 +138,19 @@ def test_a_package_shares_the_folder_of_its_modules(site: Site) -> None:
     assert found("renamed").share() == site.path / "my_robot"
     site.install("no-folder")
     assert found("no-folder").share() is None
+
+
+def test_a_package_consists_of_the_modules_that_python_finds(
+    site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its own, those it lists, and those with its programs; of an editable installation where they are written."""
+    elsewhere = tmp_path / "elsewhere"
+    (elsewhere / "my_robot").mkdir(parents=True)
+    (elsewhere / "my_robot" / "__init__.py").touch()
+    (elsewhere / "robot_tool.py").touch()
+    monkeypatch.syspath_prepend(str(elsewhere))
+    info = site.install("my-robot", scripts=["tool = robot_tool:main", "talker = my_robot.talker:main"])
+    (info / "top_level.txt").write_text("my_robot\nno_such_module\n")
+    assert found("my-robot").modules() == [elsewhere / "my_robot", elsewhere / "robot_tool.py"]
+    site.install("bare")
+    assert found("bare").modules() == []
