@@ -143,7 +143,7 @@ def test_a_package_shares_the_folder_of_its_modules(site: Site) -> None:
 def test_a_package_consists_of_the_modules_that_python_finds(
     site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its own, those it lists, and those with its programs; of an editable installation where they are written."""
+    """Its own, those it lists, those with its programs; of an editable installation where they are."""
     elsewhere = tmp_path / "elsewhere"
     (elsewhere / "my_robot").mkdir(parents=True)
     (elsewhere / "my_robot" / "__init__.py").touch()
