@@ -90,7 +90,9 @@ class OnExit(Kind):
 def _action(value: object, spot: Spot) -> Action:
     found = read_mapping(value, spot)
     if len(found) != 1:
-        listed = f": {', '.join(map(shown, found))}" if found else ""
+        listed = (
+            f": {', '.join(map(shown, found))}; what is in an element is indented further" if found else ""
+        )
         raise spot.error(f"one element should be here, such as 'node', not {len(found)}{listed}")
     ((name, body),) = found.items()
     element = BY_NAME.get(name)

@@ -220,7 +220,10 @@ ERROR_CASES: list[tuple[str, str]] = [
     ("nod: {}", "launch[0].nod: no such element; did you mean 'node'?"),
     ("qqqqqq: {}", "launch[0].qqqqqq: no such element; there is append_env, arg, "),
     ("", "launch[0]: one element should be here, such as 'node', not 0"),
-    ("node: {}, log: {}", "launch[0]: one element should be here, such as 'node', not 2: node, log"),
+    (
+        "node: {}, log: {}",
+        "launch[0]: one element should be here, such as 'node', not 2: node, log; what is in an element is indented further",
+    ),
     ("node: 3", "launch[0].node: a mapping should be here, not the number 3"),
     ("node: [a]", "launch[0].node: a mapping should be here, not a list"),
     (
