@@ -25,6 +25,7 @@ from actors.launch.voice_logs import own_logs, voice_logs
 from actors.launch.voice_streams import voice_streams
 from actors.tools.contexts import UnknownContextError
 from actors.tools.suggestions import did_you_mean
+from proto import process
 from proto.errors import shown
 
 if TYPE_CHECKING:
@@ -74,7 +75,10 @@ def run(options: argparse.Namespace) -> int:
         for line in _shown_steps(launch.steps):
             say(line)
         return OK
-    return run_async(lambda: _run(launch, library.launch_files if options.watch else None))
+    process.settle()
+    watched = library.launch_files if options.watch else None
+    # What it embeds, nodes and the broker, runs as fast as in a process of its own.
+    return run_async(lambda: _run(launch, watched), loop_factory=process.new_event_loop)
 
 
 # Which file, with what

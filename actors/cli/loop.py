@@ -14,8 +14,12 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-def run_async(main: Callable[[], Coroutine[Any, Any, T]]) -> T:
-    """Run `main` on a loop of its own.
+def run_async(
+    main: Callable[[], Coroutine[Any, Any, T]],
+    *,
+    loop_factory: Callable[[], asyncio.AbstractEventLoop] | None = None,
+) -> T:
+    """Run `main` on a loop of its own: asyncio's, which is there soonest, or one that `loop_factory` returns.
 
     Raises:
         Interrupted: SIGINT or SIGTERM came; `main` has been cancelled and has cleaned up.
@@ -39,7 +43,7 @@ def run_async(main: Callable[[], Coroutine[Any, Any, T]]) -> T:
 
     raise_if_noted()
     try:
-        with asyncio.Runner() as runner:
+        with asyncio.Runner(loop_factory=loop_factory) as runner:
             return runner.run(guarded())
     except asyncio.CancelledError:
         if not received:
