@@ -426,3 +426,30 @@ async def test_a_port_that_something_else_has_is_told_of(system: System, tmp_pat
         assert await program.ends() == 3
     assert f"{system.url}" in program.output
     assert "[tell-1]" not in program.output
+
+
+async def test_a_closed_terminal_stops_everything(system: System, tmp_path: Path) -> None:
+    """Its window is gone, and with it whoever reads; processes and what they have started end."""
+    fifo = tmp_path / "started"
+    os.mkfifo(fifo)
+    parent = PARENT.replace("os.write(1, ", f"open({str(fifo)!r}, 'wb').write(")
+    file = launch_file(tmp_path, "Node(script='parent.py')", parent=parent)
+    window, terminal = os.openpty()
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "actors", "launch", file, "--url", system.url),
+        cwd=ROOT,
+        preexec_fn=lambda: os.login_tty(terminal),
+    )
+    os.close(terminal)
+    try:
+        async with asyncio.timeout(DEADLINE_SEC):
+            started = await asyncio.to_thread(fifo.read_text)
+            pids = pids_in(started)
+            assert all(map(alive, pids))
+            os.close(window)
+            await process.wait()
+        await gone(*pids)
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
