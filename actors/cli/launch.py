@@ -6,11 +6,13 @@ import asyncio
 import os
 import signal
 import sys
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from actors import environment
-from actors.cli.errors import BROKEN_PIPE, FAILURE, OK, USAGE, CommandError
+from actors.cli.errors import BROKEN_PIPE, FAILURE, OK, USAGE, CommandError, exit_code
+from actors.cli.launch_reports import Reports
 from actors.cli.loop import run_async
 from actors.cli.output import say
 from actors.cli.place import unknown_context
@@ -18,15 +20,13 @@ from actors.launch.description import declared, described
 from actors.launch.errors import UnknownArgumentError
 from actors.launch.files import SUFFIXES, Files
 from actors.launch.launching import Launch
-from actors.launch.output import Output
-from actors.launch.screen import Screen
-from actors.launch.steps import Call, End, React, Say, Start
+from actors.launch.steps import Call, End, OutputMode, React, Say, Start
 from actors.launch.voice_logs import own_logs, voice_logs
 from actors.launch.voice_streams import voice_streams
 from actors.tools.contexts import UnknownContextError
 from actors.tools.suggestions import did_you_mean
 from proto import process
-from proto.errors import shown
+from proto.errors import CallboardError, shown
 
 if TYPE_CHECKING:
     import argparse
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
 
     from actors.launch.actions import DeclareLaunchArgument
     from actors.launch.steps import Step
-
-LAST_OUTPUT_SEC: Final = 2.0
-"""How long the last lines may take, when nobody reads."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -61,8 +58,9 @@ def run(options: argparse.Namespace) -> int:
             url=options.url or None,
             domain=options.domain,
             context=options.context or None,
-            environment=_environment(),
+            environment=_environment(json=options.json),
             library=library,
+            output=OutputMode(options.output) if options.output else None,
             stop_timeout_sec=options.stop_timeout,
             keep=options.watch,
         )
@@ -78,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
     process.settle()
     watched = library.launch_files if options.watch else None
     # What it embeds, nodes and the broker, runs as fast as in a process of its own.
-    return run_async(lambda: _run(launch, watched), loop_factory=process.new_event_loop)
+    return run_async(lambda: _run(launch, watched, json=options.json), loop_factory=process.new_event_loop)
 
 
 # Which file, with what
@@ -119,9 +117,9 @@ def _argument(word: str) -> tuple[str, str]:
     return name, value
 
 
-def _environment() -> dict[str, str]:
+def _environment(*, json: bool) -> dict[str, str]:
     """Return what programs get: also what a terminal behind their pipes can do."""
-    colors = environment.color_wish() is None and sys.stdout.isatty()
+    colors = environment.color_wish() is None and sys.stdout.isatty() and not json
     return {**os.environ, "FORCE_COLOR": "1"} if colors else dict(os.environ)
 
 
@@ -167,31 +165,31 @@ def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:
 # Doing it
 
 
-async def _run(launch: Launch, watched: Collection[str] | None) -> int:
+async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -> int:
     """Run a launch to its end; return the exit code. With launch files to watch it restarts what changes."""
     loop = asyncio.get_running_loop()
-    unheard = False
 
     def when_unheard() -> None:
-        nonlocal unheard
-        unheard = True
-        launch.stop("nobody reads the output")
+        with suppress(RuntimeError):  # the loop has been closed
+            loop.call_soon_threadsafe(launch.stop, "nobody reads the output")
 
-    def in_thread() -> None:
-        loop.call_soon_threadsafe(when_unheard)
-
-    wish = environment.color_wish()
-    output = Output(sys.stdout.fileno(), in_thread)
-    launch.listen(Screen(output.write, color=sys.stdout.isatty() if wish is None else wish))
+    reports = Reports(json=json, when_unheard=when_unheard)
+    launch.listen(reports)
+    code = FAILURE
     try:
         with own_logs(launch.tell), voice_logs(), voice_streams():
             _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone"))
             good = await (launch.run() if watched is None else _run_watched(launch, watched))
+        code = OK if good else FAILURE
+    except asyncio.CancelledError:
+        code = OK
+        raise
+    except CallboardError as error:
+        code = exit_code(error)
+        raise
     finally:
-        output.close(LAST_OUTPUT_SEC)
-    if not good:
-        return FAILURE
-    return BROKEN_PIPE if unheard else OK
+        reports.close(code)
+    return BROKEN_PIPE if code == OK and reports.unheard else code
 
 
 async def _run_watched(launch: Launch, launch_files: Collection[str]) -> bool:

@@ -13,6 +13,8 @@ EXAMPLES: Final = {
     "callboard launch robot.py --show-args": "which arguments there are",
     "callboard launch robot.py --watch": "the same while you write it: what is saved runs anew",
     "callboard launch robot.py --dry-run": "what it would start, as commands",
+    "callboard launch robot.py --output both": "lines to the screen and to log files",
+    "callboard launch robot.py --json | jq .event": "what happens, for programs",
 }
 
 
@@ -45,11 +47,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     look.add_argument("-s", "--show-args", action="store_true", help="print the arguments and end")
     look.add_argument("-p", "--print-description", action="store_true", help="print the actions and end")
     look.add_argument("-n", "--dry-run", action="store_true", help="print what it would start, and end")
+    look.add_argument("--json", action="store_true", help="print all that happens as JSON, an object a line")
     look.add_argument(
         "--schema",
         nargs=0,
         action=_PrintSchema,
         help="print the JSON schema of YAML and TOML files, for editors, and end; needs no FILE",
+    )
+    parser.add_argument(
+        "--output",
+        choices=("screen", "log", "both"),
+        help="where the lines of all processes go, whatever the file says; with log, those of stderr to the "
+        "screen, too",
     )
     parser.add_argument(
         "--stop-timeout",

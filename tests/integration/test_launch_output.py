@@ -1,0 +1,187 @@
+"""What `callboard launch` shows and writes, with real processes and a real terminal."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import re
+import signal
+import struct
+import sys
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from tests.integration.conftest import DEADLINE_SEC, ROOT
+from tests.integration.test_launch import launch_file
+from tests.integration.test_supervision import SLEEPER
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.integration.conftest import Program, System
+
+fcntl = pytest.importorskip("fcntl")
+termios = pytest.importorskip("termios")
+
+BOTH = "import sys; print('to stdout'); print('to stderr', file=sys.stderr)"
+FLOOD = "import os\nfor number in range(20_000):\n    os.write(1 + number % 2, b'line %d\\n' % number)"
+
+
+async def launch(system: System, state: Path, *arguments: str) -> Program:
+    """Start a launch whose log files are in a folder."""
+    return await system.program(
+        *(sys.executable, "-m", "actors", "launch", "--stop-timeout", "0.2", *arguments),
+        environ=os.environ | {"XDG_STATE_HOME": str(state)},
+    )
+
+
+def documents(program: Program) -> list[dict[str, Any]]:
+    """Return what has been printed, all of which is JSON."""
+    return [json.loads(line) for line in program.lines]
+
+
+async def test_json_tells_all_that_happens(system: System, tmp_path: Path) -> None:
+    """From the broker that it brings to the exit code; nothing else is written, not to stderr either."""
+    file = launch_file(tmp_path, "Node(script='both.py', required=True)", both=f"{BOTH}; sys.exit(3)")
+    program = await launch(system, tmp_path / "state", file, "--json")
+    assert await program.ends() == 1
+    said = documents(program)
+    assert {each["event"] for each in said} == {"message", "started", "output", "exited", "stopping", "ended"}
+    (exited,) = (each for each in said if each["event"] == "exited")
+    (started,) = (each for each in said if each["event"] == "started")
+    assert exited == {
+        "event": "exited",
+        "time": exited["time"],
+        "process": "both-1",
+        "pid": started["pid"],
+        "returncode": 3,
+        "signal": None,
+        "normal": False,
+        "reason": "exit code 3",
+    }
+    lines = sorted(each["line"] for each in said if each["event"] == "output")
+    assert lines == ["to stderr", "to stdout"]
+    assert said[-1] == {"event": "ended", "time": said[-1]["time"], "exit_code": 1}
+    assert not (tmp_path / "state").exists()
+
+
+async def test_json_ends_when_the_launch_is_stopped(system: System, tmp_path: Path) -> None:
+    """With the exit code of the command; also if no broker can be had."""
+    file = launch_file(tmp_path, "Node(script='sleeper.py')", sleeper=SLEEPER)
+    program = await launch(system, tmp_path, file, "--json")
+    await program.says('"output"')
+    assert await program.stop() == 0
+    assert documents(program)[-1]["exit_code"] == 0
+    program = await launch(system, tmp_path, file, "--json", "--url", "callboard://broker.invalid:7411")
+    assert await program.ends() == 3
+    ended, *error = program.lines
+    assert json.loads(ended)["exit_code"] == 3
+    assert error[0].startswith("No broker at callboard://broker.invalid:7411")
+
+
+async def test_lines_can_go_to_a_log(system: System, tmp_path: Path) -> None:
+    """With --output log, whatever the file says: all of them, and those on stderr to the screen, too."""
+    action = "Node(script='both.py', output='screen')"
+    program = await launch(system, tmp_path, launch_file(tmp_path, action, both=BOTH), "--output", "log")
+    assert await program.ends() == 0
+    folder = tmp_path / "callboard" / "log" / "latest"
+    assert f"[INFO] [launch]: log files are in {folder.resolve()}" in program.lines
+    assert "[both-1] to stderr" in program.lines
+    assert "to stdout" not in program.output
+    log = (folder / "launch.log").read_text()
+    assert sorted(re.findall(r"^\S+Z \[both-1\] (.*)$", log, re.MULTILINE)) == ["to stderr", "to stdout"]
+    assert re.search(
+        r"^\S+Z \[INFO\] \[both-1\]: process has finished cleanly \[pid \d+\]$", log, re.MULTILINE
+    )
+
+
+async def test_each_process_says_where_its_lines_go(system: System, tmp_path: Path) -> None:
+    """One has files of its own, the other is on the screen."""
+    actions = "Node(script='both.py', output='own_log')", "Node(script='other.py')"
+    file = launch_file(tmp_path, *actions, both=BOTH, other="print('shown')")
+    program = await launch(system, tmp_path, file)
+    assert await program.ends() == 0
+    assert "[other-2] shown" in program.lines
+    assert "to std" not in program.output
+    folder = tmp_path / "callboard" / "log" / "latest"
+    assert (folder / "both-1-stdout.log").read_text() == "to stdout\n"
+    assert (folder / "both-1-stderr.log").read_text() == "to stderr\n"
+    assert sorted((folder / "both-1.log").read_text().split("\n")) == ["", "to stderr", "to stdout"]
+
+
+async def test_a_flood_is_logged_whole(system: System, tmp_path: Path) -> None:
+    """In order, and shown, too."""
+    file = launch_file(tmp_path, "Node(script='flood.py')", flood=FLOOD)
+    program = await launch(system, tmp_path, file, "--output", "both")
+    assert await program.ends() == 0
+    log = (tmp_path / "callboard" / "log" / "latest" / "launch.log").read_text()
+    for text in (log, program.output):
+        assert re.findall(r" line (\d+)", text) == [str(number) for number in range(20_000)]
+
+
+async def test_a_launch_goes_on_without_log_files(system: System, tmp_path: Path) -> None:
+    """If they cannot be written it says so, and what is missing."""
+    (tmp_path / "state").touch()
+    program = await launch(
+        system,
+        tmp_path / "state",
+        launch_file(tmp_path, "Node(script='both.py')", both=BOTH),
+        "--output",
+        "both",
+    )
+    assert await program.ends() == 0
+    where = tmp_path / "state" / "callboard" / "log"
+    assert f"[ERROR] [launch]: log files in {where} cannot be written: Not a directory" in program.lines
+    assert re.search(r"^\[WARN\] \[launch\]: \d+ lines are missing in the log files$", program.lines[-1])
+    assert "[both-1] to stdout" in program.lines
+
+
+async def test_a_terminal_shows_how_it_is_doing(system: System, tmp_path: Path) -> None:
+    """The status line is below the last line, and is gone when the launch has been stopped."""
+    actions = "Node(script='sleeper.py')", "Node(script='bad.py')"
+    file = launch_file(tmp_path, *actions, sleeper=SLEEPER, bad="raise SystemExit(3)")
+    terminal, inside = os.openpty()
+    try:
+        fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 100, 0, 0))
+        environ = {key: value for key, value in os.environ.items() if key != "NO_COLOR"}
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "actors", "launch", file, "--url", system.url),
+            cwd=ROOT,
+            env=environ | {"TERM": "xterm"},
+            stdin=inside,
+            stdout=inside,
+            stderr=inside,
+        )
+        try:
+            await shows(terminal, "\x1b[32m1 up\x1b[0m · \x1b[31m1 dead\x1b[0m · Ctrl-C stops")
+            process.send_signal(signal.SIGINT)
+            await shows(terminal, "stopping: 0 left · Ctrl-C again kills\r\x1b[K")
+            async with asyncio.timeout(DEADLINE_SEC):
+                assert await process.wait() == 0
+        finally:
+            if process.returncode is None:
+                process.kill()
+                await process.wait()
+    finally:
+        os.close(terminal)
+        os.close(inside)
+
+
+async def shows(terminal: int, wanted: str) -> None:
+    """Read what is drawn until `wanted` is."""
+    loop = asyncio.get_running_loop()
+    drawn = b""
+    more = asyncio.Event()
+    loop.add_reader(terminal, more.set)
+    try:
+        async with asyncio.timeout(DEADLINE_SEC):
+            while wanted.encode() not in drawn:
+                await more.wait()
+                more.clear()
+                drawn += os.read(terminal, 65536)
+    except TimeoutError:
+        raise AssertionError(f"The terminal did not show {wanted!r}: {drawn!r}") from None
+    finally:
+        loop.remove_reader(terminal)
