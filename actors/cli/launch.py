@@ -63,6 +63,7 @@ def run(options: argparse.Namespace) -> int:
             output=OutputMode(options.output) if options.output else None,
             stop_timeout_sec=options.stop_timeout,
             keep=options.watch,
+            watch_graph=options.json,
         )
     except UnknownArgumentError as error:
         hint = did_you_mean(error.name, error.known) or "; see --show-args"

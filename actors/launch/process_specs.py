@@ -82,17 +82,17 @@ def make_spec(
         own_environment=extra if action.env is None else {**base, **extra},
         origin=action,
         output=_output(action, scope),
-        emulate_tty=_yes(action.emulate_tty, scope),
+        emulate_tty=truth(action.emulate_tty, scope),
         depends_on=dependencies(action.depends_on, nodes, scope, namespace),
         depends_timeout_sec=seconds("depends_timeout", action.depends_timeout, scope, forever=True),
-        respawn=_yes(action.respawn, scope),
+        respawn=truth(action.respawn, scope),
         respawn_delay_sec=delay,
         respawn_backoff=_factor(action.respawn_backoff),
         respawn_max_delay_sec=max(seconds("respawn_max_delay", action.respawn_max_delay, scope), delay),
         respawn_max_retries=action.respawn_max_retries,
         sigterm_timeout_sec=_timeout("sigterm_timeout", action.sigterm_timeout, scope),
         sigkill_timeout_sec=_timeout("sigkill_timeout", action.sigkill_timeout, scope),
-        required=_yes(action.required, scope) or _ends_all(action.on_exit),
+        required=truth(action.required, scope) or _ends_all(action.on_exit),
         sources=tuple(program.sources),
     )
 
@@ -160,10 +160,6 @@ def _output(action: Launched, scope: Scope) -> OutputMode:
     except ValueError:
         words = ", ".join(each.value for each in OutputMode)
         raise LaunchError(f"output must be one of {words}, not '{shown(word)}'") from None
-
-
-def _yes(value: Any, scope: Scope) -> bool:
-    return value if isinstance(value, bool) else truth(value, scope)
 
 
 def _words(prefix: str) -> list[str]:
