@@ -7,8 +7,9 @@ param: [{from: common.yaml}, {name: speed, value: 1.5}]             ROS 2's form
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
+from actors.launch.actions import ParameterValue
 from actors.launch.documents.kinds import (
     NAMES,
     SCALAR,
@@ -26,6 +27,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from actors.launch.documents.errors import Spot
+
+
+_TYPES: Final[dict[str, type[str | int | float | bool]]] = {
+    "str": str,
+    "int": int,
+    "float": float,
+    "bool": bool,
+}
 
 
 class ParameterKind(Kind):
@@ -60,7 +69,7 @@ class ParametersKind(Kind):
 
 
 class RosParametersKind(Kind):
-    """ROS 2's list: of `{name, value}`, of `{name, param: [more of them]}`, and of `{from: path}`."""
+    """ROS 2's list: of `{name, value}`, also with `type`, `{name, param: [more of them]}`, `{from: path}`."""
 
     def read(self, value: object, spot: Spot) -> tuple[Any, ...]:
         """Return mappings and paths, in order."""
@@ -72,10 +81,16 @@ class RosParametersKind(Kind):
         return dict(self._named("", value, spot))
 
     def _named(self, prefix: str, value: object, spot: Spot) -> Iterator[tuple[str, Any]]:
-        what = "param" if "param" in read_mapping(value, spot) else "value"
-        found = read_fields(value, spot, ("name", what))
+        given = read_mapping(value, spot)
+        what = "param" if "param" in given else "value"
+        typed = ("type",) if what == "value" and "type" in given else ()
+        found = read_fields(value, spot, ("name", what, *typed))
         name = prefix + read_name(found["name"], spot.inner("name"))
         below = spot.inner(what)
+        if typed:
+            kind = _type(found["type"], spot.inner("type"))
+            yield name, ParameterValue(_single(found[what], below), value_type=kind)
+            return
         if what == "value":
             yield name, ParameterKind().read(found[what], below)
             return
@@ -94,9 +109,10 @@ def definitions() -> dict[str, Schema]:
     value = ParameterKind().schema()
     below = {"type": "array", "items": {"$ref": "#/definitions/parameter"}}
     alone = record_schema({"name": name, "value": value})
+    typed = record_schema({"name": name, "value": SCALAR, "type": {"enum": list(_TYPES)}})
     group = record_schema({"name": name, "param": below})
     return {
-        "parameter": {"anyOf": [alone, group]},
+        "parameter": {"anyOf": [alone, typed, group]},
         "parameters": {
             "type": "object",
             "propertyNames": NAMES,
@@ -112,6 +128,13 @@ def _by_name(value: object, spot: Spot) -> dict[str, Any]:
         else ParameterKind().read(each, spot.inner(name))
         for name, each in read_mapping(value, spot).items()
     }
+
+
+def _type(value: object, spot: Spot) -> type[str | int | float | bool]:
+    kind = _TYPES.get(value) if isinstance(value, str) else None
+    if kind is None:
+        raise spot.error(f"one of {', '.join(_TYPES)} should be here")
+    return kind
 
 
 def _single(value: object, spot: Spot) -> Any:

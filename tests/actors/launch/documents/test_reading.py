@@ -18,6 +18,7 @@ from actors.launch.actions import (
     IncludeLaunchDescription,
     LogInfo,
     Node,
+    ParameterValue,
     PushNamespace,
     RegisterEventHandler,
     SetEnvironmentVariable,
@@ -143,6 +144,16 @@ ELEMENT_CASES: list[tuple[str, Action]] = [
     (
         "node: {script: a.py, param: [{from: p.yaml}, {name: a, value: 1}, {name: g, param: [{name: b, value: [1]}]}]}",
         Node(script="a.py", parameters=("p.yaml", {"a": 1}, {"g.b": [1]})),
+    ),
+    (
+        "node: {script: a.py, param: [{name: a, value: $(var x), type: str}, {name: b, value: 1, type: float}]}",
+        Node(
+            script="a.py",
+            parameters=(
+                {"a": ParameterValue(VAR, value_type=str)},
+                {"b": ParameterValue(1, value_type=float)},
+            ),
+        ),
     ),
     (
         (
@@ -305,6 +316,14 @@ ERROR_CASES: list[tuple[str, str]] = [
     (
         "node: {script: a, env: [{name: a, value: b, x: c}]}",
         "launch[0].node.env[0].x: no such key",
+    ),
+    (
+        "node: {script: a, param: [{name: a, value: 1, type: list}]}",
+        "launch[0].node.param[0].type: one of str, int, float, bool should be here",
+    ),
+    (
+        "node: {script: a, param: [{name: a, value: [1], type: int}]}",
+        "launch[0].node.param[0].value: a text should be here, not a list",
     ),
     ("node: {script: a, param: [{name: a}]}", "launch[0].node.param[0]: 'value' is missing"),
     (

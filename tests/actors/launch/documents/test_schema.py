@@ -101,7 +101,8 @@ def values(key: Key, depth: int) -> st.SearchStrategy[Any]:
     )
     one = st.fixed_dictionaries({"name": names, "value": parameter})
     group = st.fixed_dictionaries({"name": names, "param": st.lists(one, max_size=2)})
-    ros = one | group | st.fixed_dictionaries({"from": texts})
+    typed = st.fixed_dictionaries({"name": names, "value": texts, "type": st.sampled_from(["str", "int"])})
+    ros = one | typed | group | st.fixed_dictionaries({"from": texts})
     kinds: dict[type, st.SearchStrategy[Any]] = {
         TextKind: texts,
         PlainKind: plain,
