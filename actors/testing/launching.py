@@ -263,6 +263,11 @@ class RunningLaunch:
         if (error := self._error()) is not None:
             raise error
 
+    def add_to(self, error: BaseException) -> None:
+        """Add to the test's own error what has gone wrong in the launch, if anything has."""
+        if (own := self._error()) is not None and own is not error.__cause__:
+            error.add_note(f"The launch has failed: {own}")
+
     def _error(self) -> BaseException | None:
         if self._run.done() and not self._run.cancelled() and (error := self._run.exception()) is not None:
             return error
@@ -331,8 +336,11 @@ async def launch(
         running = RunningLaunch(make, timeout_sec=timeout_sec)
         try:
             yield running
-        finally:
+        except BaseException as error:
             await running.stop()
+            running.add_to(error)
+            raise
+        await running.stop()
         running.check()
 
 

@@ -17,6 +17,7 @@ from actors.launch import events
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from actors.launch.presence import Presence
     from actors.launch.steps import ProcessSpec
     from actors.supervision.outcome import Outcome
 
@@ -54,6 +55,7 @@ class ProcessStatus:
         exit_code: What it has ended with, the last time that it did; negative for a signal. What has none,
             because it is a node in this process or could not be run, has 0 if it ended well and otherwise 1.
         reason: The same in words: "exit code 1", "killed by SIGKILL".
+        missing: What it waits for.
     """
 
     label: str
@@ -64,6 +66,7 @@ class ProcessStatus:
     restarts: int = 0
     exit_code: int | None = None
     reason: str = ""
+    missing: tuple[Presence, ...] = ()
 
     def is_called(self, name: str) -> bool:
         """Tell whether a name means this one: its label, the label without the number, or its node's."""
@@ -72,6 +75,8 @@ class ProcessStatus:
     def __str__(self) -> str:
         """Say it in one line."""
         said = [self.state.value]
+        if self.state is ProcessState.WAITING and self.missing:
+            said[0] += f" for {' and '.join(map(str, self.missing))}"
         if self.state is ProcessState.RUNNING and self.pid is not None:
             said.append(f"pid {self.pid}")
         if self.reason:
@@ -193,7 +198,7 @@ class Transcript:
             case events.ProcessStarted():
                 self._change(event.process, state=ProcessState.RUNNING, pid=event.pid)
             case events.ProcessWaits():
-                self._change(event.process, state=ProcessState.WAITING)
+                self._change(event.process, state=ProcessState.WAITING, missing=event.missing)
             case events.ProcessRestarts():
                 self._restarts(event.process)
             case events.ProcessExited():

@@ -308,6 +308,23 @@ async def test_what_turns_out_to_be_wrong_later_ends_waits_and_comes_out() -> No
         await body()
 
 
+async def test_the_tests_own_error_names_the_launchs() -> None:
+    """Who fails in a test because the launch has failed is told so."""
+
+    def fails(context: object) -> list[Action]:
+        raise LaunchError("no such robot")
+
+    async def body() -> None:
+        async with launch([handler, python("", "short")]) as running:
+            await running.wait_until(lambda: "no such robot" in running.output("launch"))
+            raise ZeroDivisionError
+
+    handler = RegisterEventHandler(OnProcessExit(on_exit=[OpaqueFunction(function=fails)]))
+    with pytest.raises(ZeroDivisionError) as caught:
+        await body()
+    assert any("no such robot" in note for note in caught.value.__notes__)
+
+
 async def test_a_file_with_arguments_and_an_environment(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

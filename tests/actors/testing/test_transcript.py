@@ -6,6 +6,7 @@ import re
 
 from actors.launch import events
 from actors.launch.events import Level, Stream
+from actors.launch.presence import Presence, PresenceKind
 from actors.launch.steps import ProcessSpec
 from actors.supervision.outcome import Outcome, outcome_of_exit
 from actors.testing import transcript
@@ -106,8 +107,9 @@ def test_bytes_are_bounded_too() -> None:
 def test_a_process_is_followed_through_its_life() -> None:
     """Waiting, running, ended, restarting, running, ended; with how it ended."""
     known = Transcript()
-    known.hear(events.ProcessWaits(TALKER, None, (), 0.0))
+    known.hear(events.ProcessWaits(TALKER, None, (Presence(PresenceKind.NODE, "/a"),), 0.0))
     assert state(known, "talker") is ProcessState.WAITING
+    assert str(known.processes[0]) == "talker-1: waiting for node /a"
     known.hear(events.ProcessStarted(TALKER, 7))
     assert str(known.processes[0]) == "talker-1: running, pid 7"
     known.hear(events.ProcessExited(TALKER, 7, outcome_of_exit(-2)))
