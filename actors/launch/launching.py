@@ -134,6 +134,11 @@ class Launch:
         """What is there, as far as the graph is followed."""
         return self._machine.presences
 
+    @property
+    def mistake(self) -> str:
+        """What turned out to be wrong with the description while it ran; the first thing, or nothing."""
+        return self._machine.mistake
+
     def state(self, label: str) -> ProcessState:
         """Return where a process is in its life."""
         return self._machine.state(label)

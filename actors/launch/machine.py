@@ -132,12 +132,14 @@ class Machine:
         presences: What the graph has, as far as it is known.
         stopping: Whether the launch is being ended.
         failed: Whether a required process has died, or the description turned out to be wrong.
+        mistake: What is wrong with the description, if that has turned out; the first thing.
     """
 
     def __init__(self, steps: Sequence[Step], *, keep: bool = False) -> None:
         self.presences: frozenset[Presence] = frozenset()
         self.stopping = False
         self.failed = False
+        self.mistake = ""
         self._steps = steps
         self._keep = keep
         self._processes: dict[str, _Process] = {}
@@ -262,8 +264,9 @@ class Machine:
         return True
 
     def _mistake(self, text: str, now: float) -> None:
-        self._tell(Message(Level.ERROR, text))
+        self.mistake = self.mistake or text
         self.failed = True
+        self._tell(Message(Level.ERROR, text))
         self._stop("the description has a mistake", now)
 
     def _take(self, steps: Sequence[Step], now: float) -> None:

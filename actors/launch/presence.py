@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from proto.frames import GraphEntry
 
 
@@ -53,8 +51,3 @@ def presence_of(entry: GraphEntry) -> Presence | None:
     if kind is None:
         return None
     return Presence(kind, entry.node if kind is PresenceKind.NODE else entry.name)
-
-
-def presences(entries: Iterable[GraphEntry]) -> set[Presence]:
-    """Return all that is there, going by the entries of a graph."""
-    return {found for found in map(presence_of, entries) if found is not None}

@@ -20,12 +20,11 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from actors.environment import foreign_variables
 from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError
-from actors.launch.events import Level, Message
 from actors.launch.launching import Launch
 from actors.launch.presence import Presence, PresenceKind
 from actors.launch.voice_logs import voice_logs
 from actors.launch.voice_streams import voice_streams
-from actors.testing.transcript import LAUNCH, ProcessState, Search, Transcript
+from actors.testing.transcript import ProcessState, Search, Transcript
 from broker import Broker, BrokerOptions
 from proto.errors import CallboardError
 
@@ -71,7 +70,6 @@ class RunningLaunch:
         self._timeout_sec = timeout_sec
         self._transcript = Transcript()
         self._waiting: dict[asyncio.Event, None] = {}
-        self._mistake: LaunchError | None = None
         self._launch = make(self._hear)
         self.url = self._launch.place.url
         self.domain = self._launch.place.domain
@@ -271,14 +269,12 @@ class RunningLaunch:
     def _error(self) -> BaseException | None:
         if self._run.done() and not self._run.cancelled() and (error := self._run.exception()) is not None:
             return error
-        return self._mistake
+        return LaunchError(self._launch.mistake) if self._launch.mistake else None
 
     # What happens
 
     def _hear(self, event: Event) -> None:
         self._transcript.hear(event)
-        if isinstance(event, Message) and event.level is Level.ERROR and event.about == LAUNCH:
-            self._mistake = self._mistake or LaunchError(event.text)
         self._wake()
 
     def _wake(self) -> None:

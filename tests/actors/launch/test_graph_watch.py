@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.launch.graph_watch import Presences, graph_watch
-from actors.launch.presence import Presence, PresenceKind, presences
+from actors.launch.presence import Presence, PresenceKind, presence_of
 from actors.picture import GraphPicture
 from actors.tools.contexts import find_place
 from proto.codes import EntryKind
@@ -207,5 +207,5 @@ def test_the_same_as_from_the_whole_picture() -> None:
     assert not known.follow(picture)
     other = GraphPicture({4: entry(4, EntryKind.NODE, "/a"), 5: entry(5, EntryKind.SERVICE, "/a", "/t")})
     assert known.follow(other)
-    assert known.now == presences(other.entries.values())
+    assert known.now == {presence_of(each) for each in other.entries.values()} - {None}
     assert first == {Presence(PresenceKind.NODE, "/a"), Presence(PresenceKind.TOPIC, "/t")}
