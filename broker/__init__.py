@@ -5,9 +5,8 @@ The names below load their modules when they are first used.
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING
-
-from proto.lazy import lazy_names
 
 if TYPE_CHECKING:
     from broker.errors import AddressInUseError as AddressInUseError
@@ -20,21 +19,26 @@ if TYPE_CHECKING:
     from proto.stats import LinkStats as LinkStats
     from proto.stats import TopicStats as TopicStats
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "broker.errors": (
-            "AddressInUseError",
-            "InvalidOptionError",
-            "ListenError",
-        ),
-        "broker.options": ("BrokerOptions",),
-        "broker.server": ("Broker",),
-        "proto.stats": (
-            "BrokerRates",
-            "BrokerStats",
-            "LinkStats",
-            "TopicStats",
-        ),
-    },
-)
+_HOME_OF = {
+    "AddressInUseError": "broker.errors",
+    "InvalidOptionError": "broker.errors",
+    "ListenError": "broker.errors",
+    "BrokerOptions": "broker.options",
+    "Broker": "broker.server",
+    "BrokerRates": "proto.stats",
+    "BrokerStats": "proto.stats",
+    "LinkStats": "proto.stats",
+    "TopicStats": "proto.stats",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'broker' has no attribute '{name}'")
+    value = getattr(import_module(_HOME_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME_OF})

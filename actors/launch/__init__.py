@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from proto.lazy import lazy_names
+from actors.lazy import lazy_names
 
 if TYPE_CHECKING:
     from actors.launch.actions import AppendEnvironmentVariable as AppendEnvironmentVariable

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from proto.lazy import lazy_names
+from actors.lazy import lazy_names
 
 if TYPE_CHECKING:
     from actors.testing.fault_proxy import FaultProxy as FaultProxy

@@ -1,4 +1,7 @@
-"""Names of a package that load their modules when they are first used (PEP 562)."""
+"""Names of a package that load their modules when they are first used (PEP 562).
+
+It is here and not in `proto`, so that the command line can say so when another package is called that.
+"""
 
 from __future__ import annotations
 
