@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import os
 import re
 import signal
-import struct
 import sys
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.integration.conftest import DEADLINE_SEC, ROOT
+from tests.integration.terminal import on_terminal
 from tests.integration.test_launch import launch_file
 from tests.integration.test_supervision import SLEEPER
 
@@ -142,46 +140,8 @@ async def test_a_terminal_shows_how_it_is_doing(system: System, tmp_path: Path) 
     """The status line is below the last line, and is gone when the launch has been stopped."""
     actions = "Node(script='sleeper.py')", "Node(script='bad.py')"
     file = launch_file(tmp_path, *actions, sleeper=SLEEPER, bad="raise SystemExit(3)")
-    terminal, inside = os.openpty()
-    try:
-        fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 100, 0, 0))
-        environ = {key: value for key, value in os.environ.items() if key != "NO_COLOR"}
-        process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", "actors", "launch", file, "--url", system.url),
-            cwd=ROOT,
-            env=environ | {"TERM": "xterm"},
-            stdin=inside,
-            stdout=inside,
-            stderr=inside,
-        )
-        try:
-            await shows(terminal, "\x1b[32m1 up\x1b[0m · \x1b[31m1 dead\x1b[0m · Ctrl-C stops")
-            process.send_signal(signal.SIGINT)
-            await shows(terminal, "stopping: 0 left · Ctrl-C again kills\r\x1b[K")
-            async with asyncio.timeout(DEADLINE_SEC):
-                assert await process.wait() == 0
-        finally:
-            if process.returncode is None:
-                process.kill()
-                await process.wait()
-    finally:
-        os.close(terminal)
-        os.close(inside)
-
-
-async def shows(terminal: int, wanted: str) -> None:
-    """Read what is drawn until `wanted` is."""
-    loop = asyncio.get_running_loop()
-    drawn = b""
-    more = asyncio.Event()
-    loop.add_reader(terminal, more.set)
-    try:
-        async with asyncio.timeout(DEADLINE_SEC):
-            while wanted.encode() not in drawn:
-                await more.wait()
-                more.clear()
-                drawn += os.read(terminal, 65536)
-    except TimeoutError:
-        raise AssertionError(f"The terminal did not show {wanted!r}: {drawn!r}") from None
-    finally:
-        loop.remove_reader(terminal)
+    async with on_terminal("launch", file, "--url", system.url, term="xterm") as terminal:
+        await terminal.shows("\x1b[32m1 up\x1b[0m · \x1b[31m1 dead\x1b[0m · Ctrl-C stops")
+        terminal.process.send_signal(signal.SIGINT)
+        await terminal.shows("stopping: 0 left · Ctrl-C again kills\r\x1b[K")
+        assert await terminal.ends() == 0

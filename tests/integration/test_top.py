@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
-import fcntl
-import os
 import re
-import struct
-import sys
-import termios
 from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.integration.conftest import DEADLINE_SEC, ROOT
+from tests.integration.conftest import ROOT
+from tests.integration.terminal import on_terminal
 
 if TYPE_CHECKING:
     from tests.integration.conftest import System
@@ -48,46 +43,9 @@ async def test_the_live_view_draws_and_quits(system: System, key: bytes) -> None
     await system.broker()
     publisher = await system.example("minimal_publisher")
     await publisher.says("Publishing")
-    terminal, inside = os.openpty()
-    try:
-        fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 100, 0, 0))
-        before = termios.tcgetattr(inside)
-        process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", "actors", "top", "--url", system.url),
-            env=os.environ | {"TERM": "xterm-256color"},
-            stdin=inside,
-            stdout=inside,
-            stderr=inside,
-        )
-        try:
-            await shows(terminal, b"/addison")
-            os.write(terminal, key)
-            await shows(terminal, b"\x1b[?1049l")
-            async with asyncio.timeout(DEADLINE_SEC):
-                assert await process.wait() == 0
-        finally:
-            if process.returncode is None:
-                process.kill()
-                await process.wait()
-        assert termios.tcgetattr(inside) == before
-    finally:
-        os.close(terminal)
-        os.close(inside)
-
-
-async def shows(terminal: int, wanted: bytes) -> None:
-    """Read what is drawn until `wanted` is."""
-    loop = asyncio.get_running_loop()
-    drawn = b""
-    more = asyncio.Event()
-    loop.add_reader(terminal, more.set)
-    try:
-        async with asyncio.timeout(DEADLINE_SEC):
-            while wanted not in drawn:
-                await more.wait()
-                more.clear()
-                drawn += os.read(terminal, 65536)
-    except TimeoutError:
-        raise AssertionError(f"The screen did not show {wanted!r}: {drawn!r}") from None
-    finally:
-        loop.remove_reader(terminal)
+    async with on_terminal("top", "--url", system.url, term="xterm-256color") as terminal:
+        await terminal.shows("/addison")
+        terminal.types(key)
+        await terminal.shows("\x1b[?1049l")
+        assert await terminal.ends() == 0
+        assert terminal.settings == terminal.before

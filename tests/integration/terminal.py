@@ -1,0 +1,92 @@
+"""A program on a terminal: what it draws is read, and keys are typed."""
+
+from __future__ import annotations
+
+import asyncio
+import fcntl
+import os
+import struct
+import sys
+import termios
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Any
+
+from tests.integration.conftest import DEADLINE_SEC, ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncGenerator
+
+
+class Terminal:
+    """A terminal of 100 columns and 30 rows, with a program on it.
+
+    Attributes:
+        process: The program.
+        before: How the terminal was set before that.
+    """
+
+    def __init__(
+        self, process: asyncio.subprocess.Process, before: list[Any], window: int, inside: int
+    ) -> None:
+        self.process = process
+        self.before = before
+        self._window = window
+        self._inside = inside
+
+    @property
+    def settings(self) -> list[Any]:
+        """How the terminal is set now."""
+        return termios.tcgetattr(self._inside)
+
+    def types(self, keys: bytes) -> None:
+        """Type something."""
+        os.write(self._window, keys)
+
+    async def ends(self) -> int:
+        """Wait for the program's end; return its exit code."""
+        async with asyncio.timeout(DEADLINE_SEC):
+            return await self.process.wait()
+
+    async def shows(self, wanted: str) -> None:
+        """Read what is drawn until `wanted` is."""
+        loop = asyncio.get_running_loop()
+        drawn = b""
+        more = asyncio.Event()
+        loop.add_reader(self._window, more.set)
+        try:
+            async with asyncio.timeout(DEADLINE_SEC):
+                while wanted.encode() not in drawn:
+                    await more.wait()
+                    more.clear()
+                    drawn += os.read(self._window, 65536)
+        except TimeoutError:
+            raise AssertionError(f"The terminal did not show {wanted!r}: {drawn!r}") from None
+        finally:
+            loop.remove_reader(self._window)
+
+
+@asynccontextmanager
+async def on_terminal(*arguments: str, term: str) -> AsyncGenerator[Terminal]:
+    """Run `callboard` with these arguments on a terminal of its own; kill it in the end, if it still runs."""
+    window, inside = os.openpty()
+    try:
+        fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 100, 0, 0))
+        before = termios.tcgetattr(inside)
+        environ = {key: value for key, value in os.environ.items() if key != "NO_COLOR"}
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "actors", *arguments),
+            cwd=ROOT,
+            env=environ | {"TERM": term},
+            stdin=inside,
+            stdout=inside,
+            stderr=inside,
+        )
+        try:
+            yield Terminal(process, before, window, inside)
+        finally:
+            if process.returncode is None:
+                process.kill()
+                await process.wait()
+    finally:
+        os.close(window)
+        os.close(inside)
