@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -150,6 +151,8 @@ def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:
                 waits = ", ".join(map(str, process.depends_on))
                 when += f"when there is {waits}: " if waits else ""
                 yield f"{when}[{process.label}] {extra}{process.shown}"
+                if process.on_exit is not None:
+                    yield from _shown_steps([process.on_exit], f"{indent}    ")
             case Say():
                 yield f"{when}{'warn' if step.warning else 'say'}: {step.text}"
             case End():
@@ -172,19 +175,20 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
 
     def when_unheard() -> None:
         with suppress(RuntimeError):  # the loop has been closed
-            loop.call_soon_threadsafe(launch.stop, "nobody reads the output")
+            loop.call_soon_threadsafe(partial(launch.stop, "nobody reads the output", insist=False))
 
     reports = Reports(json=json, when_unheard=when_unheard)
     launch.listen(reports)
     code = FAILURE
     try:
         with own_logs(launch.tell), voice_logs(), voice_streams():
-            _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone"))
+            _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone", insist=False))
             good = await (launch.run() if watched is None else _run_watched(launch, watched))
         code = OK if good else FAILURE
     except asyncio.CancelledError:
-        code = OK
-        raise
+        if not launch.failed:
+            code = OK
+            raise
     except CallboardError as error:
         code = exit_code(error)
         raise

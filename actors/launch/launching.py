@@ -16,7 +16,7 @@ from actors.launch.embedded import broker_is_there, can_embed, embedded_broker
 from actors.launch.events import Level, Message
 from actors.launch.files import Files
 from actors.launch.graph_watch import graph_watch
-from actors.launch.machine import Machine, ProcessState, awaits_graph
+from actors.launch.machine import Machine, awaits_graph
 from actors.launch.plan import make_plan
 from actors.launch.runner import Runner
 from actors.launch.steps import STOP_TIMEOUT_SEC
@@ -121,9 +121,14 @@ class Launch:
         """Tell the listeners of something."""
         self._runner.tell(event)
 
-    def stop(self, reason: str) -> None:
-        """Stop it; a second time, a moment later, kill what is left. `run` returns when all has ended."""
-        self._runner.stop(reason)
+    def stop(self, reason: str, *, insist: bool = True) -> None:
+        """Stop it; a second time, a moment later, kill what is left. `run` returns when all has ended.
+
+        Args:
+            reason: For people.
+            insist: Whether this may be the second time.
+        """
+        self._runner.stop(reason, insist=insist)
 
     def restart(self, label: str, reason: str) -> None:
         """Start a process again, whatever it does now."""
@@ -139,9 +144,10 @@ class Launch:
         """What turned out to be wrong with the description while it ran; the first thing, or nothing."""
         return self._machine.mistake
 
-    def state(self, label: str) -> ProcessState:
-        """Return where a process is in its life."""
-        return self._machine.state(label)
+    @property
+    def failed(self) -> bool:
+        """Whether a required process has died, or the description turned out to be wrong."""
+        return self._machine.failed
 
     def _environment(self, given: Mapping[str, str] | None) -> dict[str, str]:
         base = os.environ if given is None else given

@@ -25,7 +25,7 @@ from actors.launch.events import (
     ProcessWaits,
     ShuttingDown,
 )
-from actors.launch.steps import MAX_PROCESSES, Call, End, ProcessSpec, React, Say, Start
+from actors.launch.steps import MAX_PROCESSES, Call, End, ProcessSpec, React, Say, Start, all_steps
 from actors.supervision.outcome import Outcome
 from proto.errors import CallboardError
 
@@ -114,10 +114,7 @@ class _Process:
         self.again = ""
         self.turn = 0
         """Grows with each state, so that timers of an earlier one are known."""
-
-    def enter(self, state: ProcessState, now: float) -> None:
-        self.state, self.since = state, now
-        self.turn += 1
+        self.split = False
 
 
 class Machine:
@@ -143,6 +140,8 @@ class Machine:
         self._steps = steps
         self._keep = keep
         self._processes: dict[str, _Process] = {}
+        self._living = 0
+        self._split = _splits(steps)
         self._handlers: list[React] = []
         self._timers: list[tuple[float, int, Callable[[float], None]]] = []
         self._timed = 0
@@ -154,10 +153,8 @@ class Machine:
 
     @property
     def over(self) -> bool:
-        """Whether nothing runs and nothing is to come."""
-        if any(each.state is not ProcessState.DEAD for each in self._processes.values()):
-            return False
-        return self.stopping or not (self._due_steps or self._keep)
+        """Whether the launch has ended: nothing runs, and nothing will."""
+        return self.stopping and not self._living
 
     @property
     def wake_at(self) -> float | None:
@@ -174,25 +171,25 @@ class Machine:
     def begin(self, now: float) -> list[Effect]:
         """Begin."""
         self._take(self._steps, now)
-        return self._done()
+        return self._done(now)
 
     def started(self, label: str, pid: int | None, now: float) -> list[Effect]:
         """A process runs."""
         process = self._processes[label]
         process.pid = pid
         self._happen(ProcessStarted(process.spec, pid), now)
-        return self._done()
+        return self._done(now)
 
     def wrote(self, label: str, stream: Stream, lines: Sequence[bytes], now: float) -> list[Effect]:
         """A process has written lines."""
         process = self._processes[label]
         self._happen(ProcessIO(process.spec, process.pid, stream, tuple(lines)), now)
-        return self._done()
+        return self._done(now)
 
     def ended(self, label: str, outcome: Outcome, now: float) -> list[Effect]:
         """A process has ended, or could not be started."""
         self._end(self._processes[label], outcome, now)
-        return self._done()
+        return self._done(now)
 
     def graph(self, presences: frozenset[Presence], now: float) -> list[Effect]:
         """The graph is known, or has changed: this is there now."""
@@ -203,39 +200,42 @@ class Machine:
         for process in tuple(self._processes.values()):
             if process.state is ProcessState.WAITING and not self._missing(process.spec):
                 self._run(process, now)
-        return self._done()
+        return self._done(now)
 
     def restart(self, label: str, reason: str, now: float) -> list[Effect]:
         """Start a process again, whatever it does now; one that waits goes on doing so."""
         process = self._processes.get(label)
         if process is None or self.stopping or process.state is ProcessState.WAITING or process.again:
-            return []
+            return self._done(now)
         self._tell(ProcessRestarts(process.spec, process.pid, 0.0, reason))
-        process.delay_sec = process.spec.respawn_delay_sec
+        process.restarts, process.delay_sec = 0, process.spec.respawn_delay_sec
         if process.state is ProcessState.UP:
             process.again = reason
             self._effects.append(Stop(label))
         else:
             self._enter(process, now)
-        return self._done()
+        return self._done(now)
 
-    def stop(self, reason: str, now: float) -> list[Effect]:
-        """End the launch; a second time, a moment later: kill what is left."""
+    def stop(self, reason: str, now: float, *, insist: bool = True) -> list[Effect]:
+        """End the launch; a second time, a moment later, kill what is left, if that is insisted on."""
         if not self.stopping:
             self._stop(reason, now)
-        elif now - self._stopped_at >= HURRY_AFTER_SEC:
+        elif insist and now - self._stopped_at >= HURRY_AFTER_SEC:
             self._effects.append(HurryAll())
-        return self._done()
+        return self._done(now)
 
     def tick(self, now: float) -> list[Effect]:
         """Time has passed."""
         while self._timers and self._timers[0][0] <= now:
             heapq.heappop(self._timers)[2](now)
-        return self._done()
+        return self._done(now)
 
     # What is done
 
-    def _done(self) -> list[Effect]:
+    def _done(self, now: float) -> list[Effect]:
+        """Return what is to be done; a launch that has nothing left to do ends."""
+        if not (self.stopping or self._living or self._due_steps or self._keep):
+            self._stop("nothing is left to run", now)
         effects, self._effects = self._effects, []
         return effects
 
@@ -301,8 +301,17 @@ class Machine:
             self._mistake(f"There are more than {MAX_HANDLERS} event handlers", now)
             return
         self._handlers.append(step)
+        if step.split and not self._split:
+            self._split_from_now_on()
         if step.presence in self.presences:
             self._react(step, Appeared(step.presence), now)
+
+    def _split_from_now_on(self) -> None:
+        self._split = True
+        for each in self._processes.values():
+            if each.state is ProcessState.UP and not each.split:
+                text = "its stdout and stderr are read as one, so that handlers for one of them hear nothing"
+                self._tell(Message(Level.WARN, text, each.spec.label))
 
     def _start(self, spec: ProcessSpec, now: float) -> None:
         if self.stopping:
@@ -328,9 +337,9 @@ class Machine:
             self._run(process, now)
 
     def _run(self, process: _Process, now: float) -> None:
-        process.enter(ProcessState.UP, now)
-        split = any(each.split for each in self._handlers)
-        self._effects.append(Run(process.spec, split or process.spec.output.splits))
+        self._move(process, ProcessState.UP, now)
+        process.split = self._split or process.spec.output.splits
+        self._effects.append(Run(process.spec, process.split))
 
     # Waiting
 
@@ -338,7 +347,7 @@ class Machine:
         return tuple(each for each in spec.depends_on if each not in self.presences)
 
     def _wait(self, process: _Process, now: float) -> None:
-        process.enter(ProcessState.WAITING, now)
+        self._move(process, ProcessState.WAITING, now)
         self._remind(process, process.turn, now)
         deadline = now + process.spec.depends_timeout_sec
         turn = process.turn
@@ -365,9 +374,14 @@ class Machine:
         """A process has ended: tell, react, and see what that means."""
         spec = process.spec
         lived_sec = now - process.since
-        process.enter(ProcessState.DEAD, now)
+        self._move(process, ProcessState.DEAD, now)
         pid, process.pid = process.pid, None
-        self._happen(ProcessExited(spec, pid, outcome), now)
+        event = ProcessExited(spec, pid, outcome)
+        self._happen(event, now)
+        if spec.on_exit is not None:
+            self._take_from(partial(spec.on_exit.steps, event), now)
+        if self._processes.get(spec.label) is not process:
+            return  # that has started it anew
         if self.stopping:
             pass
         elif process.again:
@@ -378,7 +392,7 @@ class Machine:
         elif spec.required and (outcome.normal or not self._keep):
             self.failed = self.failed or not outcome.normal
             self._stop(f"{spec.label} is required and has ended", now)
-        if process.state is ProcessState.DEAD and not self._keep:
+        if process.state is ProcessState.DEAD and (spec.made_later or not self._keep):
             del self._processes[spec.label]
 
     def _respawn(self, process: _Process, lived_sec: float, now: float) -> None:
@@ -388,7 +402,7 @@ class Machine:
         delay = process.delay_sec
         process.delay_sec = min(delay * spec.respawn_backoff, spec.respawn_max_delay_sec)
         process.restarts += 1
-        process.enter(ProcessState.RESTARTING, now)
+        self._move(process, ProcessState.RESTARTING, now)
         turn = process.turn
         self._tell(ProcessRestarts(spec, None, delay, "respawn"))
 
@@ -407,8 +421,15 @@ class Machine:
         self._happen(ShuttingDown(reason), now)
         for process in self._processes.values():
             if process.state is not ProcessState.UP:
-                process.enter(ProcessState.DEAD, now)
+                self._move(process, ProcessState.DEAD, now)
         self._effects.append(StopAll())
+
+    def _move(self, process: _Process, state: ProcessState, now: float) -> None:
+        """Let a process be in another state."""
+        dead = ProcessState.DEAD
+        self._living += (state is not dead) - (process.state is not dead)
+        process.state, process.since = state, now
+        process.turn += 1
 
     def _at(self, due: float, act: Callable[[float], None]) -> None:
         self._timed += 1
@@ -420,9 +441,11 @@ def awaits_graph(steps: Iterable[Step]) -> bool:
     return any(
         isinstance(step, Call)
         or (isinstance(step, Start) and bool(step.process.depends_on))
-        or (
-            isinstance(step, React)
-            and (step.presence is not None or awaits_graph(step.preview) or not step.preview)
-        )
-        for step in steps
+        or (isinstance(step, React) and (step.presence is not None or not step.preview))
+        for step in all_steps(steps)
     )
+
+
+def _splits(steps: Iterable[Step]) -> bool:
+    """Tell whether something in these steps must know stdout from stderr."""
+    return any(isinstance(step, React) and step.split for step in all_steps(steps))

@@ -32,13 +32,14 @@ from actors.launch.event_handlers import OnProcessExit, ProcessHandler, known_ac
 from actors.launch.process_specs import make_spec, seconds
 from actors.launch.reactions import Trigger, call_function, call_reaction, function_name, triggers
 from actors.launch.settings import apply_setting
-from actors.launch.steps import MAX_PROCESSES, Call, End, React, Say, Start
+from actors.launch.steps import MAX_PROCESSES, Call, End, React, Say, Start, all_steps
 from actors.launch.substitutions import Scope, resolve
 from proto.errors import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
+    from actors.launch.events import Event
     from actors.launch.library import Library
     from actors.launch.steps import OutputMode, Step
 
@@ -104,6 +105,7 @@ class _Planner:
         self._numbers = 0
         self._left = MAX_PROCESSES
         self._deferred = 0
+        self._running = False
         self._nodes = KnownNodes()
         self._targets: list[str] = []
 
@@ -123,7 +125,7 @@ class _Planner:
 
     def warnings(self, steps: Sequence[Step]) -> list[Say]:
         """Return what is likely to be a mistake in a whole plan."""
-        starts = [step.process for step in _walk(steps) if isinstance(step, Start)]
+        starts = [step.process for step in all_steps(steps) if isinstance(step, Start)]
         names = {name for each in starts for name in (each.name, each.label)}
         said = [
             f"An event handler is for '{shown(target)}', but no process has that name"
@@ -210,26 +212,31 @@ class _Planner:
         self._left -= 1
         self._numbers += 1
         spec = make_spec(action, scope, self._library, number=self._numbers, nodes=self._nodes)
-        if self._output is not None:
-            spec = replace(spec, output=self._output)
+        spec = replace(spec, output=self._output or spec.output, made_later=self._running)
         self._nodes.add(action, spec.node)
-        start = Start(process=spec)
-        reaction = action.on_exit
-        if reaction is None or spec.required:
-            return [start]
-        handler = OnProcessExit(target_action=action, on_exit=reaction)
-        return [*(self._react(each, scope) for each in triggers(handler, scope, self._nodes)), start]
+        if action.on_exit is not None and not spec.required:
+            handler = OnProcessExit(target_action=action, on_exit=action.on_exit)
+            (trigger,) = triggers(handler, scope, self._nodes)
+            spec = replace(spec, on_exit=self._react(trigger, scope))
+        return [Start(process=spec)]
 
     def _react(self, trigger: Trigger, scope: Scope) -> React:
         """Plan what a handler does: now, or if it is a function, when it is due."""
         handler = trigger.handler
-        if isinstance(handler, ProcessHandler) and isinstance(handler.target_action, str):
-            self._targets.append(handler.target_action)
+        target = handler.target_action if isinstance(handler, ProcessHandler) else None
+        if isinstance(target, str) and not self._running:
+            self._targets.append(target)
         inner = scope.inner()
         reaction = trigger.reaction
         if callable(reaction):
             self.partial = True
-            return trigger.react(lambda event: self._replan(call_reaction(reaction, event, inner), inner))
+
+            def react(event: Event) -> list[Step]:
+                # Each time anew: what it sets would pile up.
+                here = inner.inner()
+                return self._replan(call_reaction(reaction, event, here), here)
+
+            return trigger.react(react)
         steps = self._deferring(known_actions(reaction), inner)
         return trigger.react(lambda _event: steps, preview=tuple(steps))
 
@@ -254,12 +261,5 @@ class _Planner:
 
     def _replan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
         """Plan what a function has returned while the launch runs."""
-        self._left = MAX_PROCESSES
+        self._left, self._running = MAX_PROCESSES, True
         return self.plan(actions, scope)
-
-
-def _walk(steps: Iterable[Step]) -> Iterator[Step]:
-    for step in steps:
-        yield step
-        if isinstance(step, React):
-            yield from _walk(step.preview)

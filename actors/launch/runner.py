@@ -82,20 +82,19 @@ class Runner:
         self._loop = asyncio.get_running_loop()
         self._context = contextvars.copy_context()
         self._happened(self._machine.begin)
-        try:
-            await self._wait()
-        finally:
-            await self._guard.close()
+        cancelled = await self._wait()
         if self._failure is not None:
             raise self._failure
+        if cancelled is not None:
+            raise cancelled
         return not self._machine.failed
 
-    def stop(self, reason: str) -> None:
-        """Stop all processes; a second time, kill them. `run` returns when they have ended."""
+    def stop(self, reason: str, *, insist: bool = True) -> None:
+        """Stop all processes; a second time, kill them, if that is insisted on. `run` returns then."""
         if not self._began:
             self._stopped_before = True
             return
-        self._happened(partial(self._machine.stop, reason))
+        self._happened(partial(self._machine.stop, reason, insist=insist))
 
     def restart(self, label: str, reason: str) -> None:
         """Start a process again, whatever it does now."""
@@ -110,19 +109,27 @@ class Runner:
         for listener in self._listeners:
             listener(event)
 
-    async def _wait(self) -> None:
+    async def _wait(self) -> asyncio.CancelledError | None:
+        """Wait until everything has ended, and return whether this was cancelled meanwhile."""
         cancelled: asyncio.CancelledError | None = None
-        while not self._over.is_set():
+        ending = self._loop.create_task(self._end())
+        while not ending.done():
             try:
-                await self._over.wait()
+                await asyncio.shield(ending)
             except asyncio.CancelledError as error:
                 cancelled = error
                 self.stop("interrupted")
-        if cancelled is not None:
-            raise cancelled
+        ending.result()
+        return cancelled
+
+    async def _end(self) -> None:
+        await self._over.wait()
+        await self._guard.close()
 
     def _happened(self, tell: Callable[[float], list[Effect]]) -> None:
         """Tell the machine that something has happened, and do what it says."""
+        if self._over.is_set():
+            return
         try:
             self._effects += tell(self._loop.time())
             if self._busy:  # a listener has made it happen; first what was said before
@@ -144,7 +151,8 @@ class Runner:
             case Tell():
                 self.tell(effect.event)
             case Run():
-                self._start(effect.process, split=effect.split)
+                if self._failure is None:
+                    self._start(effect.process, split=effect.split)
             case Stop():
                 self._bodies[effect.label].stop()
             case StopAll():
@@ -196,7 +204,7 @@ class Runner:
             self._timer.cancel()
             self._timer = None
         due = self._machine.wake_at
-        if due is not None:
+        if due is not None and self._failure is None:
             self._timer = self._loop.call_at(due, self._time_has_come, due)
 
     def _time_has_come(self, due: float) -> None:
@@ -207,5 +215,6 @@ class Runner:
         """Something here has failed, and the machine may not know what runs: stop it all."""
         self._failure = self._failure or error
         self._effects.clear()
+        self._set_timer()
         for body in tuple(self._bodies.values()):
             body.stop()

@@ -37,6 +37,10 @@ class Sources:
         self._processes[spec.label] = _Process(spec)
         return True
 
+    def forget(self, spec: ProcessSpec) -> None:
+        """A process will not be started again for its sources."""
+        self._processes.pop(spec.label, None)
+
     def describes(self, path: str) -> bool:
         """Tell whether a real path is a launch file."""
         return path in map(os.path.realpath, self._launch_files)

@@ -15,6 +15,7 @@ from actors.launch.events import (
     ProcessWaits,
     ShuttingDown,
 )
+from actors.launch.steps import MAX_PROCESSES
 from actors.log_output import RESET
 
 if TYPE_CHECKING:
@@ -40,6 +41,9 @@ _COLORS: Final = {
     State.DEAD: "\x1b[31m",
 }
 _BETWEEN: Final = " · "
+
+MAX_KNOWN: Final = 2 * MAX_PROCESSES
+"""Processes that are known by name: those that live, and the last that have ended."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +93,8 @@ class Status:
             state, before = _state_of(event), self._states.get(event.process_name)
             if state is None or state is before:
                 return
+            if before is None and len(self._states) >= MAX_KNOWN:
+                self._forget_one()
             self._states[event.process_name] = state
             self._counts[state] += 1
             if before is not None:
@@ -96,6 +102,13 @@ class Status:
         else:
             return
         self._show(self.line)
+
+    def _forget_one(self) -> None:
+        """Forget which one has ended longest ago; it goes on being counted."""
+        for name, state in self._states.items():
+            if state in {State.DEAD, State.FINISHED}:
+                del self._states[name]
+                return
 
     @property
     def line(self) -> StatusLine:

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from actors.launch.actions import Launched
     from actors.launch.events import Event
@@ -69,6 +69,8 @@ class ProcessSpec:
         sigterm_timeout_sec: What it gets after SIGINT before it gets SIGTERM; None: as the launch has it.
         sigkill_timeout_sec: What it gets after that before it gets SIGKILL; None: the same.
         required: Whether its end is the end of the launch.
+        on_exit: What else is done when it ends.
+        made_later: Whether a function has made it while the launch ran.
         sources: Folders and files that it is made of.
     """
 
@@ -94,6 +96,8 @@ class ProcessSpec:
     sigterm_timeout_sec: float | None = None
     sigkill_timeout_sec: float | None = None
     required: bool = False
+    on_exit: React | None = None
+    made_later: bool = False
     sources: tuple[str, ...] = ()
 
 
@@ -167,3 +171,14 @@ class React(Timed):
 
 
 Step: TypeAlias = Start | Say | End | Call | React
+
+
+def all_steps(steps: Iterable[Step]) -> Iterator[Step]:
+    """Yield steps, and those that they may lead to, as far as that is known before."""
+    for step in steps:
+        yield step
+        reaction = step.process.on_exit if isinstance(step, Start) else step
+        if isinstance(reaction, React):
+            if reaction is not step:
+                yield reaction
+            yield from all_steps(reaction.preview)

@@ -15,7 +15,7 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Final
 
 from actors.launch.errors import LaunchError
-from actors.launch.events import Level, Message, ProcessStarted
+from actors.launch.events import Level, Message, ProcessExited, ProcessStarted
 from actors.launch.sources import MAX_FOLDERS, Sources
 from actors.launch.steps import Start
 from proto.errors import shown
@@ -71,6 +71,8 @@ class SourceWatch:
         """Something has happened in the launch."""
         if isinstance(event, ProcessStarted) and self._sources.add(event.process):
             self._stirred.set()
+        if isinstance(event, ProcessExited) and event.process.made_later:
+            self._sources.forget(event.process)
 
     @asynccontextmanager
     async def running(self) -> AsyncGenerator[None]:

@@ -299,7 +299,56 @@ def test_a_waiting_process_does_not_hold_the_end_up() -> None:
     assert play.runs == []
 
 
+@pytest.mark.parametrize("respawn", [False, True])
+def test_a_handler_may_start_its_own_process_again(*, respawn: bool) -> None:
+    """That is one start, also for one that would come back by itself, and can go on for ever."""
+    again = start("a", respawn=respawn)
+    play = Play(again, whenever(ProcessExited, again))
+    for count in range(2, 5):
+        play.ends()
+        play.waits(10)
+        assert play.runs == ["a-1"] * count
+    assert play.machine.state("a-1") is ProcessState.UP
+
+
+def test_a_required_process_that_a_handler_has_started_again_is_not_the_end() -> None:
+    """The handler knows better."""
+    again = start("a", required=True)
+    play = Play(again, whenever(ProcessExited, again, once=True))
+    play.ends(code=1)
+    assert not play.machine.stopping
+    play.ends(code=1)
+    assert play.machine.failed
+
+
 # Reacting
+
+
+def test_on_exit_is_done_whenever_its_process_ends() -> None:
+    """And for no other; what it starts in place of a dead process is not mixed up with that."""
+    play = Play(start("a", on_exit=whenever(Event, Say(text="bye"), start("b"))))
+    play.ends("a-1", 1)
+    play.ends("b-1")
+    assert play.said == ["INFO launch: bye"]
+    assert play.runs == ["a-1", "b-1"]
+
+
+def test_processes_that_come_and_go_leave_nothing_behind() -> None:
+    """Each has a successor with an `on_exit` of its own, for as long as it likes."""
+    count = 0
+
+    def successor(event: Event) -> list[Step]:
+        nonlocal count
+        count += 1
+        made = React(what="x", matches=lambda event: True, steps=successor)
+        return [start(f"p{count}", on_exit=made, made_later=True)]
+
+    play = Play(start("p0", on_exit=React(what="x", matches=lambda event: True, steps=successor)), keep=True)
+    for number in range(2 * MAX_HANDLERS):
+        play.ends(f"p{number}-1")
+        play.effects.clear()
+    assert not play.machine.failed
+    assert play.does(play.machine.restart, "p5-1", "changed") == []
 
 
 def test_a_handler_reacts_each_time() -> None:
@@ -413,7 +462,60 @@ def test_processes_have_a_limit() -> None:
     assert not play.machine.failed
 
 
+def test_a_handler_that_comes_too_late_is_said_to_hear_nothing() -> None:
+    """The streams of what runs already cannot be told apart any more; those of what comes are."""
+    late = whenever(ProcessIO, split=True)
+    play = Play(start("a"), Call(name="f()", steps=lambda: [late, late, start("b")], after_sec=1))
+    play.waits(1)
+    (said,) = play.said
+    assert said.startswith("WARN a-1: its stdout and stderr are read as one")
+    assert [each.split for each in play.effects if isinstance(each, Run)] == [False, True]
+    before = Play(start("a"), whenever(ProcessExited, whenever(ProcessIO, split=True)))
+    assert [each.split for each in before.effects if isinstance(each, Run)] == [True]
+
+
 # Ending
+
+
+def test_the_end_of_the_last_process_is_the_launchs() -> None:
+    """It is told and reacted to as any other end."""
+    play = Play(start(), whenever(ShuttingDown, Say(text="bye")))
+    play.ends()
+    assert play.told(ShuttingDown) == [ShuttingDown("nothing is left to run")]
+    assert play.said == ["INFO launch: bye"]
+    assert play.machine.over
+
+
+def test_a_wish_that_does_not_insist_hurries_nothing() -> None:
+    """Nobody reads any more, or the terminal is gone: that is no second Ctrl-C."""
+    play = Play(start())
+    play.does(play.machine.stop, "interrupted")
+    play.waits(10 * HURRY_AFTER_SEC)
+    assert play.machine.stop("nobody reads the output", play.now, insist=False) == []
+
+
+def test_a_restart_gives_new_retries() -> None:
+    """What has been mended may die as often as before."""
+    play = Play(start(respawn=True, respawn_max_retries=1), keep=True)
+    for _ in range(2):
+        play.ends(code=1)
+        play.waits(1)
+    assert play.runs == ["a-1"] * 2
+    play.does(play.machine.restart, "a-1", "changed")
+    play.up()
+    play.ends(code=1)
+    play.waits(1)
+    assert play.runs == ["a-1"] * 4
+
+
+def test_a_restart_is_for_one_end() -> None:
+    """The next death is one."""
+    play = Play(start())
+    play.does(play.machine.restart, "a-1", "changed")
+    play.ends()
+    play.ends()
+    assert play.runs == ["a-1"] * 2
+    assert play.machine.over
 
 
 def test_a_second_wish_to_stop_hurries() -> None:

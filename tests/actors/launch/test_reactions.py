@@ -227,19 +227,40 @@ def test_functions_are_called_when_they_are_due() -> None:
     assert texts(step.steps()) == ["event!"]
 
 
-def test_on_exit_is_a_handler_for_that_process() -> None:
-    """Before it is started; but a Shutdown alone makes it required."""
-    react, start = plan(ExecuteProcess(cmd=["a"], on_exit=[BYE, Shutdown(reason="x")]))
+def test_on_exit_belongs_to_its_process() -> None:
+    """What is done whenever it ends; but a Shutdown alone makes it required."""
+    (start,) = plan(ExecuteProcess(cmd=["a"], on_exit=[BYE, Shutdown(reason="x")]))
     assert isinstance(start, Start)
-    assert isinstance(react, React)
     assert not start.process.required
-    assert react.matches(ProcessExited(start.process, 1, outcome_of_exit(0)))
+    react = start.process.on_exit
+    assert react is not None
     said, end = react.preview
     assert isinstance(said, Say)
     assert isinstance(end, End)
     (start,) = plan(ExecuteProcess(cmd=["a"], on_exit=[Shutdown()]))
     assert isinstance(start, Start)
     assert start.process.required
+    assert start.process.on_exit is None
+
+
+def test_what_a_function_makes_is_marked_and_sets_nothing_for_the_next() -> None:
+    """Each call begins with what holds where the handler stands, so that nothing piles up."""
+    seen: list[str] = []
+
+    def function(event: Event, context: Scope) -> list[Action]:
+        seen.append(context.configurations.get("count", "none"))
+        context.configurations["count"] = "one"
+        return [TALKER]
+
+    react = handled(OnProcessExit(on_exit=function), TALKER)
+    exited = events(TALKER)["exit"][0]
+    for _ in range(2):
+        (start,) = react.steps(exited)
+        assert isinstance(start, Start)
+        assert start.process.made_later
+    assert seen == ["none", "none"]
+    (planned,) = (step for step in plan(TALKER) if isinstance(step, Start))
+    assert not planned.process.made_later
 
 
 @pytest.mark.parametrize(

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.launch import runner as runner_module
-from actors.launch.events import Event, ProcessIO, ProcessStarted, ShuttingDown, Stream
+from actors.launch.events import Appeared, Event, ProcessIO, ProcessStarted, ShuttingDown, Stream
 from actors.launch.machine import Machine
+from actors.launch.presence import Presence, PresenceKind
 from actors.launch.runner import Runner
-from actors.launch.steps import ProcessSpec, Start
+from actors.launch.steps import ProcessSpec, React, Start
 from actors.supervision.outcome import outcome_of_exit
 
 if TYPE_CHECKING:
     import contextvars
     from collections.abc import Callable
+
+ADD = Presence(PresenceKind.SERVICE, "/add")
 
 
 class FakeBody:
@@ -76,7 +79,7 @@ async def test_it_ends_when_all_have_ended() -> None:
     first.ends()
     second.ends(1)
     assert await running
-    assert told == [*["ProcessStarted"] * 2, "ProcessIO", *["ProcessExited"] * 2]
+    assert told == [*["ProcessStarted"] * 2, "ProcessIO", *["ProcessExited"] * 2, "ShuttingDown"]
 
 
 async def test_a_listener_may_stop_the_launch() -> None:
@@ -128,6 +131,74 @@ async def test_cancelling_it_stops_all_and_then_hurries() -> None:
     assert body.asked[1] == "hurry"
     with pytest.raises(asyncio.CancelledError):
         await running
+
+
+async def test_after_a_failure_nothing_is_started_any_more() -> None:
+    """Neither what was to come, nor what would have been started again."""
+    specs = [
+        ProcessSpec(label=f"{name}-1", name=name, command=(name,), shown=name, respawn=True) for name in "ab"
+    ]
+    steps = [Start(process=specs[0]), Start(process=specs[1], after_sec=0.01)]
+
+    def fail(event: Event) -> None:
+        if isinstance(event, ProcessIO):
+            raise OSError("a bug")
+
+    runner = Runner(Machine(steps), [fail], stop_timeout_sec=1)
+    running = asyncio.create_task(runner.run())
+    await asyncio.sleep(0)
+    (body,) = FakeBody.made
+    body.obeys = False
+    body.writes(b"x")
+    late = asyncio.get_running_loop().create_future()
+    asyncio.get_running_loop().call_later(0.05, late.set_result, None)
+    await late
+    body.ends(1)
+    with pytest.raises(OSError, match="a bug"):
+        await running
+    assert FakeBody.made == [body]
+
+
+async def test_what_happens_after_its_end_starts_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The guard takes a moment to go, and the graph may change in it."""
+    handler = React(
+        what="x", matches=lambda event: isinstance(event, Appeared), steps=lambda _event: [late], presence=ADD
+    )
+    late = Start(process=ProcessSpec(label="late-2", name="late", command=("late",), shown="late"))
+    first = Start(process=ProcessSpec(label="a-1", name="a", command=("a",), shown="a"))
+    runner = Runner(Machine([first, handler]), [], stop_timeout_sec=1)
+
+    async def close(guard: object) -> None:
+        runner.graph({ADD})
+
+    monkeypatch.setattr("actors.launch.runner.Guard.close", close)
+    running = asyncio.create_task(runner.run())
+    await asyncio.sleep(0)
+    (body,) = FakeBody.made
+    body.ends()
+    assert await running
+    assert FakeBody.made == [body]
+
+
+async def test_the_guard_goes_also_when_that_is_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A launch that is cancelled in its last moment leaves nothing behind."""
+    gone: list[str] = []
+    closing = asyncio.Event()
+
+    async def close(guard: object) -> None:
+        closing.set()
+        await asyncio.sleep(0)
+        gone.append("guard")
+
+    monkeypatch.setattr("actors.launch.runner.Guard.close", close)
+    running = asyncio.create_task(of("a").run())
+    await asyncio.sleep(0)
+    FakeBody.made[0].ends()
+    await closing.wait()
+    running.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await running
+    assert gone == ["guard"]
 
 
 async def test_one_that_was_given_up_has_no_say_any_more() -> None:
