@@ -453,3 +453,60 @@ async def test_a_closed_terminal_stops_everything(system: System, tmp_path: Path
         if process.returncode is None:
             process.kill()
             await process.wait()
+
+
+async def test_a_failed_launch_that_is_interrupted_has_failed(system: System, tmp_path: Path) -> None:
+    """A required process has died, another takes its time to stop, and then Ctrl-C comes."""
+    busy = DEAF.format(more='signal.signal(signal.SIGINT, lambda *_: os.write(1, b"asked\\n"))')
+    short = "Node(script='short.py', required=True)"
+    actions = (
+        f"RegisterEventHandler(OnProcessIO(target_action='deaf', handle_once=True, on_output={short}))",
+        "Node(script='deaf.py')",
+    )
+    file = launch_file(tmp_path, *actions, deaf=busy, short="raise SystemExit(7)")
+    program = await launch(system, file, "--stop-timeout", "1000")
+    (pid,) = await said(program, "deaf")
+    await program.says("] asked")
+    ended = asyncio.create_task(program.ends())
+    while not ended.done():
+        program.send(signal.SIGINT)
+        await asyncio.wait({ended}, timeout=HURRY_AFTER_SEC)
+    assert await ended == 1
+    assert not alive(pid)
+
+
+async def test_a_reader_that_goes_while_a_launch_stops_hurries_nothing(
+    system: System, tmp_path: Path
+) -> None:
+    """Ctrl-C in a pipeline reaches the others, too; the processes clean up all the same."""
+    cleaned = tmp_path / "cleaned"
+    slow = f"""
+import os, signal, time
+def end(*_):
+    for count in range(100):
+        os.write(1, b"cleaning %d\\n" % count)
+        time.sleep(0.01)
+    open({str(cleaned)!r}, "w").close()
+    raise SystemExit
+signal.signal(signal.SIGINT, end)
+os.write(1, b"slow %d\\n" % os.getpid())
+time.sleep(1000)
+"""
+    file = launch_file(tmp_path, "Node(script='slow.py')", slow=slow)
+    reading, writing = os.pipe()
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "actors", "launch", file, "--url", system.url),
+        cwd=ROOT,
+        stdout=writing,
+        start_new_session=True,
+    )
+    os.close(writing)
+    async with asyncio.timeout(DEADLINE_SEC):
+        with os.fdopen(reading) as lines:
+            while "] slow " not in await asyncio.to_thread(lines.readline):
+                pass
+            process.send_signal(signal.SIGINT)
+            while "] cleaning 40" not in await asyncio.to_thread(lines.readline):
+                pass
+        await process.wait()
+    assert cleaned.exists()
