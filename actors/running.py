@@ -20,6 +20,7 @@ from actors.arguments import (
     parse_ros_arguments,
     process_arguments,
 )
+from actors.leftovers import end_leftovers
 from actors.lifetime import GRACE_SEC
 from actors.log_output import configure_logging
 from actors.logger import LoggingSeverity, get_logger
@@ -137,7 +138,7 @@ def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
                 return runner.run(guarded())
             finally:
                 patience_sec = signals.end()
-                runner.get_loop().run_until_complete(_end_others(patience_sec))
+                runner.get_loop().run_until_complete(end_leftovers(patience_sec))
     except KeyboardInterrupt:
         return None
     except asyncio.CancelledError:
@@ -182,21 +183,6 @@ class _Signals:
         self._ending = True
         exited = self._task is not None and not self._task.done()
         return LAST_TASKS_SEC if exited and self.count <= PATIENT_SIGNALS else GRACE_SEC
-
-
-async def _end_others(patience_sec: float) -> None:
-    """Cancel what still runs, and leave to itself what ignores that: asyncio would wait for it for ever."""
-    tasks = asyncio.all_tasks() - {asyncio.current_task()}
-    for task in tasks:
-        task.cancel()
-    if not tasks:
-        return
-    _, stubborn = await asyncio.wait(tasks, timeout=patience_sec)
-    for task in stubborn:
-        name = getattr(task.get_coro(), "__qualname__", task.get_name())
-        get_logger("callboard").error(f"Left running: {name} ignores being cancelled")
-        asyncio._unregister_task(task)  # noqa: SLF001 - documented, for those who manage tasks themselves
-        setattr(task, "_log_destroy_pending", False)  # noqa: B010 - unknown to the types; it has just been said
 
 
 def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], None]) -> None:

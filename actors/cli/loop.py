@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.cli.interrupts import STOP_SIGNALS, Interrupted, note_signals, noted, raise_if_noted
 
@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
 T = TypeVar("T")
+
+LAST_TASKS_SEC: Final = 1.0
+"""What tasks that still run get to end. What ignores being cancelled is left running, and named."""
 
 
 def run_async(
@@ -44,13 +47,23 @@ def run_async(
     raise_if_noted()
     try:
         with asyncio.Runner(loop_factory=loop_factory) as runner:
-            return runner.run(guarded())
+            try:
+                return runner.run(guarded())
+            finally:
+                runner.get_loop().run_until_complete(_end_others())
     except asyncio.CancelledError:
         if not received:
             raise
         raise Interrupted(received[0]) from None
     finally:
         note_signals()  # the loop has put the system's own handlers in place
+
+
+async def _end_others() -> None:
+    if len(asyncio.all_tasks()) > 1:
+        from actors.leftovers import end_leftovers  # noqa: PLC0415 - seldom needed
+
+        await end_leftovers(LAST_TASKS_SEC)
 
 
 def _listen(loop: asyncio.AbstractEventLoop, stop: Callable[[int], None]) -> None:

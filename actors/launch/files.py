@@ -8,6 +8,7 @@ import shutil
 import sys
 import traceback
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
@@ -30,6 +31,8 @@ FUNCTION: Final = "generate_launch_description"
 DOCUMENT_SUFFIXES: Final = (".yaml", ".yml", ".toml")
 SUFFIXES: Final = (".py", *DOCUMENT_SUFFIXES)
 """Of launch files."""
+MAX_REMEMBERED: Final = 1024
+"""Packages, and programs, that are looked up once only."""
 MAX_FILE_BYTES: Final = 1 << 20
 """A larger launch file, or text, is a mistake."""
 
@@ -43,6 +46,10 @@ class Files:
 
     def __init__(self) -> None:
         self.launch_files: list[str] = []
+        # A launch may have the same program a thousand times, and looking a package up reads files.
+        self._package = lru_cache(MAX_REMEMBERED)(_package)
+        self._command = lru_cache(MAX_REMEMBERED)(self._look_up)
+        self._modules = lru_cache(MAX_REMEMBERED)(self._find_modules)
 
     def description(self, path: str) -> LaunchDescription:
         """Return what a YAML or TOML file says, or a Python file's `generate_launch_description` returns.
@@ -84,14 +91,7 @@ class Files:
         Raises:
             LaunchError: There is none.
         """
-        found = _package(package)
-        program = found.executable(executable)
-        if program is None:
-            listed = ", ".join(each.name for each in found.executables())
-            raise LaunchError(
-                f"No program '{executable}' in package '{package}'; there is: {listed or 'none'}"
-            )
-        return (sys.executable, "-u", "-P", "-c", program.command())
+        return (sys.executable, "-u", "-P", "-c", self._command(package, executable))
 
     def script(self, path: str) -> Sequence[str]:
         """Return the command for a Python file.
@@ -109,7 +109,7 @@ class Files:
         Raises:
             LaunchError: There is no such package.
         """
-        modules = () if package is None else _package(package).modules()
+        modules = () if package is None else self._modules(package)
         folder = () if script is None else (Path(script).resolve().parent,)
         return tuple(str(each) for each in (*modules, *folder))
 
@@ -119,7 +119,7 @@ class Files:
         Raises:
             LaunchError: There is no such package, or it has none.
         """
-        folder = _package(package).share()
+        folder = self._package(package).share()
         if folder is None:
             raise LaunchError(f"Package '{shown(package)}' has no folder")
         return str(folder)
@@ -167,6 +167,19 @@ class Files:
     def unique(self) -> str:
         """Return a word that nobody else has."""
         return f"{os.getpid()}_{secrets.token_hex(4)}"
+
+    def _find_modules(self, package: str) -> Sequence[Path]:
+        return self._package(package).modules()
+
+    def _look_up(self, package: str, executable: str) -> str:
+        found = self._package(package)
+        program = found.executable(executable)
+        if program is None:
+            listed = ", ".join(each.name for each in found.executables())
+            raise LaunchError(
+                f"No program '{executable}' in package '{package}'; there is: {listed or 'none'}"
+            )
+        return program.command()
 
 
 def _package(name: str) -> Package:

@@ -26,10 +26,11 @@ class Lines:
         *whole, begun = (self._begun + data).split(b"\n")
         lines: list[bytes] = []
         for line in whole:
-            if len(line) > MAX_LINE_BYTES:
-                line = _pieces(line, lines)  # noqa: PLW2901 - what is left of it
-            lines.append(line.removesuffix(b"\r"))
-        self._begun = _pieces(begun, lines)
+            rest = _pieces(line.removesuffix(b"\r"), lines)
+            lines.append(rest)
+        # A carriage return may be part of an end that has not come yet: it counts for nothing.
+        text = begun.removesuffix(b"\r")
+        self._begun = _pieces(text, lines) + begun[len(text) :]
         return lines
 
     def end(self) -> list[bytes]:

@@ -38,8 +38,9 @@ class NodeBody(TaskBody):
         spec: What to run.
         write: Takes its lines; at its end all of them have come.
         say: Takes what there is to say of it.
-        stop_timeout_sec: What it may take to stop before it is cancelled again, and before it is given up,
-            unless the specification says otherwise.
+        stop_timeout_sec: What it may take to stop before it is cancelled again, unless the specification's
+            `sigterm_timeout_sec` says otherwise. Then it gets `sigkill_timeout_sec`, or else `LAST_RUNG_SEC`,
+            before it is given up; when it is hurried it gets the latter.
         reports: As a body's.
     """
 

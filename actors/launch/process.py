@@ -65,6 +65,7 @@ class LaunchedProcess(ProcessBody):
             stack.callback(self._close_pipes)
             readers = [await self._open(stream, stack) for stream in self._streams]
             outcome = await super()._run()
+            self._close_pipes()  # they are open if it was stopped before it was started
             with suppress(TimeoutError):
                 async with asyncio.timeout(REST_TIMEOUT_SEC):
                     for reader in readers:
@@ -87,7 +88,7 @@ class LaunchedProcess(ProcessBody):
         return reader
 
     def _patience_sec(self, rung: int) -> float:
-        own = (self._spec.sigterm_timeout_sec, self._spec.sigkill_timeout_sec)[rung]
+        own = (self._spec.sigterm_timeout_sec, self._spec.sigkill_timeout_sec, None)[rung]
         return super()._patience_sec(rung) if own is None else own
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:

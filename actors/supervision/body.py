@@ -1,7 +1,8 @@
 """Bodies: children while they live. Each is one task, and a ladder of ever stronger ways to stop it.
 
 `stop` takes the first rung; each further one is due when the child has not ended within the time that the
-rung before it gives. The last rung gives the child up, so that stopping always ends.
+rung before it gives. After the last one the child is given up, so that stopping always ends. A rung acts
+first and is reported then: stopping does not depend on those who listen.
 """
 
 from __future__ import annotations
@@ -88,9 +89,8 @@ class Body(ABC):
         """Live, from the start to the end."""
 
     def _patience_sec(self, rung: int) -> float:
-        """Return how long the child may take after a rung that is not the last."""
-        del rung
-        return self._child.stop_timeout_sec
+        """Return how long the child may take after a rung."""
+        return LAST_RUNG_SEC if rung == len(self._rungs) - 1 else self._child.stop_timeout_sec
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
         """Say something about the child; the text goes on where its name ends."""
@@ -107,14 +107,18 @@ class Body(ABC):
             return
         self._rung = rung
         last = rung == len(self._rungs) - 1
-        wait = LAST_RUNG_SEC if last else self._patience_sec(rung)
+        wait = LAST_RUNG_SEC if self._hurried else self._patience_sec(rung)
         following = self._give_up if last else lambda: self._take(rung + 1)
         self._timer = asyncio.get_running_loop().call_later(wait, following)
         self._rungs[rung]()
 
     def _give_up(self) -> None:
-        self._report(LoggingSeverity.ERROR, "cannot be stopped; going on without it")
-        self._end(Outcome(normal=False, reason="could not be stopped"))
+        assert self._task is not None
+        try:
+            self._report(LoggingSeverity.ERROR, "cannot be stopped; going on without it")
+        finally:
+            self._task.cancel()
+            self._end(Outcome(normal=False, reason="could not be stopped"))
 
     def _done(self, task: asyncio.Task[Outcome]) -> None:
         error = asyncio.CancelledError() if task.cancelled() else task.exception()
@@ -168,7 +172,7 @@ class TaskBody(Body):
         self._task.cancel()
 
     def _cancel_again(self) -> None:
-        self._report(LoggingSeverity.WARN, "has not stopped yet; cancelling it again")
         # A turn later: when it was told to stop in this one, a task would get both cancellations as one, and
         # a supervisor hurries at the second.
         asyncio.get_running_loop().call_soon(self._cancel)
+        self._report(LoggingSeverity.WARN, "has not stopped yet; cancelling it again")

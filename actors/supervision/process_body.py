@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import signal
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from actors.environment import environment_for
 from actors.logger import LoggingSeverity
-from actors.supervision.body import Body
+from actors.supervision.body import LAST_RUNG_SEC, Body
 from actors.supervision.outcome import Outcome, outcome_of_exit
 
 if TYPE_CHECKING:
@@ -39,10 +41,13 @@ class ProcessBody(Body):
             self._on_started()
             return outcome_of_exit(await process.wait())
         finally:
-            # If this task is torn down with its loop, the process goes first.
+            # If this task is torn down with its loop, the process goes first. One that cannot be stopped
+            # stays with the guard; its number cannot be another's, as nobody reaps it.
             process.signal(signal.SIGKILL)
-            await process.wait()
-            self._guard.forget(process.pid)
+            with suppress(TimeoutError):
+                async with asyncio.timeout(LAST_RUNG_SEC):
+                    await process.wait()
+                    self._guard.forget(process.pid)
 
     def _begin(self) -> Process:
         child = self._child
@@ -52,13 +57,14 @@ class ProcessBody(Body):
         self._send(signal.SIGINT)
 
     def _terminate(self) -> None:
-        self._report(LoggingSeverity.WARN, "has not ended after SIGINT; sending SIGTERM")
         self._send(signal.SIGTERM)
+        self._send(signal.SIGCONT)  # one that is suspended can end properly, too
+        self._report(LoggingSeverity.WARN, "has not ended after SIGINT; sending SIGTERM")
 
     def _kill(self) -> None:
+        self._send(signal.SIGKILL)
         text = "is killed" if self._hurried else "has not ended after SIGTERM; sending SIGKILL"
         self._report(LoggingSeverity.WARN, text)
-        self._send(signal.SIGKILL)
 
     def _send(self, number: signal.Signals) -> None:
         if self._process is not None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import signal
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.cli import loop
 from actors.cli.interrupts import Interrupted, note_signals, put_back, raise_at_once, raise_if_noted
 from actors.cli.loop import run_async
 
@@ -91,3 +93,24 @@ def test_a_cancellation_without_a_signal_is_one() -> None:
 
     with pytest.raises(asyncio.CancelledError):
         run_async(main)
+
+
+def test_what_ignores_being_cancelled_is_left(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The command ends all the same, and names it."""
+    monkeypatch.setattr(loop, "LAST_TASKS_SEC", 0.05)
+    tasks: list[asyncio.Task[None]] = []
+
+    async def stubborn() -> None:
+        while True:
+            with suppress(asyncio.CancelledError):
+                await asyncio.Event().wait()
+
+    async def main() -> int:
+        tasks.append(asyncio.get_running_loop().create_task(stubborn()))
+        await asyncio.sleep(0)
+        return 42
+
+    assert run_async(main) == 42
+    assert "stubborn ignores being cancelled" in caplog.text

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.launch import files as module
 from actors.launch.actions import LogInfo
 from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError, LaunchFileError
 from actors.launch.files import MAX_FILE_BYTES, Files
+from actors.tools.executables import find_package
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -153,3 +155,23 @@ def test_a_file_that_is_not_there_is_no_launch_file(tmp_path: Path) -> None:
         FILES.description("a\0b.yaml")
     with pytest.raises(LaunchFileError, match="has no function generate_launch_description"):
         FILES.description(str(tmp_path / "empty.py"))
+
+
+def test_a_package_is_looked_up_once(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However often a launch has its programs; one that is not there may come."""
+    asked: list[str] = []
+
+    def counting(name: str) -> object:
+        asked.append(name)
+        return find_package(name)
+
+    monkeypatch.setattr(module, "find_package", counting)
+    files = Files()
+    for _ in range(2):
+        with pytest.raises(LaunchError):
+            files.program("robot", "talker")
+    site.install("robot", scripts=["talker = robot:main"])
+    commands = {tuple(files.program("robot", "talker")) for _ in range(3)}
+    assert len(commands) == 1
+    assert files.sources(package="robot") == files.sources(package="robot")
+    assert asked == ["robot"] * 3

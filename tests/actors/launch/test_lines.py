@@ -41,3 +41,14 @@ def test_bytes_that_are_no_text_are_cut_all_the_same() -> None:
     lines = Lines()
     assert lines.feed(b"\x80" * (MAX_LINE_BYTES + 10)) == [b"\x80" * MAX_LINE_BYTES]
     assert lines.end() == [b"\x80" * 10]
+
+
+@pytest.mark.parametrize("chunk", [1 << 30, MAX_LINE_BYTES, MAX_LINE_BYTES + 1, 1000])
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_a_line_of_the_greatest_length_is_one(chunk: int, end: bytes) -> None:
+    """Its end does not count, also if that comes later."""
+    data = b"x" * MAX_LINE_BYTES + end
+    lines = Lines()
+    got = [each for at in range(0, len(data), chunk) for each in lines.feed(data[at : at + chunk])]
+    assert got == [b"x" * MAX_LINE_BYTES]
+    assert lines.end() == []

@@ -10,6 +10,7 @@ import io
 import logging
 import sys
 import threading
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -24,6 +25,7 @@ from actors.launch.voice import MAX_WAITING_BYTES, Voice
 from actors.launch.voice_logs import own_logs, voice_logs
 from actors.launch.voice_streams import voice_streams
 from actors.logger import LoggingSeverity, get_logger
+from actors.supervision import body as body_module
 from tests.actors.meeting import until
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ class Hall:
 
     def __init__(self) -> None:
         self.events: list[Event] = []
+        self.context = contextvars.copy_context()
         self._numbers = 0
 
     def body(
@@ -63,7 +66,7 @@ class Hall:
             on_started=lambda: None,
             on_ended=ended.set_result,
         )
-        body.start(contextvars.copy_context())
+        body.start(self.context)
         return body, ended
 
     def lines(self, label: str, stream: Stream | None = None) -> list[str]:
@@ -334,3 +337,59 @@ async def test_a_deaf_node_is_cancelled_again(hall: Hall) -> None:
     body.stop()
     assert (await ended).normal
     assert hall.messages() == ["node-1: node has not stopped yet; cancelling it again"]
+
+
+@pytest.mark.parametrize("hurried", [False, True])
+async def test_a_node_that_cannot_be_stopped_is_given_up(
+    hall: Hall, monkeypatch: pytest.MonkeyPatch, *, hurried: bool
+) -> None:
+    """After its own time from the second cancellation on, or at once after a hurried one."""
+    monkeypatch.setattr(body_module, "LAST_RUNG_SEC", 0.05 if hurried else 1000)
+    begun, over = asyncio.Event(), asyncio.Event()
+
+    async def stubborn() -> None:
+        begun.set()
+        while not over.is_set():
+            with suppress(asyncio.CancelledError):
+                await over.wait()
+
+    times = {"sigterm_timeout_sec": 0.05, "sigkill_timeout_sec": 1000 if hurried else 0.05}
+    body, ended = hall.body(stubborn, stop_timeout_sec=1000, **times)
+    await begun.wait()
+    body.stop()
+    if hurried:
+        body.hurry()
+    assert (await ended).reason == "could not be stopped"
+    assert hall.messages()[-1] == "node-1: node cannot be stopped; going on without it"
+    over.set()
+    await asyncio.wait(asyncio.all_tasks() - {asyncio.current_task()})
+
+
+async def test_what_listeners_set_stays_with_them(hall: Hall) -> None:
+    """Nodes that are started later do not inherit it."""
+    mark = contextvars.ContextVar[str]("mark")
+    hall.events = Marked(mark)
+
+    async def chatter() -> None:
+        voice = Voice.here()
+        assert voice is not None
+        voice.write(Stream.STDOUT, b"hello\n")
+        await asyncio.sleep(0)
+
+    _, ended = hall.body(chatter)
+    await ended
+    assert hall.lines("node-1") == ["hello"]
+    assert mark not in hall.context
+
+
+class Marked(list["Event"]):
+    """Events, and a mark in the context of whoever adds one."""
+
+    def __init__(self, mark: contextvars.ContextVar[str]) -> None:
+        super().__init__()
+        self._mark = mark
+
+    def append(self, event: Event) -> None:
+        """Add one."""
+        self._mark.set("marked")
+        super().append(event)

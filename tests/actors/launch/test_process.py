@@ -11,16 +11,20 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.launch import process as module
 from actors.launch.events import Stream
 from actors.launch.process import LaunchedProcess
 from actors.launch.steps import ProcessSpec
+from actors.supervision import body, process_body
 from actors.supervision.guard import Guard
+from actors.supervision.process import Process
 from proto import process
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
+    from actors.launch.events import Level
     from actors.supervision.outcome import Outcome
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
@@ -45,6 +49,7 @@ class Run:
         *,
         split: bool = False,
         stop_timeout_sec: float = 1000,
+        say: Callable[[Level, str], None] | None = None,
         **options: Any,
     ) -> None:
         command = ("/bin/sh", "-c", script)
@@ -66,7 +71,7 @@ class Run:
             guard,
             split=split,
             write=self._write,
-            say=lambda level, text: self.said.append(f"{level.value} {text}"),
+            say=say or (lambda level, text: self.said.append(f"{level.value} {text}")),
             stop_timeout_sec=stop_timeout_sec,
             on_started=lambda: None,
             on_ended=self.outcome.set_result,
@@ -154,3 +159,101 @@ async def test_its_end_does_not_wait_for_who_has_left(tmp_path: Path, *, emulate
     await run.outcome
     await guard.close()
     os.kill(int(path.read_text()), signal.SIGKILL)
+
+
+async def test_a_suspended_process_can_end_properly() -> None:
+    """It gets SIGTERM and goes on, so that it need not be killed."""
+    script = "trap '' INT; trap 'echo ended; exit 0' TERM; echo ready; kill -s STOP $$; sleep 1000"
+    guard = Guard()
+    run = Run(guard, script, sigterm_timeout_sec=0.05)
+    await run.says(b"ready")
+    run.process.stop()
+    outcome = await run.outcome
+    await guard.close()
+    assert outcome.exit_code == 0
+    assert b"ended" in run.output
+
+
+async def test_stopping_does_not_depend_on_who_listens() -> None:
+    """A listener that raises keeps no signal from being sent."""
+    errors: list[BaseException] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: errors.append(context["exception"]))
+
+    def fail(level: Level, text: str) -> None:
+        raise ValueError(text)
+
+    guard = Guard()
+    run = Run(guard, DEAF, stop_timeout_sec=0.05, say=fail)
+    await run.says(b"deaf")
+    run.process.stop()
+    assert (await run.outcome).signal_name == "SIGKILL"
+    await guard.close()
+    assert [type(error) for error in errors] == [ValueError, ValueError]
+
+
+@pytest.mark.parametrize("heard", [True, False])
+async def test_what_cannot_be_stopped_is_left(monkeypatch: pytest.MonkeyPatch, *, heard: bool) -> None:
+    """It has ended as far as the launch goes, and no task waits for it, whatever listeners do."""
+
+    def fail(level: Level, text: str) -> None:
+        raise ValueError(text)
+
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, _context: None)
+    monkeypatch.setattr(body, "LAST_RUNG_SEC", 0.05)
+    monkeypatch.setattr(process_body, "LAST_RUNG_SEC", 0.05)
+    guard = Guard()
+    run = Run(guard, "echo here; sleep 1000", stop_timeout_sec=0.05, say=None if heard else fail)
+    await run.says(b"here")
+    child = run.process._process
+    assert child is not None
+    with monkeypatch.context() as patch:
+        patch.setattr(Process, "signal", lambda *_: None)  # as of another user's
+        run.process.stop()
+        assert (await run.outcome).reason == "could not be stopped"
+        if others := asyncio.all_tasks() - {asyncio.current_task()}:
+            await asyncio.wait(others)
+    await guard.close()
+    assert await child.wait() == -signal.SIGKILL
+    assert not heard or run.said[-1] == "ERROR process cannot be stopped; going on without it"
+
+
+async def test_one_that_is_stopped_before_its_start_ends_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody else can write to its pipes."""
+    monkeypatch.setattr(module, "REST_TIMEOUT_SEC", 1000)
+    run = Run(Guard(), DEAF)
+    run.process.stop()
+    assert (await run.outcome).normal
+    assert run.process.pid is None
+
+
+def descriptors() -> int:
+    """Return how many descriptors this process has."""
+    return len(os.listdir("/dev/fd"))  # noqa: PTH208 - a Path would open one more
+
+
+async def test_the_ends_that_a_process_writes_to_are_its_own() -> None:
+    """The launch has one descriptor for each of its streams, so that many processes fit."""
+    guard = Guard()
+    first = Run(guard, DEAF)  # the guard itself has some
+    await first.says(b"deaf")
+    before = descriptors()
+    second = Run(guard, DEAF, split=True)
+    await second.says(b"deaf")
+    assert descriptors() == before + 2
+    for run in (first, second):
+        run.process.hurry()
+        await run.outcome
+    await guard.close()
+
+
+async def test_a_pipe_that_cannot_be_read_leaves_nothing_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The process is not started, and says why."""
+
+    async def refuse(*_: object) -> None:
+        raise OSError("no more pipes")
+
+    before = descriptors()
+    monkeypatch.setattr(asyncio.get_running_loop(), "connect_read_pipe", refuse)
+    run = Run(Guard(), DEAF)
+    assert "no more pipes" in (await run.outcome).reason
+    assert descriptors() == before
