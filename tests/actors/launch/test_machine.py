@@ -20,13 +20,12 @@ from actors.launch.events import (
     ShuttingDown,
     Stream,
 )
+from actors.launch.handlers import MAX_HANDLERS
 from actors.launch.machine import (
     HURRY_AFTER_SEC,
-    MAX_HANDLERS,
     REMINDER_SEC,
     HurryAll,
     Machine,
-    ProcessState,
     Run,
     Stop,
     StopAll,
@@ -34,6 +33,7 @@ from actors.launch.machine import (
     awaits_graph,
 )
 from actors.launch.presence import Presence, PresenceKind
+from actors.launch.roster import ProcessState
 from actors.launch.steps import MAX_PROCESSES, Call, End, OutputMode, ProcessSpec, React, Say, Start
 from actors.supervision.outcome import Outcome, outcome_of_exit
 

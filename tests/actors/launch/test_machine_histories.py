@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from actors.launch.events import Appeared, Event, ProcessExited, ProcessStarted, ShuttingDown
-from actors.launch.machine import HurryAll, Machine, ProcessState, Run, Stop, StopAll
+from actors.launch.machine import HurryAll, Machine, Run, Stop, StopAll
 from actors.launch.presence import Presence, PresenceKind
+from actors.launch.roster import ProcessState
 from actors.launch.steps import End, ProcessSpec, React, Say, Start
 from actors.supervision.outcome import outcome_of_exit
 
