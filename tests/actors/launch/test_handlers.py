@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 END = ShuttingDown("x")
 
 
-def says(word: str, **options: bool) -> React:
+def says(word: str, *, once: bool = False) -> React:
     """Return a reaction to everything."""
-    return React(what="x", matches=lambda event: True, steps=lambda event: [Say(text=word)], **options)
+    return React(what="x", matches=lambda event: True, steps=lambda event: [Say(text=word)], once=once)
 
 
 def answers(handlers: Handlers) -> list[str]:
