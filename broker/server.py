@@ -10,10 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import os
 import secrets
-import socket
-import stat
 from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING, Self
@@ -21,7 +18,8 @@ from typing import TYPE_CHECKING, Self
 from broker.capacity import Capacity
 from broker.connection import TICKS_PER_KEEPALIVE, Connection
 from broker.drain import Drain
-from broker.errors import AddressInUseError, ListenError, listen_error
+from broker.errors import ListenError, listen_error
+from broker.listening import NotASocketError, listen_tcp, listen_unix
 from broker.options import BrokerOptions
 from broker.records import CancelCalls, Discard, Queue, Send, SendCalls
 from broker.router import Router
@@ -145,8 +143,8 @@ class Broker:
             return await self._listen_unix(options.unix)
         place = str(BrokerUrl(options.host, options.port))
         try:
-            server = await loop.create_server(
-                self._new_channel, options.host, options.port, backlog=self._capacity.backlog
+            server = await listen_tcp(
+                loop, self._new_channel, options.host, options.port, backlog=self._capacity.backlog
             )
         except OSError as error:
             remedy = "Stop what listens there, or choose another port with --port."
@@ -156,11 +154,10 @@ class Broker:
 
     async def _listen_unix(self, path: Path) -> asyncio.Server:
         place = str(BrokerUrl("", 0, str(path)))
-        _remove_stale(path, place)
         try:
-            server = await self.loop.create_unix_server(
-                self._new_channel, str(path), backlog=self._capacity.backlog
-            )
+            server = await listen_unix(self.loop, self._new_channel, path, backlog=self._capacity.backlog)
+        except NotASocketError as error:
+            raise ListenError(f"Cannot listen on {place}: {error}. Choose another path.") from error
         except OSError as error:
             raise listen_error(place, error, "Choose another path with --unix.") from error
         self._url = BrokerUrl("", 0, _absolute(path))
@@ -181,6 +178,8 @@ class Broker:
         server, self._server = self._server, None
         if server is None:
             return
+        if self.options.unix is not None:  # first: a file that nobody listens at is the next broker's
+            self.options.unix.unlink(missing_ok=True)
         server.close()
         self._drain = Drain(self, self._connections)
         try:
@@ -191,8 +190,6 @@ class Broker:
                 connection.channel.abort()
             for connection in connections:
                 connection.leave()  # not when its end is noticed: that may be in another time of this broker
-            if self.options.unix is not None:
-                self.options.unix.unlink(missing_ok=True)
             self._url = None
             await self._stop_ticker()
 
@@ -362,22 +359,3 @@ def lose(delivery: Delivery) -> None:
 
 def _absolute(path: Path) -> str:
     return str(path.absolute())
-
-
-def _remove_stale(path: Path, place: str) -> None:
-    """Remove a socket file that a dead broker has left; raise if somebody listens, or it is no socket."""
-    try:
-        mode = path.stat().st_mode
-    except OSError:
-        return
-    if not stat.S_ISSOCK(mode):
-        raise ListenError(f"Cannot listen on {place}: the file exists and is no socket. Choose another path.")
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
-        try:
-            probe.connect(os.fspath(path))
-        except ConnectionRefusedError:
-            path.unlink(missing_ok=True)
-            return
-        except OSError as error:
-            raise listen_error(place, error, "Choose another path with --unix.") from error
-    raise AddressInUseError(f"Cannot listen on {place}: another broker does. Choose another path.")

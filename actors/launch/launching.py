@@ -6,10 +6,11 @@ good = await launch.run()
 
 from __future__ import annotations
 
+import asyncio
 import os
 from contextlib import AsyncExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from actors.errors import BrokerUnreachable
 from actors.launch.embedded import broker_is_there, can_embed, embedded_broker
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
     from actors.launch.library import Library
     from actors.launch.presence import Presence
     from actors.launch.steps import OutputMode, Step
+
+FIND_TRIES: Final = 5
+FIND_PAUSE_SEC: Final = 0.2
+"""Where no broker answers and yet none can listen, as others begin and end at the same time."""
 
 
 class Launch:
@@ -157,15 +162,18 @@ class Launch:
     async def _find_broker(self, stack: AsyncExitStack) -> None:
         """See to it that there is a broker: one that answers, or else one of this launch."""
         place = self.place
-        if await broker_is_there(place.url, place.domain):
-            return
-        if len(place.urls) != 1 or not can_embed(place.urls[0]):
-            urls = ", ".join(map(str, place.urls))
-            raise BrokerUnreachable(f"No broker at {urls}. {start_hint(place.urls[0])}")
-        try:
-            await stack.enter_async_context(embedded_broker(place.urls[0]))
-        except AddressInUseError:
-            if await broker_is_there(place.url, place.domain):  # another launch was quicker
+        for tries_left in reversed(range(FIND_TRIES)):
+            if await broker_is_there(place.url, place.domain):
                 return
-            raise
-        self.tell(Message(Level.INFO, f"no broker at {place.url}: this launch brings its own"))
+            if len(place.urls) != 1 or not can_embed(place.urls[0]):
+                urls = ", ".join(map(str, place.urls))
+                raise BrokerUnreachable(f"No broker at {urls}. {start_hint(place.urls[0])}")
+            try:
+                await stack.enter_async_context(embedded_broker(place.urls[0]))
+            except AddressInUseError:  # another launch was quicker; or what had it is about to end
+                if not tries_left:
+                    raise
+                await asyncio.sleep(FIND_PAUSE_SEC)
+            else:
+                self.tell(Message(Level.INFO, f"no broker at {place.url}: this launch brings its own"))
+                return

@@ -266,6 +266,18 @@ async def test_a_unix_socket_is_used_and_removed(tmp_path: Path) -> None:
     assert not path.exists()
 
 
+async def test_a_broker_that_stops_leaves_its_successors_socket_alone(tmp_path: Path) -> None:
+    """While one drains, the next may listen at the same path already."""
+    path = tmp_path / "s"
+    async with Broker(BrokerOptions(unix=path, drain_timeout_sec=0.2)) as old, link(old, "/n"):
+        stopping = asyncio.create_task(old.stop())
+        await asyncio.sleep(0)
+        assert not stopping.done()
+        async with Broker(BrokerOptions(unix=path, drain_timeout_sec=0.2)):
+            await stopping
+            assert path.is_socket()
+
+
 async def test_a_file_in_the_sockets_place_is_left_alone(tmp_path: Path) -> None:
     """Only a dead socket is removed, never somebody's file."""
     path = tmp_path / "precious"

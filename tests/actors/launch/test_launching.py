@@ -6,8 +6,13 @@ import asyncio
 import sys
 from typing import TYPE_CHECKING
 
-from actors.launch import ExecuteProcess, Launch, LaunchDescription
+import pytest
+
+from actors.launch import ExecuteProcess, Launch, LaunchDescription, launching
+from actors.launch.embedded import broker_is_there
 from actors.launch.events import ProcessExited, ProcessStarted
+from actors.launch.launching import FIND_TRIES
+from broker import AddressInUseError
 
 if TYPE_CHECKING:
     from actors.launch.events import Event
@@ -45,3 +50,39 @@ async def test_two_launches_run_in_one_loop(meeting: Meeting) -> None:
     assert all(await asyncio.gather(one.run(), other.run()))
     assert set(ended) <= {"sleeper-1"}
     assert "sleeper-1" in ended
+
+
+@pytest.mark.parametrize("late", [1, 3])
+async def test_another_launch_may_be_quicker_to_bring_a_broker(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch, late: int
+) -> None:
+    """Where nothing answered, and then the place is in use, it looks again: the other's may take a moment."""
+    looks = _blind_at_first(monkeypatch, late)
+    heard: list[Event] = []
+    launch = Launch(LaunchDescription([]), url=meeting.url, listeners=[heard.append])
+    assert await launch.run()
+    assert len(looks) == late + 1
+    assert not any("brings its own" in str(event) for event in heard)
+
+
+async def test_a_place_in_use_where_no_broker_answers_is_given_up(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After some looks the launch ends with the reason."""
+    looks = _blind_at_first(monkeypatch, FIND_TRIES)
+    with pytest.raises(AddressInUseError):
+        await Launch(LaunchDescription([]), url=meeting.url).run()
+    assert len(looks) == FIND_TRIES
+
+
+def _blind_at_first(monkeypatch: pytest.MonkeyPatch, times: int) -> list[str]:
+    """Let the first looks find no broker; return where has been looked."""
+    looks: list[str] = []
+
+    async def look(urls: str, domain: int) -> bool:
+        looks.append(urls)
+        return len(looks) > times and await broker_is_there(urls, domain)
+
+    monkeypatch.setattr(launching, "broker_is_there", look)
+    monkeypatch.setattr(launching, "FIND_PAUSE_SEC", 0.0)
+    return looks
