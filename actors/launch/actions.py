@@ -5,10 +5,10 @@ Each takes a `condition`; without one it always takes place. What they mean toge
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import KW_ONLY, dataclass, field, fields
-from typing import TYPE_CHECKING, Any, TypeAlias
+from dataclasses import KW_ONLY, dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
+from actors.launch.shapes import Part
 from actors.launch.steps import DEPENDS_TIMEOUT_SEC
 from actors.launch.substitutions import Substitution, Text
 
@@ -47,17 +47,16 @@ class ParameterValue:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Action:
-    """Something to do."""
+class Action(Part):
+    """Something to do.
+
+    Raises:
+        LaunchError: An argument cannot be what it is meant to be.
+    """
+
+    noun: ClassVar[str] = "action"
 
     condition: Condition | None = None
-
-    def __post_init__(self) -> None:
-        # Descriptions are looked at more than once; an iterator would be empty the second time.
-        for each in fields(self):
-            value: Iterator[Any] | Scalar | None = getattr(self, each.name)
-            if isinstance(value, Iterator):
-                object.__setattr__(self, each.name, tuple(value))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,9 +95,9 @@ class Launched(Action):
     depends_timeout: float | Text = DEPENDS_TIMEOUT_SEC
     respawn: bool | Text = False
     respawn_delay: float | Text = 0.0
-    respawn_backoff: float = 2.0
+    respawn_backoff: float | Text = 2.0
     respawn_max_delay: float | Text = 5.0
-    respawn_max_retries: int = -1
+    respawn_max_retries: int | Text = -1
     sigterm_timeout: float | Text | None = None
     sigkill_timeout: float | Text | None = None
     required: bool | Text = False

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from actors.launch.errors import LaunchError
+from actors.launch.shapes import Part
 from actors.launch.substitutions import resolve
 from proto.errors import shown
 
@@ -16,8 +17,10 @@ if TYPE_CHECKING:
 _TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
-class Condition(ABC):
+class Condition(Part, ABC):
     """What an action may depend on."""
+
+    noun: ClassVar[str] = "condition"
 
     @abstractmethod
     def holds(self, scope: Scope) -> bool:

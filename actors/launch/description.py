@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.actions import Action, DeclareLaunchArgument
 from actors.launch.errors import LaunchError
+from actors.launch.shapes import excerpt
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
 
 @dataclass
@@ -29,6 +31,9 @@ class LaunchDescription:
     file: str | None = None
 
     def __post_init__(self) -> None:
+        given = cast("object", self.actions)  # launch files are seldom checked for types
+        if not isinstance(given, Iterable):
+            raise LaunchError(f"LaunchDescription: actions must be a list of them, not {excerpt(given)}")
         self.actions = tuple(self.actions)
         for each in self.actions:
             _check(each)
@@ -74,6 +79,4 @@ def described(actions: Iterable[Action], indent: str = "") -> Iterator[str]:
 def _check(action: Any) -> None:
     # Launch files are seldom checked for types.
     if not isinstance(action, Action):
-        raise LaunchError(f"A launch description has actions in it, such as Node(…), not {action!r}")
-    for each in getattr(action, "actions", ()):
-        _check(each)
+        raise LaunchError(f"A launch description has actions in it, such as Node(…), not {excerpt(action)}")

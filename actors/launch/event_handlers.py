@@ -10,9 +10,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from actors.launch.actions import Action, Launched, Node
+from actors.launch.shapes import Part
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -24,12 +25,17 @@ Reaction: TypeAlias = "Actions | Callable[..., Actions | None]"
 
 
 @dataclass(frozen=True, kw_only=True)
-class EventHandler(ABC):
+class EventHandler(Part, ABC):
     """Something that may happen, and what to do then.
 
     Attributes:
         handle_once: Whether only the first time.
+
+    Raises:
+        LaunchError: An argument cannot be what it is meant to be.
     """
+
+    noun: ClassVar[str] = "event handler"
 
     handle_once: bool = False
 

@@ -225,4 +225,5 @@ def _failed(path: str, error: Exception) -> LaunchFileError:
             line = frame.lineno
     where = f"{path}, line {line}" if line else path
     text = error.msg if isinstance(error, SyntaxError) else error_text(error)
-    return LaunchFileError(f"{where}: {type(error).__name__}: {text}")
+    kind = "" if isinstance(error, LaunchError) else f"{type(error).__name__}: "
+    return LaunchFileError(f"{where}: {kind}{text}")

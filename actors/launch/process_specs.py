@@ -87,9 +87,9 @@ def make_spec(
         depends_timeout_sec=seconds("depends_timeout", action.depends_timeout, scope, forever=True),
         respawn=truth(action.respawn, scope),
         respawn_delay_sec=delay,
-        respawn_backoff=_factor(action.respawn_backoff),
+        respawn_backoff=_factor(action.respawn_backoff, scope),
         respawn_max_delay_sec=max(seconds("respawn_max_delay", action.respawn_max_delay, scope), delay),
-        respawn_max_retries=action.respawn_max_retries,
+        respawn_max_retries=_retries(action.respawn_max_retries, scope),
         sigterm_timeout_sec=_timeout("sigterm_timeout", action.sigterm_timeout, scope),
         sigkill_timeout_sec=_timeout("sigkill_timeout", action.sigkill_timeout, scope),
         required=truth(action.required, scope) or _ends_all(action.on_exit),
@@ -103,13 +103,9 @@ def seconds(what: str, value: Any, scope: Scope, *, forever: bool = False) -> fl
     Raises:
         LaunchError: It is none.
     """
-    text = value if isinstance(value, int | float) else resolve(value, scope)
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
+    text, number = _number(value, scope)
     if not 0 <= number < math.inf and not (forever and number == math.inf):
-        raise LaunchError(f"{what} must be a number of seconds, 0 or more, not '{shown(str(text))}'")
+        raise LaunchError(f"{what} must be a number of seconds, 0 or more, not '{shown(text)}'")
     return number
 
 
@@ -169,10 +165,27 @@ def _words(prefix: str) -> list[str]:
         raise LaunchError(f"prefix '{shown(prefix)}' is no command: {error}") from None
 
 
-def _factor(value: float) -> float:
-    if not 1 <= value < math.inf:
-        raise LaunchError(f"respawn_backoff must be a number, 1 or more, not '{value}'")
-    return value
+def _number(value: Any, scope: Scope) -> tuple[str, float]:
+    """Return a text, and the number that it says; NaN if it says none."""
+    text = str(value) if isinstance(value, int | float) else resolve(value, scope)
+    try:
+        return text, float(text)
+    except ValueError:
+        return text, math.nan
+
+
+def _factor(value: Any, scope: Scope) -> float:
+    text, number = _number(value, scope)
+    if not 1 <= number < math.inf:
+        raise LaunchError(f"respawn_backoff must be a number, 1 or more, not '{shown(text)}'")
+    return number
+
+
+def _retries(value: Any, scope: Scope) -> int:
+    text, number = _number(value, scope)
+    if not -1 <= number < math.inf or number % 1:
+        raise LaunchError(f"respawn_max_retries must be a whole number, -1 or more, not '{shown(text)}'")
+    return int(number)
 
 
 def _timeout(what: str, value: Any, scope: Scope) -> float | None:

@@ -155,9 +155,6 @@ def _of_process(
     stream: Stream | None = None,
 ) -> Trigger:
     target = handler.target_action
-    # Launch files are seldom checked for types.
-    if target is not None and not isinstance(cast("object", target), Launched | str):
-        raise LaunchError(f"target_action must be a Node, an ExecuteProcess or a name, not {target!r}")
 
     def matches(event: Event) -> bool:
         if not isinstance(event, kind):

@@ -12,9 +12,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
 from actors.launch.errors import LaunchError
+from actors.launch.shapes import MAX_DEPTH, Part, excerpt
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -78,8 +79,10 @@ LaunchContext = Scope
 """What functions of a description are called with."""
 
 
-class Substitution(ABC):
+class Substitution(Part, ABC):
     """A text that depends on the scope."""
+
+    noun: ClassVar[str] = "substitution"
 
     @abstractmethod
     def perform(self, scope: Scope) -> str:
@@ -184,10 +187,6 @@ class ThisLaunchFile(Substitution):
         return scope.file
 
 
-MAX_DEPTH: Final = 50
-"""Lists in lists; a list that contains itself is no text."""
-
-
 def resolve(text: Text, scope: Scope) -> str:
     """Return the text that something stands for in a scope.
 
@@ -208,4 +207,4 @@ def _pieces(text: Text, scope: Scope, depth: int) -> Iterator[str]:
         for piece in cast("Sequence[Text]", value):
             yield from _pieces(piece, scope, depth + 1)
     else:
-        raise LaunchError(f"A text is wanted, or a substitution, not {value!r}")
+        raise LaunchError(f"A text is wanted, or a substitution, not {excerpt(cast('object', value))}")

@@ -147,8 +147,8 @@ class NumberKind(Kind):
 
 
 @dataclass(frozen=True)
-class FixedNumber(Kind):
-    """A number that is known when the file is read.
+class BoundedNumber(Kind):
+    """A number, or a text that says one.
 
     Attributes:
         least: It is not below.
@@ -158,8 +158,10 @@ class FixedNumber(Kind):
     least: float
     whole: bool = False
 
-    def read(self, value: object, spot: Spot) -> float:
-        """Return the number."""
+    def read(self, value: object, spot: Spot) -> float | Text:
+        """Return the number, or the text."""
+        if isinstance(value, str):
+            return read_text(value, spot)
         good = isinstance(value, int | float) and not isinstance(value, bool) and value >= self.least
         if not good or (self.whole and float(cast("float", value)) % 1):
             what = "a whole number" if self.whole else "a number"
@@ -168,7 +170,8 @@ class FixedNumber(Kind):
 
     def schema(self) -> Schema:
         """Return its JSON schema."""
-        return {"type": "integer" if self.whole else "number", "minimum": self.least}
+        number: Schema = {"type": "integer" if self.whole else "number", "minimum": self.least}
+        return {"anyOf": [number, {"type": "string"}]}
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ from actors.launch.actions import (
 )
 from actors.launch.documents.element import Element, Key
 from actors.launch.documents.kinds import (
+    BoundedNumber,
     Choices,
-    FixedNumber,
     FlagKind,
     Kind,
     Named,
@@ -125,9 +125,9 @@ _LAUNCHED: Final = (
     _key("depends_timeout", _SECONDS, "Seconds that this gets to come."),
     _key("respawn", _FLAG, "Whether it is started again when it ends."),
     _key("respawn_delay", _SECONDS, "Seconds until then."),
-    _key("respawn_backoff", FixedNumber(1), "What the delay is multiplied with each time."),
+    _key("respawn_backoff", BoundedNumber(1), "What the delay is multiplied with each time."),
     _key("respawn_max_delay", _SECONDS, "The longest delay, in seconds."),
-    _key("respawn_max_retries", FixedNumber(-1, whole=True), "How often; -1: without end."),
+    _key("respawn_max_retries", BoundedNumber(-1, whole=True), "How often; -1: without end."),
     _key("sigterm_timeout", _SECONDS, "Seconds after SIGINT until it gets SIGTERM."),
     _key("sigkill_timeout", _SECONDS, "Seconds after SIGTERM until it gets SIGKILL."),
     _key("required", _FLAG, "Whether its end is the end of the launch."),

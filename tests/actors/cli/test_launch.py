@@ -115,7 +115,7 @@ def test_wrong_arguments_are_one_line(
         ("import nothing_like_it", "{file}, line 1: ModuleNotFoundError: No module named 'nothing_like_it'"),
         (
             "from actors.launch import LaunchDescription\n\nLaunchDescription([1])",
-            "{file}, line 3: LaunchError: A launch description has actions in it, such as Node(…), not 1",
+            "{file}, line 3: A launch description has actions in it, such as Node(…), not 1",
         ),
     ],
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.launch.actions import GroupAction, LogInfo
+from actors.launch.actions import LogInfo
 from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError
 
@@ -19,10 +19,16 @@ def test_actions_are_kept_for_another_look() -> None:
     assert LaunchDescription() == LaunchDescription([])
 
 
-@pytest.mark.parametrize("wrong", ["talker", None, GroupAction(["talker"])])  # type: ignore[list-item]
+@pytest.mark.parametrize("wrong", ["talker", None, LaunchDescription()])
 def test_what_is_no_action_is_an_error(wrong: object) -> None:
     """At once, whichever way it comes in."""
     with pytest.raises(LaunchError, match="A launch description has actions in it, such as Node"):
         LaunchDescription([wrong])  # type: ignore[list-item]
     with pytest.raises(LaunchError, match="A launch description has actions in it, such as Node"):
         LaunchDescription().add_action(wrong)  # type: ignore[arg-type]
+
+
+def test_an_action_alone_is_an_error() -> None:
+    """It needs a list around it."""
+    with pytest.raises(LaunchError, match="LaunchDescription: actions must be a list of them, not LogInfo"):
+        LaunchDescription(ONE)  # type: ignore[arg-type]

@@ -231,6 +231,16 @@ def test_respawn_is_bounded_below() -> None:
     assert (slow.respawn_delay_sec, slow.respawn_max_retries, slow.required) == (2.0, 3, True)
 
 
+def test_numbers_may_be_texts() -> None:
+    """Such as launch arguments."""
+    two = LaunchConfiguration("two")
+    (spec,) = processes(
+        DeclareLaunchArgument("two", default_value="2"),
+        Node(script="s.py", respawn=True, respawn_max_retries=two, respawn_backoff=[two, ".5"]),
+    )
+    assert (spec.respawn_max_retries, spec.respawn_backoff) == (2, 2.5)
+
+
 @pytest.mark.parametrize(
     ("action", "error"),
     [
@@ -245,6 +255,15 @@ def test_respawn_is_bounded_below() -> None:
         (ExecuteProcess(cmd=["a"], prefix="'"), "prefix ''' is no command: No closing quotation"),
         (ExecuteProcess(cmd=["a"], name=""), "A process cannot have the name ''"),
         (ExecuteProcess(cmd=["a"], respawn="maybe"), "Expected true, 1, false or 0, got 'maybe'"),
+        (
+            ExecuteProcess(cmd=["a"], respawn_backoff="0.5"),
+            "respawn_backoff must be a number, 1 or more, not",
+        ),
+        (
+            ExecuteProcess(cmd=["a"], respawn_max_retries="1.5"),
+            "respawn_max_retries must be a whole number, -1 or more, not '1.5'",
+        ),
+        (ExecuteProcess(cmd=["a"], respawn_max_retries="some"), "respawn_max_retries must be a whole number"),
         (TimerAction(period="soon", actions=[]), "period must be a number of seconds, 0 or more, not 'soon'"),
         (TimerAction(period=-1, actions=[]), "period must be a number"),
         (DeclareLaunchArgument("a"), "Launch argument 'a' is required"),

@@ -13,8 +13,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from actors.launch.documents.kinds import (
+    BoundedNumber,
     Choices,
-    FixedNumber,
     FlagKind,
     NameKind,
     NumberKind,
@@ -111,7 +111,7 @@ def values(key: Key, depth: int) -> st.SearchStrategy[Any]:
         FlagKind: st.booleans() | st.sampled_from(["true", "$(var x)", 0, 1]),
         SwitchKind: st.booleans(),
         NumberKind: st.sampled_from([0, 1.5, "2", "$(var x)"]),
-        FixedNumber: st.integers(1, 9),
+        BoundedNumber: st.integers(1, 9) | st.sampled_from(["2", "$(var x)"]),
         Texts: texts | st.lists(texts, min_size=1, max_size=3),
         Choices: st.lists(plain | st.fixed_dictionaries({"value": plain}), max_size=2),
         Pairs: pairs,

@@ -1,0 +1,206 @@
+"""Shapes: what the arguments of a description's parts must look like.
+
+Launch files are seldom checked for types, and a text where a list belongs would be taken letter by letter. So
+each part looks at its arguments when it is made, where the line of the launch file is known. What it looks
+for is what its fields are annotated with: `SHAPES` has each annotation, and the words for what is wanted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import PurePath
+from typing import Any, ClassVar, Final, cast
+
+from actors.launch.errors import LaunchError
+from proto.errors import shown
+
+MAX_DEPTH: Final = 50
+"""Lists in lists; a list that contains itself is no text."""
+MAX_SHOWN: Final = 100
+"""Characters of what is wrong."""
+
+
+class Part:
+    """Something that a description consists of; a dataclass.
+
+    Attributes:
+        noun: What kind of part it is.
+    """
+
+    noun: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        """Look at the arguments.
+
+        Raises:
+            LaunchError: One of them cannot be what it is meant to be.
+        """
+        for each in fields(cast("Any", self)):
+            value: object = getattr(self, each.name)
+            if isinstance(value, Iterator):
+                # Descriptions are looked at more than once; an iterator would be empty the second time.
+                value = tuple(cast("Iterator[object]", value))
+                object.__setattr__(self, each.name, value)
+            shape = SHAPES.get(str(each.type))
+            if shape is not None and not shape.fits(value):
+                raise LaunchError(
+                    f"{type(self).__name__}: {each.name} must be {shape.wanted}, not {excerpt(value)}"
+                )
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What a value must look like.
+
+    Attributes:
+        wanted: In words.
+        fits: Whether a value does.
+    """
+
+    wanted: str
+    fits: Callable[[Any], bool]
+
+
+def excerpt(value: object) -> str:
+    """Return how a value is written, or the beginning of that."""
+    text = shown(repr(value))
+    return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}…"
+
+
+def is_part(value: object, noun: str) -> bool:
+    """Tell whether a value is a part of this kind."""
+    return isinstance(value, Part) and value.noun == noun
+
+
+def is_text(value: object, depth: int = 0) -> bool:
+    """Tell whether a value is a text, a substitution, or a list of the pieces of a text."""
+    if isinstance(value, str | PurePath) or is_part(value, "substitution"):
+        return True
+    listed = isinstance(value, Sequence) and depth < MAX_DEPTH
+    return listed and all(is_text(each, depth + 1) for each in cast("Sequence[object]", value))
+
+
+def _is_list(value: object, fits: Callable[[object], bool]) -> bool:
+    """Tell whether a value is a list; a text is none."""
+    listed = isinstance(value, Collection) and not isinstance(value, str | bytes | Mapping)
+    return listed and all(map(fits, cast("Collection[object]", value)))
+
+
+def _is_mapping(value: object) -> bool:
+    return isinstance(value, Mapping) and all(
+        isinstance(name, str) and is_text(each)
+        for name, each in cast("Mapping[object, object]", value).items()
+    )
+
+
+def _is_pair(value: object) -> bool:
+    return (
+        isinstance(value, tuple | list)
+        and len(cast("Sequence[object]", value)) == 2
+        and is_text(cast("object", value))
+    )
+
+
+def _is_action(value: object) -> bool:
+    return is_part(value, "action")
+
+
+def _is_process(value: object) -> bool:
+    return _is_action(value) and hasattr(value, "respawn")
+
+
+def _is_reaction(value: object) -> bool:
+    return _is_action(value) or _is_list(value, _is_action) or callable(value)
+
+
+def _is_truth(value: object) -> bool:
+    return isinstance(value, bool) or is_text(value)
+
+
+def _is_number(value: object) -> bool:
+    return (isinstance(value, int | float) and not isinstance(value, bool)) or is_text(value)
+
+
+def _is_parameters(value: object) -> bool:
+    return isinstance(value, Mapping) or is_text(value)
+
+
+def _is_dependency(value: object) -> bool:
+    return _is_process(value) or is_text(value)
+
+
+def _is_plain(value: object) -> bool:
+    return isinstance(value, str)
+
+
+_TEXT: Final = Shape("a text or a substitution", is_text)
+_TEXTS: Final = Shape("a list of texts, such as ['echo', 'hello']", lambda value: _is_list(value, is_text))
+_MAPPING: Final = Shape("a mapping of names to texts, such as {'NAME': 'value'}", _is_mapping)
+_ACTION: Final = "an action such as LogInfo(…), a list of actions, or a function"
+
+
+def _optional(shape: Shape) -> Shape:
+    return Shape(f"{shape.wanted}, or None", lambda value: value is None or shape.fits(value))
+
+
+_TRUTH: Final = Shape("True or False, or a text that says so", _is_truth)
+_NUMBER: Final = Shape("a number, or a text that says one", _is_number)
+_REACTION: Final = Shape(_ACTION, _is_reaction)
+
+SHAPES: Final[Mapping[str, Shape]] = {
+    "str": Shape("a text", _is_plain),
+    "bool": Shape("True or False", lambda value: isinstance(value, bool)),
+    "Text": _TEXT,
+    "Text | None": _optional(_TEXT),
+    "bool | Text": _TRUTH,
+    "Truth": _TRUTH,
+    "Value": Shape("a text, a number, or True or False", lambda value: _is_truth(value) or _is_number(value)),
+    "int | Text": _NUMBER,
+    "float | Text": _NUMBER,
+    "float | Text | None": _optional(_NUMBER),
+    "Sequence[Text]": _TEXTS,
+    "Sequence[str] | None": Shape(
+        "a list of texts, or None", lambda value: value is None or _is_list(value, _is_plain)
+    ),
+    "Mapping[str, Text]": _MAPPING,
+    "Mapping[str, Text] | None": _optional(_MAPPING),
+    "Mapping[str, Text] | Iterable[tuple[str, Text]]": Shape(
+        "a mapping of names to texts, or pairs of them",
+        lambda value: _is_mapping(value) or _is_list(value, _is_pair),
+    ),
+    "Iterable[tuple[Text, Text]]": Shape(
+        "a list of pairs, such as [('chatter', 'news')]", lambda value: _is_list(value, _is_pair)
+    ),
+    "Sequence[Parameters]": Shape(
+        "a list of mappings and of paths of YAML files, such as [{'speed': 1.5}]",
+        lambda value: _is_list(value, _is_parameters),
+    ),
+    "Mapping[str, Any]": Shape("a mapping", lambda value: isinstance(value, Mapping)),
+    "Iterable[Any]": Shape(
+        "a list", lambda value: isinstance(value, Iterable) and not isinstance(value, str)
+    ),
+    "Callable[..., Any]": Shape("a function", callable),
+    "Condition | None": Shape(
+        "a condition, such as IfCondition('true'), or None",
+        lambda value: value is None or is_part(value, "condition"),
+    ),
+    "Sequence[Action]": Shape(
+        "a list of actions, such as [LogInfo(…)]", lambda value: _is_list(value, _is_action)
+    ),
+    "Reaction": _REACTION,
+    "Reaction | None": _optional(_REACTION),
+    "EventHandler": Shape(
+        "an event handler, such as OnProcessExit(…)", lambda value: is_part(value, "event handler")
+    ),
+    "Node | Text | Sequence[Node | Text]": Shape(
+        "a Node, a text such as 'topic chatter', or a list of these",
+        lambda value: _is_dependency(value) or _is_list(value, _is_dependency),
+    ),
+    "Launched | str | None": Shape(
+        "a Node, an ExecuteProcess, the name of one, or None",
+        lambda value: value is None or isinstance(value, str) or _is_process(value),
+    ),
+    "Text | Node": Shape("a text or a Node", _is_dependency),
+}
+"""What each annotation wants. Others are not looked at here."""
