@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from actors import environment
 from actors.cli.errors import BROKEN_PIPE, FAILURE, OK, USAGE, CommandError, exit_code
+from actors.cli.interrupts import raise_at_once
 from actors.cli.launch_reports import Reports
 from actors.cli.loop import run_async
 from actors.cli.output import say
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 
 def run(options: argparse.Namespace) -> int:
     """Run what the file describes; or say what that is."""
+    raise_at_once()  # until the loop runs: launch files, and commands in them, may take long
     words = [options.file, *options.arguments]
     path, given = _file_of(words)
     arguments = dict(map(_argument, given))

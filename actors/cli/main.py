@@ -202,9 +202,15 @@ def _spoken(error: OSError) -> str:
 def _set_up_streams() -> None:
     import os
 
-    for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # the shell has closed it: >&-
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, PTH123
+    # What the shell has closed (<&- >&-) is nowhere, before sockets and pipes take these numbers.
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # noqa: FBT003 - it has no name
+    for number, name in enumerate(("stdout", "stderr"), 1):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w", encoding="utf-8", closefd=False))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:

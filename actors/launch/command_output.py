@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 
 COMMAND_TIMEOUT_SEC: Final = 30.0
 """People wait for it, and nothing has been started yet."""
+REST_TIMEOUT_SEC: Final = 1.0
+"""How long its output is read after its end. Only what it has left in the background can hold that open."""
+LOOK_SEC: Final = 0.05
+"""How soon its end is seen, if its output does not end with it."""
 MAX_OUTPUT_BYTES: Final = 1 << 20
 """More than this is no text for a launch file."""
 _KEPT_ERROR_BYTES: Final = 1 << 12
@@ -39,7 +43,7 @@ _STARTER: Final = (
 def command_output(command: Sequence[str], environment: Mapping[str, str]) -> str:
     """Run a command, without a shell and with an empty stdin, and return exactly what it writes to stdout.
 
-    This blocks, for `COMMAND_TIMEOUT_SEC` at most.
+    This blocks, for `COMMAND_TIMEOUT_SEC` at most. What the command has left in the background ends with it.
 
     Args:
         command: The program, with its path, and its arguments.
@@ -101,9 +105,15 @@ def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple
     with selectors.DefaultSelector() as selector:
         selector.register(process.stdout, selectors.EVENT_READ, output)
         selector.register(process.stderr, selectors.EVENT_READ, complaint)
+        ended = False
         while selector.get_map():
-            ready = selector.select(max(0.0, deadline - time.monotonic()))
-            if not ready:
+            ready = selector.select(LOOK_SEC)
+            now = time.monotonic()
+            if not ended and process.poll() is not None:
+                ended, deadline = True, now + REST_TIMEOUT_SEC
+            if now >= deadline:
+                if ended:
+                    break
                 raise _too_slow(name)
             for key, _ in ready:
                 data = os.read(key.fd, _READ_BYTES)

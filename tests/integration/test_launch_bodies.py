@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import re
+import signal
 import sys
 from typing import TYPE_CHECKING
 
@@ -122,3 +124,36 @@ async def test_a_rewritten_script_runs_anew(system: System, tmp_path: Path) -> N
     assert program.output.count("[one-1] second") == 1
     assert "one.py has changed" in program.output
     assert await program.stop() == 0
+
+
+@pytest.mark.parametrize("streams", ["<&- >&-", "<&- >&- 2>&-", "2>&-"])
+async def test_streams_may_be_closed(system: System, tmp_path: Path, streams: str) -> None:
+    """What the shell has closed is nowhere; no socket of the launch takes its number."""
+    seen = tmp_path / "seen"
+    look = f"""
+import os, stat
+kinds = [os.fstat(number).st_mode for number in range(3)]
+open({str(seen)!r}, "w").write(str([stat.S_ISSOCK(mode) for mode in kinds]))
+"""
+    file = launch_file(tmp_path, "Node(script='look.py')", look=look)
+    words = f'exec "$0" -m actors launch "$1" --url {system.url} {streams}'
+    program = await system.program("sh", "-c", words, sys.executable, file)
+    assert await program.ends() == 0
+    assert seen.read_text() == "[False, False, False]"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+async def test_a_command_in_a_launch_file_can_be_stopped(
+    system: System, tmp_path: Path, number: signal.Signals
+) -> None:
+    """At once, though nothing runs yet, and nothing is left of it."""
+    os.mkfifo(begun := tmp_path / "begun")
+    script = f"exec 3>{begun}; echo begun >&3; sleep 1000"
+    file = launch_file(tmp_path, f"LogInfo(msg=Command(\"sh -c '{script}'\"))")
+    program = await launch(system, file)
+    with await asyncio.to_thread(begun.open) as pipe:
+        assert await asyncio.to_thread(pipe.readline) == "begun\n"
+        program.send(number)
+        assert await asyncio.to_thread(pipe.read) == ""
+    assert await program.ends() == 0
+    assert "Traceback" not in program.output

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -88,9 +89,9 @@ def test_output_has_a_limit(tmp_path: Path) -> None:
         sh(f"{LASTING} cat /dev/zero", pipe)
 
 
-@pytest.mark.parametrize("script", ["sleep 1000", "exec >/dev/null 2>&1; sleep 1000", "sleep 1000 & exit 0"])
+@pytest.mark.parametrize("script", ["sleep 1000", "exec >/dev/null 2>&1; sleep 1000", "cat /dev/zero >&2"])
 def test_time_has_a_limit(script: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whether it still may write, has closed its output, or has left somebody behind who may write."""
+    """Whether it still may write, has closed its output, or does write."""
     monkeypatch.setattr(module, "COMMAND_TIMEOUT_SEC", 0.1)
     with (
         outlived(tmp_path / "pipe") as pipe,
@@ -103,6 +104,34 @@ def test_nothing_is_left_of_a_command_that_has_ended(tmp_path: Path) -> None:
     """Not what it has started in the background either."""
     with outlived(tmp_path / "pipe") as pipe:
         assert sh(f"{LASTING} echo done", pipe) == "done\n"
+
+
+def test_its_end_does_not_wait_for_who_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor for all that they write: its output is what has come until a little after its end."""
+    monkeypatch.setattr(module, "COMMAND_TIMEOUT_SEC", 1000)
+    monkeypatch.setattr(module, "REST_TIMEOUT_SEC", 0.05)
+    for rest in ("sleep 1000", "while :; do echo more >&2; done"):
+        with outlived(tmp_path / rest[:5]) as pipe:
+            assert sh(f"{LASTING} ({rest}) & echo done", pipe) == "done\n"
+
+
+def test_ctrl_c_ends_it(tmp_path: Path) -> None:
+    """At once, and nothing is left of it: what the signal's handler raises comes through."""
+
+    def interrupt() -> None:
+        path.read_text()  # ends when it has begun
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+
+    os.mkfifo(path := tmp_path / "begun")
+    thread = threading.Thread(target=interrupt)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        thread.start()
+        with outlived(tmp_path / "pipe") as pipe, pytest.raises(KeyboardInterrupt):
+            sh(f"{LASTING} echo > '{path}'; sleep 1000", pipe)
+    finally:
+        signal.signal(signal.SIGINT, before)
+        thread.join()
 
 
 def test_nothing_is_left_when_the_launch_is_killed(tmp_path: Path) -> None:
