@@ -59,6 +59,22 @@ def test_every_callboard_command_in_the_documents_exists(command: str) -> None:
         assert option in done.stdout
 
 
+def test_the_launches_in_the_readme_can_be_carried_out() -> None:
+    """From the repository's root, as pasted; what then happens, the tests of the examples see."""
+    lines = [line for line in commands(README) if line.startswith("callboard launch")]
+    assert lines
+    for line in lines:
+        done = subprocess.run(
+            [sys.executable, "-m", "actors", *shlex.split(line)[1:], "--dry-run"],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=ROOT,
+        )
+        assert done.returncode == 0, done.stderr
+        assert "minimal_publisher" in done.stdout
+
+
 def test_the_command_lines_reference_is_what_the_parsers_say() -> None:
     """It is made from them; after a change: python -m actors.cli.reference > docs/reference/cli.md."""
     text = (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8")
@@ -139,14 +155,17 @@ def test_the_map_names_every_room() -> None:
 
 
 def test_the_tests_in_the_testing_guide_pass(tmp_path: Path) -> None:
-    """The files that docs/testing.md shows are a project whose tests run, warnings being errors."""
+    """The files that docs/testing.md shows are a project's tests; they pass from its root, warning-free."""
     text = (ROOT / "docs" / "testing.md").read_text(encoding="utf-8")
     files = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.DOTALL)
     files += [("pyproject.toml", block) for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL)]
     names = {"pyproject.toml", "adder.py", "conftest.py", "test_faults.py", "test_programs.py"}
     assert names <= {name for name, _ in files}
+    tests = tmp_path / "tests"
+    tests.mkdir()
     for name, content in files:
-        (tmp_path / name).write_text(content, encoding="utf-8")
+        folder = tmp_path if name == "pyproject.toml" else tests
+        (folder / name).write_text(content, encoding="utf-8")
     plugin = ["-p", "no:callboard", "-p", "actors.testing.plugin"]  # this one, whichever is installed
     done = subprocess.run(
         [sys.executable, "-m", "pytest", *plugin, "-W", "error", "-p", "no:cacheprovider"],

@@ -24,7 +24,7 @@ from actors.launch.launching import Launch
 from actors.launch.presence import Presence, PresenceKind
 from actors.launch.voice_logs import voice_logs
 from actors.launch.voice_streams import voice_streams
-from actors.testing.transcript import ProcessState, Search, Transcript
+from actors.testing.transcript import LAUNCH, ProcessState, Search, Transcript
 from broker import Broker, BrokerOptions
 from proto.errors import CallboardError
 
@@ -100,12 +100,10 @@ class RunningLaunch:
         found = self._transcript.called(name)
         if len(found) == 1:
             return found[0]
-        known = ", ".join(each.label for each in found or self.processes())
-        raise LookupError(
-            f"More than one process is called '{name}': {known}"
-            if found
-            else f"No process is called '{name}'; there is: {known or 'none'}"
-        )
+        if not found:
+            raise LookupError(f"No {self._unknown(name)}")
+        labels = ", ".join(each.label for each in found)
+        raise LookupError(f"More than one process is called '{name}': {labels}")
 
     # Waiting
 
@@ -152,7 +150,7 @@ class RunningLaunch:
                 raise LaunchWaitError(f"No end of {process}: there are more of that name: {names}")
             return found[0].exit_code if found and found[0].state is ProcessState.ENDED else None
 
-        return await self._wait(f"No end of {process}", ended, timeout_sec)
+        return await self._wait(f"No end of {process}", ended, timeout_sec, process=process)
 
     async def wait_for_node(self, name: str, *, timeout_sec: float | None = None) -> None:
         """Wait until a node is in the graph; `name` is its full name."""
@@ -209,7 +207,8 @@ class RunningLaunch:
         except TimeoutError:
             if not limit.expired():  # it is the look's own
                 raise
-            raise LaunchWaitError(self._report(f"{what} in {limit_sec:g} s", process)) from None
+            stranger = self._stranger(process)
+            raise LaunchWaitError(self._report(f"{what} in {limit_sec:g} s{stranger}", process)) from None
         finally:
             del self._waiting[happened]
 
@@ -218,10 +217,21 @@ class RunningLaunch:
         if self._run.done():
             error = self._error()
             why = "the launch has ended" if error is None else f"the launch has failed: {error}"
+            why += self._stranger(process)
             raise LaunchWaitError(self._report(f"{what}: {why}", process)) from error
         known = [] if process is None else self._transcript.called(process)
         if known and all(each.state is ProcessState.ENDED for each in known):
             raise LaunchWaitError(self._report(f"{what}: it has ended", process))
+
+    def _stranger(self, process: str | None) -> str:
+        """Say that nobody has the name of the process that is waited for, if that is so."""
+        if process is None or process == LAUNCH or self._transcript.called(process):
+            return ""
+        return f"; no {self._unknown(process)}"
+
+    def _unknown(self, name: str) -> str:
+        known = ", ".join(each.label for each in self.processes())
+        return f"process is called '{name}'; there is: {known or 'none'}"
 
     def _report(self, what: str, process: str | None) -> str:
         """Return what people need to see why a wait has failed."""
@@ -302,7 +312,8 @@ async def launch(
         url: The broker; None: one of the launch's own, on a free port, so that tests can run side by side.
         domain: Which of the broker's graphs.
         environment: Variables for its programs, beside those of this process that are not callboard's.
-        folder: Where relative paths in a description are seen from; None: here.
+        folder: Where relative paths in the description are seen from, say `Path(__file__).parent`; None: a
+            launch file's own folder, or this process's, wherever the tests have been started.
         stop_timeout_sec: What each step of stopping a process may take: SIGINT, SIGTERM, SIGKILL.
         timeout_sec: What waits get that say nothing else.
 

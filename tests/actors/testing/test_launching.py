@@ -167,6 +167,22 @@ async def test_a_node_in_this_process_is_heard(capsys: pytest.CaptureFixture[str
     assert capsys.readouterr().out == "mine\n"
 
 
+async def test_a_wait_for_a_process_that_nobody_knows_says_so() -> None:
+    """A wrong name is told with the right ones, at the limit and at the end; the launch's name is known."""
+    async with launch([python(SLEEP, "sleeper")]) as running:
+        await pid_of(running, "sleeper")
+        hint = "; no process is called 'slepper'; there is: sleeper-1\n"
+        with pytest.raises(LaunchWaitError, match=f"No line with 'x' from slepper in 0.01 s{hint}"):
+            await running.wait_for_output("x", process="slepper", timeout_sec=0.01)
+        with pytest.raises(LaunchWaitError, match=f"No end of slepper in 0.01 s{hint}"):
+            await running.wait_for_exit("slepper", timeout_sec=0.01)
+        with pytest.raises(LaunchWaitError, match=r"No line with 'x' from launch in 0.01 s\n"):
+            await running.wait_for_output("x", process="launch", timeout_sec=0.01)
+        await running.stop()
+        with pytest.raises(LaunchWaitError, match=f"the launch has ended{hint}"):
+            await running.wait_for_output("x", process="slepper")
+
+
 async def test_a_wait_ends_in_time() -> None:
     """The error says what runs, and is an AssertionError and a CallboardError."""
     async with launch([python(SLEEP, "sleeper")]) as running:
@@ -203,7 +219,7 @@ async def test_a_launch_that_has_ended_ends_all_waits() -> None:
         )
         failures = await asyncio.gather(*waits, return_exceptions=True)
         assert all(isinstance(each, LaunchWaitError) for each in failures)
-        assert all(": the launch has ended\n" in str(each) for each in failures)
+        assert all(": the launch has ended" in str(each) for each in failures)
         assert await running.wait_for_output("bye") == OutputLine("short-1", "bye", 1)
         assert await running.wait_for_exit("short") == 0
         assert await running.wait_for_end()
