@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 from actors.launch.events import Level, Message, ProcessEvent, ProcessIO, Stream
 from actors.launch.log_folder import LogFolder
 from actors.launch.outgoing import Outgoing
+from actors.launch.steering import plain_line, steers
 from actors.launch.steps import OutputMode
 from actors.launch.wording import message_of
 from actors.log_output import harmless
@@ -32,7 +33,6 @@ MAX_EARLY_LINES: Final = 1000
 _TOGETHER: Final = frozenset({OutputMode.LOG, OutputMode.BOTH, OutputMode.FULL})
 _APART: Final = frozenset({OutputMode.OWN_LOG, OutputMode.FULL})
 
-_ESCAPES = re.compile(rb"\x1b\[[0-?]*[ -/]*[@-~]")
 _UNSAFE = re.compile(r"[^\w.-]|^\.")
 _MAX_NAME_CHARACTERS: Final = 50
 
@@ -163,10 +163,10 @@ def _writes(event: ProcessIO) -> list[tuple[str, bytes]]:
 
 
 def _plain(event: ProcessIO, begin: str = "") -> bytes:
-    """Return the lines without colours, each with a beginning."""
+    """Return the lines without colours and what else steers a terminal, each with a beginning."""
     first = begin.encode(errors="backslashreplace")
-    text = b"".join(first + line + b"\n" for line in event.lines)
-    return _ESCAPES.sub(b"", text) if b"\x1b" in text else text
+    lines = map(plain_line, event.lines) if steers(b"".join(event.lines)) else event.lines
+    return b"".join(first + line + b"\n" for line in lines)
 
 
 def _file_name(label: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from actors.launch.events import Level, ProcessIO, Stream
+from actors.launch.steering import shown_line, steers
 from actors.launch.steps import OutputMode
 from actors.launch.wording import message_of
 from actors.log_output import LEVEL_COLORS, RESET, harmless
@@ -41,10 +42,13 @@ class Screen:
 
     def _labelled(self, event: ProcessIO) -> bytes:
         label = f"{self._label(event.process_name)} ".encode(errors="backslashreplace")
-        if not self._color:
-            return b"".join(label + line + b"\n" for line in event.lines)
+        lines = event.lines
+        if not steers(b"".join(lines)):
+            return b"".join(label + line + b"\n" for line in lines)
+        shown = map(shown_line, lines)
         # A colour that a line leaves on would colour all that follows.
-        return b"".join(label + line + (_RESET_LINE if b"\x1b" in line else b"\n") for line in event.lines)
+        end = _RESET_LINE if self._color else b"\n"
+        return b"".join(label + line + (end if b"\x1b" in line else b"\n") for line in shown)
 
     def _said(self, message: Message) -> bytes:
         level, text = message.level.value, harmless(message.text)

@@ -46,7 +46,7 @@ def test_the_mode_says_which_files(tmp_path: Path, mode: OutputMode) -> None:
     files, _ = logged(
         tmp_path,
         started(talker),
-        wrote(talker, b"out", b"\x1b[1;31mred\x1b[0m", stream=Stream.STDOUT),
+        wrote(talker, b"out", b"\x1b[1;31mred\x1b[0m\x1b]0;title\x07", stream=Stream.STDOUT),
         wrote(talker, b"err", stream=Stream.STDERR),
         wrote(talker, b"both", stream=Stream.OUTPUT),
     )
