@@ -6,7 +6,7 @@ import asyncio
 import os
 import signal
 import sys
-from contextlib import suppress
+from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,9 +32,10 @@ from proto.errors import CallboardError, shown
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
 
     from actors.launch.actions import DeclareLaunchArgument
+    from actors.launch.description import LaunchDescription
     from actors.launch.steps import Step
 
 
@@ -45,7 +46,8 @@ def run(options: argparse.Namespace) -> int:
     path, given = _file_of(words)
     arguments = dict(map(_argument, given))
     library = Files()
-    description = library.description(str(path))
+    with _prints_aside(json=options.json):
+        description = library.description(str(path))
     if options.show_args:
         for line in _shown_arguments(declared(description.actions)):
             say(line)
@@ -54,8 +56,30 @@ def run(options: argparse.Namespace) -> int:
         for line in described(description.actions):
             say(line)
         return OK
+    with _prints_aside(json=options.json):
+        launch = _planned(options, description, arguments, library)
+    if options.dry_run:
+        for line in _shown_steps(launch.steps):
+            say(line)
+        return OK
+    process.settle()
+    watched = library.launch_files if options.watch else None
+    # What it embeds, nodes and the broker, runs as fast as in a process of its own.
+    return run_async(lambda: _run(launch, watched, json=options.json), loop_factory=process.new_event_loop)
+
+
+@contextmanager
+def _prints_aside(*, json: bool) -> Generator[None]:
+    """Where JSON is to stand alone, let what launch files print go to stderr."""
+    with redirect_stdout(sys.stderr) if json else nullcontext():
+        yield
+
+
+def _planned(
+    options: argparse.Namespace, description: LaunchDescription, arguments: dict[str, str], library: Files
+) -> Launch:
     try:
-        launch = Launch(
+        return Launch(
             description,
             arguments=arguments,
             url=options.url or None,
@@ -73,14 +97,6 @@ def run(options: argparse.Namespace) -> int:
         raise CommandError(f"{error}{hint}", USAGE) from error
     except UnknownContextError as error:
         raise unknown_context(error) from error
-    if options.dry_run:
-        for line in _shown_steps(launch.steps):
-            say(line)
-        return OK
-    process.settle()
-    watched = library.launch_files if options.watch else None
-    # What it embeds, nodes and the broker, runs as fast as in a process of its own.
-    return run_async(lambda: _run(launch, watched, json=options.json), loop_factory=process.new_event_loop)
 
 
 # Which file, with what
@@ -183,7 +199,7 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
     launch.listen(reports)
     code = FAILURE
     try:
-        with own_logs(launch.tell), voice_logs(), voice_streams():
+        with own_logs(launch.tell), voice_logs(), voice_streams(reports.printed):
             _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone", insist=False))
             good = await (launch.run() if watched is None else _run_watched(launch, watched))
         code = OK if good else FAILURE

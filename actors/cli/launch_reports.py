@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors import environment
+from actors.launch.asides import Asides
+from actors.launch.events import Stream
 from actors.launch.json_report import JsonReport
 from actors.launch.log_files import LogFiles
 from actors.launch.output import Output
@@ -28,7 +32,7 @@ class Reports:
     """A listener that passes events on to all that show or write them.
 
     Args:
-        json: Whether stdout gets JSON, and nothing else.
+        json: Whether stdout gets JSON, and nothing else. What is printed then goes to stderr.
         when_unheard: Called in a thread, once, when nobody reads stdout any more.
 
     Attributes:
@@ -40,7 +44,11 @@ class Reports:
         self._when_unheard = when_unheard
         self._json = JsonReport(self._write) if json else None
         of_lost = None if self._json is None else self._json.of_lost
-        self._output = Output(sys.stdout.fileno(), self._unheard, of_lost)
+        self._errors: Output | None = None
+        self._errors_lock = threading.RLock()
+        self._output = Output(sys.stdout.fileno(), self._unheard, of_lost, self._no_room)
+        stdout = self._complain if json else self._write
+        self._asides = Asides({Stream.STDOUT: stdout, Stream.STDERR: self._complain})
         shown: Listener = self._json or Screen(self._write, color=_color())
         self._logs = LogFiles(Path(environment.state_folder(), "log"), shown)
         self._listeners: list[Listener] = [shown, self._logs]
@@ -53,15 +61,36 @@ class Reports:
         for listener in self._listeners:
             listener(event)
 
+    def printed(self, stream: Stream, data: bytes) -> None:
+        """Show what is printed in this process, from any thread, but by none of its nodes."""
+        self._asides.write(stream, data)
+
     def close(self, exit_code: int) -> None:
         """Write what is left. Nothing can be shown after it."""
+        self._asides.end()
         self._logs.close(LAST_LINES_SEC)
         if self._json is not None:
             self._json.ended(exit_code)
         self._output.close(LAST_LINES_SEC)
+        if self._output.unwritten_lines:
+            missing = self._output.unwritten_lines
+            self._complain(b"[WARN] [launch]: %d lines are missing on stdout\n" % missing)
+        if self._errors is not None:
+            self._errors.close(LAST_LINES_SEC)
 
     def _write(self, data: bytes) -> None:
         self._output.write(data)
+
+    def _complain(self, data: bytes) -> None:
+        """Write lines to stderr, for which nothing waits either."""
+        with self._errors_lock:
+            if self._errors is None:
+                self._errors = Output(sys.stderr.fileno(), lambda: None)
+        self._errors.write(data)
+
+    def _no_room(self, error: OSError) -> None:
+        text = f"[ERROR] [launch]: stdout cannot be written: {os.strerror(error.errno or 0)}\n"
+        self._complain(text.encode(errors="backslashreplace"))
 
     def _unheard(self) -> None:
         self.unheard = True

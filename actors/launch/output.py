@@ -9,6 +9,7 @@ that it costs nothing per line.
 
 from __future__ import annotations
 
+import errno
 import os
 import select
 import threading
@@ -22,16 +23,23 @@ if TYPE_CHECKING:
 _PIECE_BYTES: Final = 65_536
 _ERASE: Final = b"\r\x1b[K"
 _USUAL_COLUMNS: Final = 80
+_NO_ROOM: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 
 class Output:
     """Writes bytes to a file descriptor, in order, in a thread of its own.
+
+    A disk may be full for a while: what cannot be written then is dropped and counted.
 
     Args:
         descriptor: Where to; it is not closed.
         when_unheard: Called in the thread, once, when it cannot be written any more: nobody reads it. What
             comes after that is dropped.
         of_lost: Returns what is written about a number of lost lines; None: a line for people.
+        when_full: Called in the thread, once, when there is no room for what is written.
+
+    Attributes:
+        unwritten_lines: Lines dropped because there was no room.
     """
 
     def __init__(
@@ -39,10 +47,14 @@ class Output:
         descriptor: int,
         when_unheard: Callable[[], None],
         of_lost: Callable[[int], bytes] | None = None,
+        when_full: Callable[[OSError], None] | None = None,
     ) -> None:
+        self.unwritten_lines = 0
         self._descriptor = descriptor
         self._when_unheard = when_unheard
         self._of_lost = of_lost or _said_of_lost
+        self._when_full = when_full
+        self._torn = False
         self._outgoing: Outgoing[bytes] = Outgoing()
         self._draw: Callable[[int], bytes] | None = None
         self._drawn = b""
@@ -52,8 +64,8 @@ class Output:
 
     @property
     def lost_lines(self) -> int:
-        """Lines dropped because too much waited, or nobody reads."""
-        return self._outgoing.lost_lines
+        """Lines dropped because too much waited, or there was no room, or nobody reads."""
+        return self._outgoing.lost_lines + self.unwritten_lines
 
     def write(self, data: bytes) -> None:
         """Write whole lines. Returns at once."""
@@ -73,7 +85,7 @@ class Output:
         """Write what waits; return whether that could be done in time. Nothing can be written after it."""
         self._outgoing.end()
         self._thread.join(timeout_sec)
-        return not self._thread.is_alive() and not self._unheard
+        return not (self._thread.is_alive() or self._unheard or self.unwritten_lines)
 
     def _run(self) -> None:
         try:
@@ -88,13 +100,21 @@ class Output:
             self._when_unheard()
 
     def _put_above(self, data: bytes) -> None:
-        """Write lines, and draw the line that is below them."""
+        """Write lines, and draw the line that is below them. Without room for them they are dropped."""
         line = self._draw(self._columns()) if self._draw is not None else b""
         if not data and line == self._drawn:
             return
         erase = _ERASE if self._drawn else b""
         self._drawn = line
-        self._put(erase + data + line)
+        try:
+            self._put(erase + data + line)
+        except OSError as error:
+            if error.errno not in _NO_ROOM:
+                raise
+            self.unwritten_lines += data.count(b"\n")
+            if self._when_full is not None:
+                self._when_full(error)
+                self._when_full = None
 
     def _columns(self) -> int:
         try:
@@ -103,10 +123,11 @@ class Output:
             return _USUAL_COLUMNS
 
     def _put(self, data: bytes) -> None:
-        rest = memoryview(data)
+        rest = memoryview(b"\n" + data if self._torn else data)
         while rest:
             try:
                 rest = rest[os.write(self._descriptor, rest[:_PIECE_BYTES]) :]
+                self._torn = bool(rest)  # if there is no room for the rest
             except BlockingIOError:  # another program has made the terminal non-blocking
                 select.select([], [self._descriptor], [])
 

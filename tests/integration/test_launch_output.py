@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import re
+import select
 import signal
 import sys
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests.integration.conftest import DEADLINE_SEC, ROOT
 from tests.integration.terminal import on_terminal
 from tests.integration.test_launch import launch_file
 from tests.integration.test_supervision import SLEEPER
@@ -145,3 +148,56 @@ async def test_a_terminal_shows_how_it_is_doing(system: System, tmp_path: Path) 
         terminal.process.send_signal(signal.SIGINT)
         await terminal.shows("stopping: 0 left · Ctrl-C again kills\r\x1b[K")
         assert await terminal.ends() == 0
+
+
+PRINTING = """
+from actors.launch import ExecuteProcess, LaunchDescription, OnProcessIO, OpaqueFunction, RegisterEventHandler
+
+def loud(*_):
+    print("x" * 2000)
+
+def generate_launch_description():
+    print("describing")
+    script = "while :; do echo more; sleep 0.001; done"
+    return LaunchDescription([
+        OpaqueFunction(function=loud),
+        RegisterEventHandler(OnProcessIO(on_output=loud)),
+        ExecuteProcess(cmd=["sh", "-c", script], name="more"),
+    ])
+"""
+
+
+async def test_prints_of_a_handler_never_hold_up_a_launch(system: System, tmp_path: Path) -> None:
+    """Though nobody reads them it stops when it is told to."""
+    (tmp_path / "loud.launch.py").write_text(PRINTING)
+    reading, writing = os.pipe()
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "actors", "launch", str(tmp_path / "loud.launch.py"), "--url", system.url),
+        cwd=ROOT,
+        stdout=writing,
+        start_new_session=True,
+    )
+    try:
+        async with asyncio.timeout(DEADLINE_SEC):
+            while select.select([], [writing], [], 0)[1]:  # until the pipe is full
+                await asyncio.sleep(0.01)
+            process.send_signal(signal.SIGINT)
+            await process.wait()
+    finally:
+        os.close(writing)
+        os.close(reading)
+
+
+async def test_json_stands_alone_whatever_is_printed(system: System, tmp_path: Path) -> None:
+    """Prints of launch files, functions and handlers go to stderr."""
+    (tmp_path / "loud.launch.py").write_text(
+        PRINTING.replace("while :; do echo more; sleep 0.001; done", "echo")
+    )
+    program = await system.program(
+        *("sh", "-c", f'"$0" -m actors launch "$1" --json 2>{tmp_path}/errors'),
+        *(sys.executable, str(tmp_path / "loud.launch.py")),
+    )
+    assert await program.ends() == 0
+    assert {each["event"] for each in documents(program)} >= {"started", "output", "ended"}
+    errors = (tmp_path / "errors").read_text().splitlines()
+    assert errors == ["describing", "x" * 2000, "x" * 2000]

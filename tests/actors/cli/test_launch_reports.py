@@ -8,18 +8,18 @@ import select
 import struct
 import sys
 import threading
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
 from actors.cli.launch_reports import Reports
-from actors.launch.events import ShuttingDown
+from actors.launch.events import ShuttingDown, Stream
 from actors.launch.steps import OutputMode
 from tests.actors.launch.happenings import exited, spec, started, wrote
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 fcntl = pytest.importorskip("fcntl")
 termios = pytest.importorskip("termios")
@@ -142,3 +142,36 @@ def test_it_is_told_that_nobody_reads(monkeypatch: pytest.MonkeyPatch) -> None:
         assert unheard.wait(DEADLINE_SEC)
         reports.close(0)
         assert reports.unheard
+
+
+@pytest.mark.parametrize("json", [False, True])
+def test_what_is_printed_is_shown(capfd: pytest.CaptureFixture[str], *, json: bool) -> None:
+    """In its place on stdout, unless that has JSON; never waited for."""
+    reports = Reports(json=json, when_unheard=lambda: None)
+    reports(wrote(spec("a-1"), b"one"))
+    reports.printed(Stream.STDOUT, b"printed\nno end")
+    reports.printed(Stream.STDERR, b"bad\n")
+    reports(wrote(spec("a-1"), b"two"))
+    reports.close(0)
+    shown = capfd.readouterr()
+    if json:
+        assert sorted(shown.err.splitlines()) == ["bad", "no end", "printed"]
+        assert all(each.startswith("{") for each in shown.out.splitlines())
+    else:
+        assert shown == ("[a-1] one\nprinted\n[a-1] two\nno end\n", "bad\n")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
+def test_a_full_disk_is_told_of(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once on stderr, and in the end how much is missing; nobody is taken to be gone."""
+    with Path("/dev/full").open("w") as stdout:
+        monkeypatch.setattr(sys, "stdout", stdout)
+        reports = Reports(json=False, when_unheard=pytest.fail)
+        for _ in range(3):
+            reports(wrote(spec("a-1"), b"hello"))
+        reports.close(0)
+    assert capfd.readouterr().err.splitlines() == [
+        "[ERROR] [launch]: stdout cannot be written: No space left on device",
+        "[WARN] [launch]: 3 lines are missing on stdout",
+    ]
+    assert not reports.unheard

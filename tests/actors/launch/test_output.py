@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import threading
-from typing import TYPE_CHECKING
+
+import pytest
 
 from actors.launch import outgoing
 from actors.launch.output import Output
-
-if TYPE_CHECKING:
-    import pytest
 
 DEADLINE_SEC = 30.0
 
@@ -112,3 +111,35 @@ def test_a_line_stays_below_all_others() -> None:
     with os.fdopen(reading, "rb") as file:
         assert file.read() == b"\r\x1b[K"
     assert set(asked) == {80}
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_disk_is_told_once_and_does_not_end_it(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+    """What has no room is counted; when there is room again the next line begins at its beginning."""
+    reading, writing = os.pipe()
+    told: list[OSError] = []
+    answers: list[int | None] = [2, None, None]  # a piece is written, then there is no room, twice
+    tried = threading.Semaphore(0)
+    write = os.write
+
+    def limited(descriptor: int, data: bytes | memoryview) -> int:
+        if descriptor != writing or not answers:
+            return write(descriptor, data)
+        room = answers.pop(0)
+        if room is None:
+            tried.release()
+            raise OSError(number, os.strerror(number))
+        return write(descriptor, data[:room])
+
+    monkeypatch.setattr("actors.launch.output.os.write", limited)
+    output = Output(writing, pytest.fail, when_full=told.append)
+    for line in (b"first\n", b"second\n"):
+        output.write(line)
+        assert tried.acquire(timeout=DEADLINE_SEC)
+    output.write(b"third\n")
+    assert not output.close(DEADLINE_SEC)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as file:
+        assert file.read() == b"fi\nthird\n"
+    assert [error.errno for error in told] == [number]
+    assert output.unwritten_lines == output.lost_lines == 2
