@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.launch.events import Level, Stream
 from actors.launch.lines import Lines
+from actors.launch.obstacles import obstacle_to
 from actors.launch.pseudo_terminal import CAN_EMULATE, open_terminal
 from actors.logger import get_logger
 from actors.supervision.process_body import ProcessBody
@@ -61,6 +62,8 @@ class LaunchedProcess(ProcessBody):
         self._pipes: list[int] = []
 
     async def _run(self) -> Outcome:
+        if not self.stopping and (obstacle := obstacle_to(self._spec)) is not None:
+            return obstacle
         async with AsyncExitStack() as stack:
             stack.callback(self._close_pipes)
             readers = [await self._open(stream, stack) for stream in self._streams]

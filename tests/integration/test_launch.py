@@ -238,7 +238,7 @@ async def test_it_ends_when_nothing_is_left_to_run(system: System, tmp_path: Pat
         program.output,
         re.MULTILINE,
     )
-    assert re.search(r"\[command-2\]: process has died \[pid \d+, exit code 127,", program.output)
+    assert "[ERROR] [command-2]: process could not be run: no program '/no/such/command'" in program.lines
 
 
 @pytest.mark.parametrize(
