@@ -279,12 +279,12 @@ class IncludeLaunchDescription(Action):
     It sees the arguments and variables that hold here; what it sets itself stays in it.
 
     Attributes:
-        path: The file, or a `PythonLaunchDescriptionSource` of it; a relative path is seen from this launch
-            file's folder.
+        launch_description_source: The file, or a `PythonLaunchDescriptionSource` of it; a relative path is
+            seen from this launch file's folder.
         launch_arguments: Arguments for it, as a mapping or as pairs.
     """
 
-    path: Text
+    launch_description_source: Text
     _: KW_ONLY
     launch_arguments: Mapping[str, Text] | Iterable[tuple[str, Text]] = ()
 

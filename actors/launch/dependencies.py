@@ -9,6 +9,7 @@ from actors.launch.errors import LaunchError
 from actors.launch.namespaces import absolute_namespace, prefix_namespace
 from actors.launch.presence import Presence, PresenceKind
 from actors.launch.substitutions import Substitution, resolve
+from actors.launch.summaries import in_short
 from proto.errors import shown
 from proto.names import validate_full_service_name, validate_full_topic_name
 
@@ -41,10 +42,10 @@ class KnownNodes:
             LaunchError: That is not known.
         """
         if id(action) not in self._names:
-            raise LaunchError(f"{_called(action)} is waited for, but not started before that")
+            raise LaunchError(f"{in_short(action)} is waited for, but not started before that")
         _, name = self._names[id(action)]
         if name is None:
-            raise LaunchError(f"{_called(action)} is waited for, and needs a name=")
+            raise LaunchError(f"{in_short(action)} is waited for, and needs a name=")
         return Presence(PresenceKind.NODE, name)
 
 
@@ -95,10 +96,3 @@ def presence(kind: PresenceKind, name: str, namespace: str | None) -> Presence:
     else:  # what a node's name must be a topic's must be, too
         validate_full_topic_name(full)
     return Presence(kind, full)
-
-
-def _called(action: Node) -> str:
-    for each in (action.name, action.executable, action.script):
-        if each is not None:
-            return f"Node '{each}'"
-    return "A Node"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import KW_ONLY, dataclass, fields
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.actions import Action, DeclareLaunchArgument
 from actors.launch.errors import LaunchError
 from actors.launch.shapes import excerpt
+from actors.launch.summaries import said
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -67,12 +68,7 @@ def walk(actions: Iterable[Action]) -> Iterator[Action]:
 def described(actions: Iterable[Action], indent: str = "") -> Iterator[str]:
     """Yield a description as lines: an action a line, what it contains below it."""
     for each in actions:
-        said: list[str] = []
-        for field in fields(each):
-            value = getattr(each, field.name)
-            if field.name != "actions" and value not in (None, (), "", {}) and value != field.default:
-                said.append(f"{field.name}={value!r}")
-        yield f"{indent}{type(each).__name__}({', '.join(said)})"
+        yield f"{indent}{said(each)}"
         yield from described(getattr(each, "actions", ()), f"{indent}    ")
 
 

@@ -3,6 +3,7 @@
 CallboardError (proto.errors)
 └── LaunchError                 the description cannot be carried out; the text says why, in one line
     ├── LaunchFileError         a launch file cannot be read, fails, or describes nothing
+    │   └── NoLaunchFileError   there is none
     └── UnknownArgumentError    nobody has declared an argument that was given
 """
 
@@ -12,11 +13,25 @@ from proto.errors import CallboardError, shown
 
 
 class LaunchError(CallboardError, ValueError):
-    """A description cannot be carried out; nothing has been started."""
+    """A description cannot be carried out.
+
+    Attributes:
+        placed: Whether the text says where the mistake is.
+    """
+
+    placed: bool = False
 
 
 class LaunchFileError(LaunchError):
     """A launch file cannot be read, fails when it is run, or describes nothing."""
+
+    placed = True
+
+
+class NoLaunchFileError(LaunchFileError):
+    """There is no such launch file; who wants it is to be said."""
+
+    placed = False
 
 
 class UnknownArgumentError(LaunchError):

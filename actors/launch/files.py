@@ -6,18 +6,20 @@ import os
 import secrets
 import shutil
 import sys
-import traceback
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from actors.callbacks import error_text
 from actors.launch.command_output import command_output
 from actors.launch.description import LaunchDescription
-from actors.launch.errors import LaunchError, LaunchFileError
+from actors.launch.errors import LaunchError, LaunchFileError, NoLaunchFileError
 from actors.launch.factories import find_factory
+from actors.launch.mistakes import line_in
+from actors.parameter_errors import InvalidParameterFileError
+from actors.parameter_overrides import load_parameter_file
 from actors.tools.executables import find_package
 from proto.errors import shown
 
@@ -35,6 +37,9 @@ MAX_REMEMBERED: Final = 1024
 """Packages, and programs, that are looked up once only."""
 MAX_FILE_BYTES: Final = 1 << 20
 """A larger launch file, or text, is a mistake."""
+
+_ROS_2: Final = frozenset({"launch", "launch_ros", "launch_xml", "launch_yaml"})
+"""Packages that launch files import in ROS 2."""
 
 
 class Files:
@@ -65,13 +70,13 @@ class Files:
 
             return read_document(path, _source(path))
         if suffix != ".py":
-            raise LaunchFileError(f"{path}: a launch file's name ends with one of {', '.join(SUFFIXES)}")
+            raise NoLaunchFileError(f"{path}: a launch file's name ends with one of {', '.join(SUFFIXES)}")
         function = getattr(_run(path), FUNCTION, None)
         if not callable(function):
             raise LaunchFileError(f"{path} has no function {FUNCTION}()")
         try:
             made = function()
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise _failed(path, error) from error
         if not isinstance(made, LaunchDescription):
             raise LaunchFileError(f"{path}: {FUNCTION}() must return a LaunchDescription, not {made!r}")
@@ -102,6 +107,18 @@ class Files:
         if not Path(path).is_file():
             raise LaunchError(f"No script '{path}'")
         return (sys.executable, "-u", path)
+
+    def parameter_file(self, path: str) -> str:
+        """Return the path of a YAML file of parameters that a node can read.
+
+        Raises:
+            LaunchError: There is none, or it is no such file.
+        """
+        try:
+            load_parameter_file(path)
+        except InvalidParameterFileError as error:
+            raise LaunchError(f"Parameter file '{shown(path)}': {error.reason}") from None
+        return path
 
     def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:
         """Return the folders and files with a package's modules, and the folder of a script.
@@ -195,7 +212,7 @@ def _source(path: str) -> bytes:
             source = file.read(MAX_FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", error)
-        raise LaunchFileError(f"No launch file '{shown(path)}': {why}") from None
+        raise NoLaunchFileError(f"No launch file '{shown(path)}': {why}") from None
     if len(source) > MAX_FILE_BYTES:
         raise LaunchFileError(f"{path} is larger than {MAX_FILE_BYTES} bytes")
     return source
@@ -210,20 +227,19 @@ def _run(path: str) -> ModuleType:
     sys.modules[module.__name__] = module
     try:
         exec(compile(source, path, "exec"), vars(module))  # noqa: S102 - running it is its purpose
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise _failed(path, error) from error
     return module
 
 
-def _failed(path: str, error: Exception) -> LaunchFileError:
+def _failed(path: str, error: BaseException) -> LaunchFileError:
     """Say what went wrong in a launch file, and where in it."""
     if isinstance(error, LaunchFileError):
         return error
-    line: Any = error.lineno if isinstance(error, SyntaxError) and error.filename == path else None
-    for frame in traceback.extract_tb(error.__traceback__):
-        if frame.filename == path:
-            line = frame.lineno
+    line = line_in(path, error)
     where = f"{path}, line {line}" if line else path
     text = error.msg if isinstance(error, SyntaxError) else error_text(error)
+    if isinstance(error, ImportError) and (error.name or "").partition(".")[0] in _ROS_2:
+        text += "; here it is: from actors.launch import Node, LaunchDescription, …"
     kind = "" if isinstance(error, LaunchError) else f"{type(error).__name__}: "
     return LaunchFileError(f"{where}: {kind}{text}")

@@ -30,6 +30,10 @@ class Library(Protocol):
         """Return the command for a Python file."""
         ...
 
+    def parameter_file(self, path: str) -> str:
+        """Return the path of a YAML file of parameters that a node can read."""
+        ...
+
     def factory(self, name: str) -> Factory:
         """Return what makes a node: "package.module:Class"."""
         ...

@@ -29,12 +29,14 @@ from actors.launch.dependencies import KnownNodes
 from actors.launch.description import LaunchDescription, declared
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.event_handlers import OnProcessExit, ProcessHandler, known_actions
+from actors.launch.mistakes import placed
 from actors.launch.process_specs import make_spec, seconds
-from actors.launch.reactions import Trigger, call_function, call_reaction, function_name, triggers
+from actors.launch.reactions import Trigger, call_function, call_reaction, triggers
 from actors.launch.settings import apply_setting
 from actors.launch.steps import MAX_PROCESSES, Call, End, React, Say, Start, all_steps
 from actors.launch.substitutions import Scope, resolve
-from proto.errors import shown
+from actors.launch.summaries import function_name
+from proto.errors import CallboardError, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -68,8 +70,7 @@ def make_plan(
 
     Raises:
         UnknownArgumentError: Nobody declares or uses an argument that was given.
-        LaunchError: Something else is wrong.
-        InvalidNameError: A node cannot have the name or namespace.
+        LaunchError: Something else is wrong; the text says with which action, of which file.
     """
     planner = _Planner(library, output)
     scope = Scope(
@@ -117,10 +118,12 @@ class _Planner:
         """
         steps: list[Step] = []
         for action in actions:
-            if action.condition is None or action.condition.holds(scope):
-                steps += self._steps(action, scope)
-            elif isinstance(action, GroupAction | TimerAction | IncludeLaunchDescription | OpaqueFunction):
-                self.partial = True
+            try:
+                steps += self._each(action, scope)
+            except CallboardError as error:
+                if isinstance(error, LaunchError) and error.placed:
+                    raise
+                raise placed(error, action, scope.file) from error
         return steps
 
     def warnings(self, steps: Sequence[Step]) -> list[Say]:
@@ -140,6 +143,13 @@ class _Planner:
                 if first != label:
                     said.append(f"Two nodes have the name {node}: {first} and {label}")
         return [Say(text=text, warning=True) for text in said]
+
+    def _each(self, action: Action, scope: Scope) -> Iterable[Step]:
+        if action.condition is None or action.condition.holds(scope):
+            return self._steps(action, scope)
+        if isinstance(action, GroupAction | TimerAction | IncludeLaunchDescription | OpaqueFunction):
+            self.partial = True
+        return []
 
     def _steps(self, action: Action, scope: Scope) -> Iterable[Step]:  # noqa: C901, PLR0911 - a table
         match action:
@@ -174,6 +184,8 @@ class _Planner:
 
     def _declare(self, action: DeclareLaunchArgument, scope: Scope) -> None:
         name = action.name
+        if not name:
+            raise LaunchError("A launch argument needs a name")
         self.declared.add(name)
         if name not in scope.configurations:
             if action.default_value is None:
@@ -193,7 +205,7 @@ class _Planner:
         return self.plan(action.actions, inner)
 
     def _include(self, action: IncludeLaunchDescription, scope: Scope) -> list[Step]:
-        path = str(PurePath(scope.folder, resolve(action.path, scope)))
+        path = str(PurePath(scope.folder, resolve(action.launch_description_source, scope)))
         if self._includes == MAX_INCLUDES:
             raise LaunchError(f"{path} is {MAX_INCLUDES} files deep; does one include itself?")
         given = cast("Any", action.launch_arguments)
@@ -244,7 +256,7 @@ class _Planner:
         """Call the function; in what is for later, then."""
 
         def call() -> Sequence[Action]:
-            return call_function(action.function, scope, *action.args, **action.kwargs)
+            return call_function(action.function, (scope, *action.args), action.kwargs, scope.file)
 
         if not self._deferred:
             return self.plan(call(), scope)

@@ -13,6 +13,7 @@ from actors.launch.dependencies import dependencies
 from actors.launch.errors import LaunchError
 from actors.launch.namespaces import prefix_namespace
 from actors.launch.ros_arguments import full_name, ros_arguments
+from actors.launch.settings import variables
 from actors.launch.steps import LEAST_RESPAWN_DELAY_SEC, OutputMode, ProcessSpec
 from actors.launch.substitutions import resolve
 from proto.errors import shown
@@ -63,12 +64,8 @@ def make_spec(
     if not name or not name.isprintable():
         raise LaunchError(f"A process cannot have the name '{shown(name)}'")
     prefix = _words(resolve(action.prefix, scope))
-    extra = {key: resolve(value, scope) for key, value in action.additional_env.items()}
-    base = (
-        scope.environment
-        if action.env is None
-        else {key: resolve(value, scope) for key, value in action.env.items()}
-    )
+    extra = variables(action.additional_env, scope)
+    base = scope.environment if action.env is None else variables(action.env, scope)
     delay = max(seconds("respawn_delay", action.respawn_delay, scope), LEAST_RESPAWN_DELAY_SEC)
     return ProcessSpec(
         label=f"{name}-{number}",
@@ -144,7 +141,7 @@ def _own(action: Node, node: Factory | str, arguments: Sequence[str], library: L
 
 def _process(action: ExecuteProcess, scope: Scope) -> _Program:
     command = [resolve(each, scope) for each in action.cmd]
-    if not command:
+    if not command or not command[0]:
         raise LaunchError("ExecuteProcess needs a program: cmd=['echo', 'hello']")
     return _Program(PurePath(command[0]).name, command, command)
 

@@ -6,7 +6,6 @@ import inspect
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
-from actors.callbacks import error_text
 from actors.launch.actions import Action, Launched
 from actors.launch.dependencies import presence
 from actors.launch.errors import LaunchError
@@ -31,13 +30,14 @@ from actors.launch.events import (
     ShuttingDown,
     Stream,
 )
+from actors.launch.mistakes import of_function, of_result
 from actors.launch.presence import Presence, PresenceKind
+from actors.launch.shapes import excerpt
 from actors.launch.steps import React
 from actors.launch.substitutions import resolve
-from proto.errors import CallboardError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from actors.launch.dependencies import KnownNodes
     from actors.launch.event_handlers import Reaction
@@ -109,38 +109,38 @@ def call_reaction(function: Callable[..., Any], event: Event, scope: Scope) -> S
     try:
         inspect.signature(function).bind(event, scope)
     except TypeError:
-        return call_function(function, event)
+        return call_function(function, (event,), {}, scope.file)
     except ValueError:  # it does not tell
         pass
-    return call_function(function, event, scope)
+    return call_function(function, (event, scope), {}, scope.file)
 
 
-def call_function(function: Callable[..., Any], *args: Any, **kwargs: Any) -> Sequence[Action]:
+def call_function(
+    function: Callable[..., Any], args: Iterable[Any], kwargs: Mapping[str, Any], file: str | None
+) -> Sequence[Action]:
     """Call a function of a description, and return the actions that it gives.
+
+    Args:
+        function: The function.
+        args: What it is called with.
+        kwargs: What it is called with by name.
+        file: The launch file, of which the line is said if it fails; None: the description comes from none.
 
     Raises:
         LaunchError: It fails, or gives something else.
     """
-    name = function_name(function)
     try:
         given = function(*args, **kwargs)
-    except CallboardError:
-        raise
     except Exception as error:
-        raise LaunchError(f"{name}: {type(error).__name__}: {error_text(error)}") from error
+        raise of_function(function, error, file) from error
     if given is None:
         return ()
     actions = [given] if isinstance(given, Action) else given
     if not isinstance(actions, list | tuple) or not all(
         isinstance(each, Action) for each in cast("list[object]", actions)
     ):
-        raise LaunchError(f"{name} must return actions or None, not {given!r}")
+        raise of_result(function, f"must return actions or None, not {excerpt(given)}")
     return cast("Sequence[Action]", actions)
-
-
-def function_name(function: Callable[..., Any]) -> str:
-    """Return what people call a function."""
-    return f"{getattr(function, '__name__', type(function).__name__)}()"
 
 
 def _trigger(handler: EventHandler, what: str, matches: Callable[[Event], bool]) -> Trigger:

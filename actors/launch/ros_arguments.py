@@ -27,7 +27,7 @@ def ros_arguments(node: Node, scope: Scope) -> list[str]:
     """Return `--ros-args` and all that follows; nothing if there is nothing to say.
 
     Raises:
-        LaunchError: A parameter cannot be one, or a text stands for nothing.
+        LaunchError: A parameter, or a file of them, cannot be one, or a text stands for nothing.
         InvalidNameError: The name or namespace cannot be one.
     """
     said = list(_each(node, scope))
@@ -59,7 +59,8 @@ def _each(node: Node, scope: Scope) -> Iterator[str]:
             for name, value in parameter_texts(cast("Mapping[Text, Any]", entry), scope):
                 yield from ("-p", f"{name}:={value}")
         else:
-            yield from ("--params-file", resolve(entry, scope))
+            path = str(PurePath(scope.folder, resolve(entry, scope)))
+            yield from ("--params-file", scope.library.parameter_file(path))
     for old, new in (*scope.remappings, *node.remappings):
         yield from ("-r", f"{resolve(old, scope)}:={resolve(new, scope)}")
     for each in node.ros_arguments:

@@ -15,13 +15,17 @@ from actors.launch.actions import (
 )
 from actors.launch.conditions import truth
 from actors.launch.errors import LaunchError
-from actors.launch.namespaces import prefix_namespace
+from actors.launch.namespaces import absolute_namespace, prefix_namespace
 from actors.launch.ros_arguments import parameter_texts
 from actors.launch.substitutions import resolve
+from proto.errors import shown
+from proto.names import validate_namespace
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from actors.launch.actions import Setting
-    from actors.launch.substitutions import Scope
+    from actors.launch.substitutions import Scope, Text
 
 
 def apply_setting(action: Setting, scope: Scope) -> None:
@@ -29,14 +33,16 @@ def apply_setting(action: Setting, scope: Scope) -> None:
 
     Raises:
         LaunchError: A text stands for nothing there, or a value cannot be one.
+        InvalidNamespaceError: A namespace cannot be one.
     """
     match action:
         case PushNamespace():
             scope.namespace = prefix_namespace(scope.namespace, resolve(action.namespace, scope))
+            validate_namespace(absolute_namespace(scope.namespace or ""))
         case SetLaunchConfiguration():
             scope.configurations[resolve(action.name, scope)] = resolve(action.value, scope)
         case SetEnvironmentVariable():
-            scope.environment[resolve(action.name, scope)] = resolve(action.value, scope)
+            scope.environment.update(variables({resolve(action.name, scope): action.value}, scope))
         case UnsetEnvironmentVariable():
             scope.environment.pop(resolve(action.name, scope), None)
         case AppendEnvironmentVariable():
@@ -49,9 +55,23 @@ def apply_setting(action: Setting, scope: Scope) -> None:
             raise LaunchError(f"{type(action).__name__} is no action that can be carried out")
 
 
+def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:
+    """Return environment variables and their values.
+
+    Raises:
+        LaunchError: A text stands for nothing there, or there can be no such variable.
+    """
+    found = {name: resolve(value, scope) for name, value in given.items()}
+    for name, value in found.items():
+        if not name or "=" in name or "\0" in name + value:
+            raise LaunchError(f"There can be no environment variable '{shown(f'{name}={value}')}'")
+    return found
+
+
 def _append(action: AppendEnvironmentVariable, scope: Scope) -> None:
     name = resolve(action.name, scope)
     parts = [scope.environment.get(name), resolve(action.value, scope)]
     if truth(action.prepend, scope):
         parts.reverse()
-    scope.environment[name] = resolve(action.separator, scope).join(each for each in parts if each)
+    value = resolve(action.separator, scope).join(each for each in parts if each)
+    scope.environment.update(variables({name: value}, scope))

@@ -26,9 +26,11 @@ class Part:
 
     Attributes:
         noun: What kind of part it is.
+        place: Says where it stands, if its file is no Python.
     """
 
     noun: ClassVar[str]
+    place: Callable[[], str] | None = None
 
     def __post_init__(self) -> None:
         """Look at the arguments.

@@ -75,7 +75,7 @@ class Element:
         """
         if self.listed and isinstance(value, list):
             alone = next(key for key in self.own if self.listed in key.names)
-            return self.make(**{alone.target: alone.kind.read(cast("object", value), spot)})
+            return _placed(self.make(**{alone.target: alone.kind.read(cast("object", value), spot)}), spot)
         body = read_mapping({} if value is None else value, spot)
         by_name = {name: key for key in self.keys for name in key.names}
         values: dict[str, Any] = {}
@@ -90,7 +90,7 @@ class Element:
             said[key.target] = name
             values[key.target] = _value(key, each, spot.inner(name))
         self._check(values, spot)
-        return self.make(**values)
+        return _placed(self.make(**values), spot)
 
     def _check(self, values: Mapping[str, Any], spot: Spot) -> None:
         for key in self.keys:
@@ -138,6 +138,12 @@ class Element:
         if self.ways:
             yield {"oneOf": [{"anyOf": [_given(names[each]) for each in way]} for way in self.ways]}
             yield {"anyOf": [{"allOf": [_given(names[each]) for each in way]} for way in self.ways]}
+
+
+def _placed(action: Action, spot: Spot) -> Action:
+    """Return an action that knows where it stands."""
+    object.__setattr__(action, "place", spot.place)
+    return action
 
 
 def _given(names: list[str]) -> Schema:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from proto.errors import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 class DocumentError(ValueError):
@@ -29,13 +33,19 @@ class Spot:
 
     Attributes:
         steps: The keys, and the numbers in lists, that lead to it.
+        describe: Says it with its file and line; None: nobody knows these.
     """
 
     steps: tuple[str | int, ...] = ()
+    describe: Callable[[Spot], str] | None = field(default=None, compare=False, repr=False)
 
     def inner(self, step: str | int) -> Spot:
         """Return the place of what stands there under a key or number."""
-        return Spot((*self.steps, step))
+        return Spot((*self.steps, step), self.describe)
+
+    def place(self) -> str:
+        """Return it as people find it: with its file and line, as far as these are known."""
+        return str(self) if self.describe is None else self.describe(self)
 
     def error(self, text: str) -> DocumentError:
         """Return an error to raise: something is wrong there."""

@@ -27,20 +27,21 @@ def read_document(path: str, source: bytes) -> LaunchDescription:
         LaunchFileError: Something in it is not as it should be; the text says what, and where.
     """
     is_toml = PurePath(path).suffix == ".toml"
-    try:
-        actions = _actions(toml_data(source) if is_toml else yaml_data(source))
-    except DocumentError as error:
-        line = error.line
-        if line is None and error.spot.steps and not is_toml:
-            line = yaml_line(source, error.spot)
+
+    def place(spot: Spot, line: int | None = None) -> str:
+        if line is None and spot.steps and not is_toml:
+            line = yaml_line(source, spot)
         where = path if line is None else f"{path}, line {line}"
-        spot = f"{error.spot}: " if error.spot.steps else ""
-        raise LaunchFileError(f"{where}: {spot}{error.text}") from None
+        return f"{where}: {spot}" if spot.steps else where
+
+    try:
+        actions = _actions(toml_data(source) if is_toml else yaml_data(source), Spot(describe=place))
+    except DocumentError as error:
+        raise LaunchFileError(f"{place(error.spot, error.line)}: {error.text}") from None
     return LaunchDescription(actions, file=path)
 
 
-def _actions(data: object) -> tuple[Action, ...]:
-    spot = Spot()
+def _actions(data: object, spot: Spot) -> tuple[Action, ...]:
     if not isinstance(data, dict):
         raise spot.error("a launch file begins with 'launch:' and a list of elements")
     return Elements().read(

@@ -265,7 +265,13 @@ ELEMENTS: Final = (
         about="Another launch file, in a scope of its own.",
         make=IncludeLaunchDescription,
         own=(
-            _key("file", _TEXT, "A relative path is seen from this file's folder.", "path", required=True),
+            _key(
+                "file",
+                _TEXT,
+                "A relative path is seen from this file's folder.",
+                "launch_description_source",
+                required=True,
+            ),
             _key("arg let arguments", Named("name", "value"), "Arguments for it.", "launch_arguments"),
         ),
     ),

@@ -85,8 +85,8 @@ def test_a_dry_run_prints_what_it_would_do(file: str, capsys: pytest.CaptureFixt
 @pytest.mark.parametrize(
     ("arguments", "code", "error"),
     [
-        ((), 1, "Launch argument 'robot' is required: give robot:=…"),
-        (("robot:=c",), 1, "Launch argument 'robot' must be one of a, b, not 'c'"),
+        ((), 1, "{file}: Launch argument 'robot' is required: give robot:=…"),
+        (("robot:=c",), 1, "{file}: Launch argument 'robot' must be one of a, b, not 'c'"),
         (("robot:=a", "sped:=1"), 2, "No launch argument 'sped'; did you mean 'speed'?"),
         (("robot:=a", "zzz:=1"), 2, "No launch argument 'zzz'; see --show-args"),
         (("robot",), 2, "Malformed launch argument 'robot': expected name:=value"),
@@ -98,7 +98,7 @@ def test_wrong_arguments_are_one_line(
 ) -> None:
     """Which says what would be right."""
     assert main(["launch", file, *arguments]) == code
-    assert capsys.readouterr() == ("", f"{error}\n")
+    assert capsys.readouterr() == ("", f"{error.format(file=file)}\n")
 
 
 @pytest.mark.parametrize(
@@ -113,6 +113,11 @@ def test_wrong_arguments_are_one_line(
         ),
         ("\ndef f(:", "{file}, line 2: SyntaxError: invalid syntax"),
         ("import nothing_like_it", "{file}, line 1: ModuleNotFoundError: No module named 'nothing_like_it'"),
+        ("import sys\n\nsys.exit(3)", "{file}, line 3: SystemExit: 3"),
+        (
+            "from launch import LaunchDescription",
+            "{file}, line 1: ModuleNotFoundError: No module named 'launch'; here it is: from",
+        ),
         (
             "from actors.launch import LaunchDescription\n\nLaunchDescription([1])",
             "{file}, line 3: A launch description has actions in it, such as Node(…), not 1",

@@ -31,6 +31,11 @@ class Shelf:
     def script(self, path: str) -> Sequence[str]:
         return ("python", path)
 
+    def parameter_file(self, path: str) -> str:
+        if path.endswith("missing.yaml"):
+            raise LaunchError(f"No parameter file '{path}'")
+        return path
+
     def factory(self, name: str) -> Factory:
         raise LaunchError(f"No node class '{name}'")
 

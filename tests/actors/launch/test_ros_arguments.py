@@ -127,3 +127,13 @@ def test_what_cannot_be_is_found_before_the_start(node: Node, error: type[Except
     """Names and values are looked at here."""
     with pytest.raises(error):
         ros_arguments(node, scope())
+
+
+def test_a_parameter_file_is_seen_from_the_launch_file() -> None:
+    """As a script is; one that is not there is an error before anything starts."""
+    here = scope(folder="/files")
+    assert ros_arguments(Node(parameters=["p.yaml", "/etc/p.yaml"]), here) == [
+        *("--ros-args", "--params-file", "/files/p.yaml", "--params-file", "/etc/p.yaml"),
+    ]
+    with pytest.raises(LaunchError, match=r"No parameter file '/files/missing\.yaml'"):
+        ros_arguments(Node(parameters=["missing.yaml"]), here)

@@ -108,7 +108,7 @@ def test_each_argument_of_each_part_has_a_shape() -> None:
 def test_what_is_wrong_is_said_with_what_is_wanted(part: type, wrong: dict[str, Any], wanted: str) -> None:
     """A text where a list belongs among it, which would be taken letter by letter."""
     if part is IncludeLaunchDescription:
-        wrong = {"path": "a", **wrong}
+        wrong = {"launch_description_source": "a", **wrong}
     with pytest.raises(LaunchError, match=re.escape(f"{part.__name__}: {wanted}")):
         part(**wrong)
 
