@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -12,6 +13,10 @@ if TYPE_CHECKING:
 
 ENDS_PROGRAM: Final = (KeyboardInterrupt, SystemExit)
 """What a callback may raise to end the program. Everything else is an error of the callback's."""
+
+exit_ends_node: Final[ContextVar[bool]] = ContextVar("callboard_exit_ends_node", default=False)
+"""Whether a node that is started here is one program among others in this process: SystemExit in a callback
+ends the node then, and is raised to whoever runs it, instead of going through the loop."""
 
 
 def error_text(error: BaseException) -> str:

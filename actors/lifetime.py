@@ -16,6 +16,7 @@ import contextlib
 import math
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.callbacks import exit_ends_node
 from actors.diagnostics import Size
 from actors.errors import NodeAlreadyRunning
 from proto.errors import CallboardError
@@ -70,7 +71,7 @@ class Lifetime:
         self._leaving: asyncio.Task[None] | None = None
         """What takes a destroyed node out of the broker while its body goes on."""
         self._done: asyncio.Event | None = None
-        self._failure: Exception | None = None
+        self._failure: BaseException | None = None
         self._deadline = math.inf
         """Loop time of the end of the present wait in stopping; `_hurry` brings it forward."""
         self._letting_run = False
@@ -96,6 +97,7 @@ class Lifetime:
         self._cancelling = self._body.cancelling() if self._body is not None else 0
         link.loop = asyncio.get_running_loop()
         self._spawn(self._keep_link())
+        core.mailbox.on_exit = self.fail if exit_ends_node.get() else None
         core.mailbox.open(self._spawn)
         for timer in core.timers:
             timer.start()
@@ -129,7 +131,7 @@ class Lifetime:
         """Say how many tasks it holds."""
         yield Size(name="tasks", size=len(self._tasks))
 
-    def fail(self, error: Exception) -> None:
+    def fail(self, error: BaseException) -> None:
         """End the node with an error: whoever runs it gets it raised."""
         if self._failure is None:
             self._failure = error

@@ -58,12 +58,15 @@ class Mailbox:
         workers: Tasks that run turns, or wait for one.
         running: The turns that have begun, or are about to.
         cancelling: Whether all turns have been cancelled: their CancelledErrors are no errors of theirs.
+        on_exit: Takes a callback's SystemExit, after which nothing new begins; None: it is raised where the
+            callback runs, and ends the program.
     """
 
     def __init__(self) -> None:
         self.workers = 0
         self.running: dict[Turn, None] = {}
         self.cancelling = False
+        self.on_exit: Callable[[SystemExit], None] | None = None
         self._tell: Callable[[], None] | None = None
         """Set when nothing new is to begin; called as the last turn ends."""
         self._ready: deque[Source] = deque()
@@ -90,6 +93,14 @@ class Mailbox:
         """
         self._tell = tell
         self._ready.clear()
+
+    def exited(self, error: SystemExit) -> bool:
+        """A callback wants the end of its program; return whether that is the node."""
+        if self.on_exit is None:
+            return False
+        self.begin_nothing(_nothing)
+        self.on_exit(error)
+        return True
 
     def cancel_all(self) -> None:
         """Cancel every turn."""
@@ -165,7 +176,12 @@ class Mailbox:
                     return
                 source = self._ready.popleft()
                 source.posted = False
-                turn_or_none = self._dispatch(source)
+                try:
+                    turn_or_none = self._dispatch(source)
+                except SystemExit as error:
+                    if not self.exited(error):
+                        raise
+                    return
                 if turn_or_none is not None:
                     self._busy = True
                     self._give(turn_or_none)
@@ -253,3 +269,7 @@ class Mailbox:
         waiter: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._resuming.append((turn, waiter))
         await waiter
+
+
+def _nothing() -> None:
+    pass

@@ -125,6 +125,10 @@ class Turn:
             # Otherwise the callback was to be cancelled, or something that it awaited was, or it cancelled
             # the task it found itself in: all end the callback, none the worker.
             failure = error
+        except SystemExit as error:
+            if not self._mailbox.exited(error):
+                raise
+            return
         except (*ENDS_PROGRAM, GeneratorExit):  # the last: the loop has closed under this task
             raise
         except BaseException as error:  # noqa: BLE001 - the owner of the callback decides what an error means

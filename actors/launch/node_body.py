@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors import environment
 from actors.arguments import parse_ros_arguments, process_arguments
+from actors.callbacks import exit_ends_node
 from actors.launch.events import Level
 from actors.launch.voice import Voice
 from actors.logger import LoggingSeverity, get_logger, severity_from_name
@@ -79,6 +80,7 @@ class NodeBody(TaskBody):
         spec = self._spec
         self._voice.speak()
         environment.stand_in.set(spec.environment)
+        exit_ends_node.set(True)
         try:
             process_arguments.set(parse_ros_arguments(spec.command))
             await run_program(self._made)

@@ -18,6 +18,7 @@ import pytest
 import actors
 from actors import environment
 from actors.arguments import process_arguments
+from actors.interfaces.std_srvs.srv import Empty
 from actors.launch.events import Message, ProcessIO, Stream
 from actors.launch.node_body import NodeBody
 from actors.launch.steps import ProcessSpec
@@ -192,6 +193,57 @@ async def test_an_exit_ends_the_node_only(hall: Hall, status: Any, code: int, li
         outcome = await ended
     assert (outcome.normal, outcome.exit_code, outcome.returncode) == (code == 0, code, code)
     assert len(hall.lines("node-1")) == lines
+
+
+class Leaver(actors.Node):
+    """Leaves when it is called, with a timer that rings on."""
+
+    def __init__(self, *, waits: bool) -> None:
+        super().__init__("leaver")
+        self.rings = 0
+        self.left = 0
+        self.create_service(Empty, "leave", self._leave_late if waits else self._leave)
+        self.create_timer(0.0, self._ring)
+
+    def _leave(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
+        del request, response
+        self.left += 1
+        sys.exit(3)
+
+    async def _leave_late(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
+        await asyncio.sleep(0)
+        return self._leave(request, response)
+
+    def _ring(self) -> None:
+        assert not self.left
+        self.rings += 1
+
+
+@pytest.mark.parametrize("waits", [False, True])
+async def test_an_exit_in_a_callback_ends_the_node_only(hall: Hall, meeting: Meeting, *, waits: bool) -> None:
+    """With its exit code, and nothing of it begins after that; the other node lives on."""
+    there = {"CALLBOARD_URL": meeting.url}
+    asking = await meeting.node("asking")
+    with voice_logs(), own_logs(hall.events.append):
+        other, other_end = hall.body(Talker, environment=there)
+        nodes: list[Leaver] = []
+
+        def made() -> Leaver:
+            nodes.append(Leaver(waits=waits))
+            return nodes[-1]
+
+        _, ended = hall.body(made, environment=there)
+        client = asking.create_client(Empty, "leave")
+        assert await client.wait_for_service(10)
+        await until(lambda: nodes[0].rings)
+        calls = [client.call_async(Empty.Request()) for _ in range(2)]
+        outcome = await ended
+        await asyncio.wait([asyncio.ensure_future(call) for call in calls])
+        assert not other_end.done()
+        other.stop()
+        await other_end
+    assert (outcome.exit_code, nodes[0].left) == (3, 1)
+    assert nodes[0].callback_errors == 0
 
 
 async def test_a_log_level_is_for_that_node(hall: Hall, meeting: Meeting) -> None:
