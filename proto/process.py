@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import gc
+import os
 from typing import Final
 
 _M_TRIM_THRESHOLD: Final = -1
@@ -26,8 +27,21 @@ GROWTH_BYTES: Final = 1024 * 1024
 """The heap grows by this much at a time."""
 
 
+def open_streams() -> None:
+    """Let stdin, stdout and stderr lead nowhere if the shell has closed them (<&- >&-).
+
+    Otherwise sockets and pipes would take their numbers, and get what is printed; uvloop aborts then.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # noqa: FBT003 - it has no name
+
+
 def new_event_loop() -> asyncio.AbstractEventLoop:
-    """Return a new event loop: uvloop's where there is one."""
+    """Return a new event loop: uvloop's where there is one. Closed streams are opened before."""
+    open_streams()
     try:
         import uvloop  # noqa: PLC0415 - not on every platform
     except ImportError:

@@ -200,14 +200,10 @@ def _spoken(error: OSError) -> str:
 
 
 def _set_up_streams() -> None:
-    import os
+    if None in (sys.stdin, sys.stdout, sys.stderr):  # the shell has closed it: >&-
+        from proto.process import open_streams
 
-    # What the shell has closed (<&- >&-) is nowhere, before sockets and pipes take these numbers.
-    for number in range(3):
-        try:
-            os.fstat(number)
-        except OSError:
-            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # noqa: FBT003 - it has no name
+        open_streams()
     for number, name in enumerate(("stdout", "stderr"), 1):
         if getattr(sys, name) is None:
             setattr(sys, name, open(number, "w", encoding="utf-8", closefd=False))  # noqa: SIM115

@@ -75,10 +75,15 @@ class Body(ABC):
 
     def hurry(self) -> None:
         """Stop it with what is strongest, now. It ends within `LAST_RUNG_SEC`."""
+        if self._hurried:
+            return
         self._hurried = True
         self.stop()
-        if self._rung < len(self._rungs) - 1:
-            self._take(len(self._rungs) - 1)
+        last = len(self._rungs) - 1
+        if self._rung < last:
+            self._take(last)
+        elif not self._over:  # its own wait may be long
+            self._await(last)
 
     @abstractmethod
     def _ladder(self) -> list[Callable[[], None]]:
@@ -102,15 +107,19 @@ class Body(ABC):
         return self._rung >= 0
 
     def _take(self, rung: int) -> None:
-        self._forget_timer()
         if self._over:
             return
         self._rung = rung
-        last = rung == len(self._rungs) - 1
+        self._await(rung)
+        self._rungs[rung]()
+
+    def _await(self, rung: int) -> None:
+        """Wait for what a rung brings about."""
+        self._forget_timer()
         wait = LAST_RUNG_SEC if self._hurried else self._patience_sec(rung)
+        last = rung == len(self._rungs) - 1
         following = self._give_up if last else lambda: self._take(rung + 1)
         self._timer = asyncio.get_running_loop().call_later(wait, following)
-        self._rungs[rung]()
 
     def _give_up(self) -> None:
         assert self._task is not None

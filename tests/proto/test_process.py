@@ -53,3 +53,15 @@ def test_a_platform_without_mallopt_is_left_as_it_is(
     process.settle()
     gc.unfreeze()
     assert asked == [None]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell")
+def test_a_loop_runs_though_streams_are_closed() -> None:
+    """They lead nowhere then, and nothing of the loop takes their numbers."""
+    code = (
+        "import asyncio, os, stat; from proto import process; loop = process.new_event_loop();"
+        "loop.run_until_complete(asyncio.sleep(0)); loop.close();"
+        "raise SystemExit(not all(os.path.samestat(os.fstat(n), os.stat(os.devnull)) for n in range(3)))"
+    )
+    command = ["/bin/sh", "-c", 'exec "$0" -c "$1" <&- >&- 2>&-', sys.executable, code]
+    assert subprocess.run(command, check=False, timeout=30).returncode == 0

@@ -391,11 +391,11 @@ async def test_a_deaf_node_is_cancelled_again(hall: Hall) -> None:
     assert hall.messages() == ["node-1: node has not stopped yet; cancelling it again"]
 
 
-@pytest.mark.parametrize("hurried", [False, True])
+@pytest.mark.parametrize("hurried", ["", "at once", "late"])
 async def test_a_node_that_cannot_be_stopped_is_given_up(
-    hall: Hall, monkeypatch: pytest.MonkeyPatch, *, hurried: bool
+    hall: Hall, monkeypatch: pytest.MonkeyPatch, hurried: str
 ) -> None:
-    """After its own time from the second cancellation on, or at once after a hurried one."""
+    """After its own time from the second cancellation on, or soon when it is hurried, then or before."""
     monkeypatch.setattr(body_module, "LAST_RUNG_SEC", 0.05 if hurried else 1000)
     begun, over = asyncio.Event(), asyncio.Event()
 
@@ -409,6 +409,8 @@ async def test_a_node_that_cannot_be_stopped_is_given_up(
     body, ended = hall.body(stubborn, stop_timeout_sec=1000, **times)
     await begun.wait()
     body.stop()
+    if hurried == "late":
+        await until(hall.messages)
     if hurried:
         body.hurry()
     assert (await ended).reason == "could not be stopped"
