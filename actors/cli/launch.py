@@ -22,7 +22,7 @@ from actors.launch.description import declared, described
 from actors.launch.errors import UnknownArgumentError
 from actors.launch.files import SUFFIXES, Files
 from actors.launch.launching import Launch
-from actors.launch.steps import Call, End, OutputMode, React, Say, Start
+from actors.launch.steps import STOP_TIMEOUT_SEC, Call, End, OutputMode, React, Say, Start
 from actors.launch.voice_logs import own_logs, voice_logs
 from actors.launch.voice_streams import voice_streams
 from actors.tools.contexts import UnknownContextError
@@ -88,7 +88,7 @@ def _planned(
             environment=_environment(json=options.json),
             library=library,
             output=OutputMode(options.output) if options.output else None,
-            stop_timeout_sec=options.stop_timeout,
+            stop_timeout_sec=STOP_TIMEOUT_SEC if options.stop_timeout is None else options.stop_timeout,
             keep=options.watch,
             watch_graph=options.json,
         )

@@ -121,14 +121,24 @@ class System:
         return await self.program(sys.executable, *args)
 
     async def program(
-        self, *command: str, folder: Path = ROOT, environ: Mapping[str, str] = os.environ
+        self,
+        *command: str,
+        folder: Path = ROOT,
+        environ: Mapping[str, str] = os.environ,
+        unbuffered: bool = True,
     ) -> Program:
-        """Start a process, where and with what environment is wished beside the place of the broker."""
+        """Start a process, where and with what environment is wished beside the place of the broker.
+
+        Python is told to write at once, unless the test is about who tells it so.
+        """
         kept = {key: value for key, value in environ.items() if not key.startswith("CALLBOARD_")}
+        kept.pop("PYTHONUNBUFFERED", None)
+        if unbuffered:
+            kept["PYTHONUNBUFFERED"] = "1"
         process = await asyncio.create_subprocess_exec(
             *command,
             cwd=folder,
-            env=kept | {"CALLBOARD_URL": self.url, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"},
+            env=kept | {"CALLBOARD_URL": self.url, "NO_COLOR": "1"},
             stdin=asyncio.subprocess.DEVNULL,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.STDOUT,

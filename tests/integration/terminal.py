@@ -66,8 +66,11 @@ class Terminal:
 
 
 @asynccontextmanager
-async def on_terminal(*arguments: str, term: str) -> AsyncGenerator[Terminal]:
-    """Run `callboard` with these arguments on a terminal of its own; kill it in the end, if it still runs."""
+async def on_terminal(*arguments: str, term: str, **environment: str) -> AsyncGenerator[Terminal]:
+    """Run `callboard` with these arguments on a terminal of its own; kill it in the end, if it still runs.
+
+    It gets this process's environment without NO_COLOR, and what else is given.
+    """
     window, inside = os.openpty()
     try:
         fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 100, 0, 0))
@@ -76,7 +79,7 @@ async def on_terminal(*arguments: str, term: str) -> AsyncGenerator[Terminal]:
         process = await asyncio.create_subprocess_exec(
             *(sys.executable, "-m", "actors", *arguments),
             cwd=ROOT,
-            env=environ | {"TERM": term},
+            env=environ | {"TERM": term} | environment,
             stdin=inside,
             stdout=inside,
             stderr=inside,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
+from actors.cli.errors import BROKEN_PIPE, OK
 from actors.launch.machine import HURRY_AFTER_SEC
 from tests.actors.site_packages import Site
 from tests.integration.conftest import DEADLINE_SEC, ROOT
@@ -70,7 +71,8 @@ def launch_file(folder: Path, *actions: str, **scripts: str) -> str:
 
 async def launch(system: System, *arguments: str) -> Program:
     """Start a launch."""
-    return await system.python("-m", "actors", "launch", "--stop-timeout", "0.2", *arguments)
+    command = sys.executable, "-m", "actors", "launch", "--stop-timeout", "0.2", *arguments
+    return await system.program(*command, unbuffered=False)  # the launch has to see to that
 
 
 async def said(program: Program, text: str) -> list[int]:
@@ -146,6 +148,18 @@ async def test_signals_stop_everything(system: System, tmp_path: Path, number: s
     program.send(number)
     assert await program.ends() == 0
     await gone(*pids)
+
+
+async def test_lines_come_at_once(system: System, tmp_path: Path) -> None:
+    """What Python programs print comes while they run, whichever way they are started."""
+    tell = str(tmp_path / "tell.py")
+    actions = "Node(script='tell.py')", f"ExecuteProcess(cmd=[{sys.executable!r}, {tell!r}], name='other')"
+    source = "import time; print('told', 0); time.sleep(1000)"
+    program = await launch(system, launch_file(tmp_path, *actions, tell=source))
+    for label in ("tell-1", "other-2"):
+        program._seen = 0
+        await program.says(f"[{label}] told")
+    assert await program.stop() == 0
 
 
 async def test_a_second_signal_hurries(system: System, tmp_path: Path) -> None:
@@ -429,10 +443,17 @@ async def test_a_port_that_something_else_has_is_told_of(system: System, tmp_pat
 
 
 async def test_a_closed_terminal_stops_everything(system: System, tmp_path: Path) -> None:
-    """Its window is gone, and with it whoever reads; processes and what they have started end."""
-    fifo = tmp_path / "started"
+    """Its window is gone, and with it whoever reads; processes are asked to end, and none is left."""
+    fifo, asked = tmp_path / "started", tmp_path / "asked"
     os.mkfifo(fifo)
-    parent = PARENT.replace("os.write(1, ", f"open({str(fifo)!r}, 'wb').write(")
+    notes = f"""
+import pathlib, signal
+def note(*_):
+    pathlib.Path({str(asked)!r}).touch()
+    raise SystemExit
+signal.signal(signal.SIGINT, note)
+"""
+    parent = notes + PARENT.replace("os.write(1, ", f"open({str(fifo)!r}, 'wb').write(")
     file = launch_file(tmp_path, "Node(script='parent.py')", parent=parent)
     window, terminal = os.openpty()
     process = await asyncio.create_subprocess_exec(
@@ -447,7 +468,9 @@ async def test_a_closed_terminal_stops_everything(system: System, tmp_path: Path
             pids = pids_in(started)
             assert all(map(alive, pids))
             os.close(window)
-            await process.wait()
+            # It ends by itself; whether it noticed first that nobody reads is a matter of luck.
+            assert await process.wait() in {OK, BROKEN_PIPE}
+        assert asked.exists()
         await gone(*pids)
     finally:
         if process.returncode is None:

@@ -139,6 +139,35 @@ async def test_a_launch_goes_on_without_log_files(system: System, tmp_path: Path
     assert "[both-1] to stdout" in program.lines
 
 
+@pytest.mark.parametrize(
+    ("given", "options", "expected"),
+    [
+        ({}, (), "1"),
+        ({}, ("--json",), "None"),
+        ({"FORCE_COLOR": "0"}, (), "0"),
+        ({"NO_COLOR": "1"}, (), "None"),
+    ],
+)
+async def test_programs_are_told_that_colors_are_welcome(
+    system: System,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    given: dict[str, str],
+    options: tuple[str, ...],
+    expected: str,
+) -> None:
+    """If they are shown on a terminal, and whoever starts the launch has said nothing else."""
+    for name in ("FORCE_COLOR", "NO_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    file = launch_file(
+        tmp_path,
+        "Node(script='tell.py')",
+        tell="import os; print('color', os.environ.get('FORCE_COLOR'), '!')",
+    )
+    async with on_terminal("launch", file, "--url", system.url, *options, term="xterm", **given) as terminal:
+        await terminal.shows(f"color {expected} !")
+
+
 async def test_a_terminal_shows_how_it_is_doing(system: System, tmp_path: Path) -> None:
     """The status line is below the last line, and is gone when the launch has been stopped."""
     actions = "Node(script='sleeper.py')", "Node(script='bad.py')"

@@ -64,7 +64,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--stop-timeout",
         type=positive,
         metavar="SEC",
-        default=5.0,
         help="what a process gets after SIGINT, and again after SIGTERM; default: 5",
     )
     parser.add_argument(

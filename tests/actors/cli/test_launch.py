@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import textwrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import pytest
 
 from actors.cli.main import main
+from actors.launch.errors import LaunchError
+from actors.launch.steps import STOP_TIMEOUT_SEC
 from tests.actors.site_packages import Site
 
 if TYPE_CHECKING:
@@ -50,6 +52,29 @@ def test_arguments_are_shown(file: str, capsys: pytest.CaptureFixture[str]) -> N
         "      how fast, in m/s",
         "  robot (required; one of: a, b)",
     ]
+
+
+@pytest.mark.parametrize(("options", "expected"), [((), STOP_TIMEOUT_SEC), (("--stop-timeout", "7"), 7.0)])
+def test_the_time_for_stopping_is_the_launchs_own_unless_given(
+    file: str, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...], expected: float
+) -> None:
+    """The option's default stands in its help only, and is the constant."""
+    made: list[float] = []
+
+    def launch(*args: object, stop_timeout_sec: float, **given: object) -> NoReturn:
+        made.append(stop_timeout_sec)
+        raise LaunchError("enough")
+
+    monkeypatch.setattr("actors.cli.launch.Launch", launch)
+    assert main(["launch", file, *options]) == 1
+    assert made == [expected]
+
+
+def test_the_help_says_how_long_stopping_may_take(capsys: pytest.CaptureFixture[str]) -> None:
+    """It does so without reading the constant, which would take time."""
+    assert main(["launch", "--help"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"what a process gets after SIGINT, and again after SIGTERM; default: {STOP_TIMEOUT_SEC:g}" in said
 
 
 def test_a_file_without_arguments_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

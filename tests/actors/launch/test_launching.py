@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.launch import ExecuteProcess, Launch, LaunchDescription, launching
+from actors.launch import ExecuteProcess, Launch, LaunchDescription, Node, launching
 from actors.launch.embedded import broker_is_there
 from actors.launch.events import ProcessExited, ProcessStarted
 from actors.launch.launching import FIND_TRIES
 from broker import AddressInUseError
+from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
     from actors.launch.events import Event
@@ -50,6 +51,36 @@ async def test_two_launches_run_in_one_loop(meeting: Meeting) -> None:
     assert all(await asyncio.gather(one.run(), other.run()))
     assert set(ended) <= {"sleeper-1"}
     assert "sleeper-1" in ended
+
+
+def test_what_is_asked_to_stop_gets_five_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in ROS 2, if nobody says otherwise; then it is asked again, more firmly."""
+
+    async def look(urls: str, domain: int) -> bool:
+        return bool(urls) and not domain
+
+    monkeypatch.setattr(launching, "broker_is_there", look)
+
+    async def scene(stage: Stage) -> None:
+        asked: list[float] = []
+
+        async def deaf() -> None:
+            for _ in range(2):
+                try:
+                    await asyncio.sleep(1000)
+                except asyncio.CancelledError:
+                    asked.append(stage.loop.time())
+
+        def heard(event: Event) -> None:
+            if isinstance(event, ProcessStarted):
+                stage.loop.call_later(1, launch.stop, "enough")
+
+        launch = Launch(LaunchDescription([Node(node=deaf)]), listeners=[heard])
+        await launch.run()
+        first, second = asked
+        assert second - first == pytest.approx(5.0)
+
+    play(scene)
 
 
 @pytest.mark.parametrize("late", [1, 3])
