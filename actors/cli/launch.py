@@ -18,11 +18,14 @@ from actors.cli.launch_reports import Reports
 from actors.cli.loop import run_async
 from actors.cli.output import say
 from actors.cli.place import unknown_context
-from actors.launch.description import declared, described
+from actors.launch.declarations import all_declared
+from actors.launch.description import described
 from actors.launch.errors import UnknownArgumentError
 from actors.launch.files import SUFFIXES, Files
 from actors.launch.launching import Launch
 from actors.launch.steps import STOP_TIMEOUT_SEC, Call, End, OutputMode, React, Say, Start
+from actors.launch.substitutions import Scope
+from actors.launch.summaries import plain_text, written
 from actors.launch.voice_logs import own_logs, voice_logs
 from actors.launch.voice_streams import voice_streams
 from actors.tools.contexts import UnknownContextError
@@ -49,7 +52,14 @@ def run(options: argparse.Namespace) -> int:
     with _prints_aside(json=options.json):
         description = library.description(str(path))
     if options.show_args:
-        for line in _shown_arguments(declared(description.actions)):
+        scope = Scope(
+            library=library,
+            configurations=arguments,
+            environment=dict(os.environ),
+            folder=str(path.parent),
+            file=str(path),
+        )
+        for line in _shown_arguments(all_declared(description.actions, scope)):
             say(line)
         return OK
     if options.print_description:
@@ -151,13 +161,14 @@ def _shown_arguments(arguments: Iterable[DeclareLaunchArgument]) -> Iterator[str
     yield "Arguments, as name:=value:" if listed else "The file has no arguments."
     for each in listed:
         value = each.default_value
-        text = value if isinstance(value, str) else repr(value)
+        text = plain_text(value)
+        text = written(value) if text is None else text or "''"
         facts = ["required" if value is None else f"default: {text}"]
         if each.choices is not None:
             facts.append(f"one of: {', '.join(each.choices)}")
         yield f"  {each.name} ({'; '.join(facts)})"
         if each.description:
-            yield f"      {each.description}"
+            yield from (f"      {line}" for line in each.description.splitlines())
 
 
 def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:

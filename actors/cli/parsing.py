@@ -39,7 +39,12 @@ class Parser(argparse.ArgumentParser):
         """Read a command line; options may stand between arguments."""
         if any(action.nargs in {argparse.REMAINDER, argparse.PARSER} for action in self._actions):
             return super().parse_args(args, namespace)
-        return self.parse_intermixed_args(args, namespace)
+        found, rest = self.parse_known_intermixed_args(args, namespace)
+        if rest:
+            # Behind an option that it does not know argparse takes the rest for unknown, too.
+            unknown = [each for each in rest if each.startswith("-")] or rest
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return found
 
     def error(self, message: str) -> NoReturn:
         """Print the text and what helps, and exit with 2."""

@@ -17,6 +17,7 @@ from actors.lazy import lazy_names
 if TYPE_CHECKING:
     from actors.launch.actions import AppendEnvironmentVariable as AppendEnvironmentVariable
     from actors.launch.actions import DeclareLaunchArgument as DeclareLaunchArgument
+    from actors.launch.actions import EmitEvent as EmitEvent
     from actors.launch.actions import ExecuteProcess as ExecuteProcess
     from actors.launch.actions import GroupAction as GroupAction
     from actors.launch.actions import IncludeLaunchDescription as IncludeLaunchDescription
@@ -92,6 +93,7 @@ __getattr__, __dir__ = lazy_names(
         "actors.launch.actions": (
             "AppendEnvironmentVariable",
             "DeclareLaunchArgument",
+            "EmitEvent",
             "ExecuteProcess",
             "GroupAction",
             "IncludeLaunchDescription",

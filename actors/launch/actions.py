@@ -6,7 +6,7 @@ Each takes a `condition`; without one it always takes place. What they mean toge
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
 from actors.launch.shapes import Part
 from actors.launch.steps import DEPENDS_TIMEOUT_SEC
@@ -82,7 +82,8 @@ class Launched(Action):
         sigterm_timeout: Seconds after SIGINT until it gets SIGTERM; None: as the launch has it.
         sigkill_timeout: Seconds after SIGTERM until it gets SIGKILL; None: as the launch has it.
         required: Whether its end is the end of the launch; if it died that has failed.
-        on_exit: What to do whenever it ends; `Shutdown()` alone says the same as `required=True`.
+        on_exit: What to do whenever it ends. `Shutdown()` alone says the same as `required=True`, but that
+            the first end counts, also with `respawn=True`.
     """
 
     cwd: Text | None = None
@@ -116,7 +117,8 @@ class Node(Launched):
             launch's own process, so that it must not block, and shares its environment and working folder.
         name: The node's; None: as the program has it.
         namespace: The node's, within the one that has been pushed.
-        parameters: Mappings of parameters, and paths of YAML files; of two values the last one counts.
+        parameters: Mappings of parameters, and paths of YAML files, seen from the launch file's folder; of
+            two values the last one counts.
         remappings: Pairs of a name and the one to use instead.
         arguments: For the program itself.
         ros_arguments: More of what stands behind `--ros-args`.
@@ -139,12 +141,14 @@ class ExecuteProcess(Launched):
     """Any program.
 
     Attributes:
-        cmd: The program and its arguments; no shell is involved.
+        cmd: The program and its arguments.
         name: For the label of its lines; None: the program's.
+        shell: Whether `/bin/sh` reads the texts of `cmd`, with spaces between them, as a line of its own.
     """
 
     cmd: Sequence[Text]
     name: Text | None = None
+    shell: bool | Text = False
 
 
 @dataclass(frozen=True)
@@ -288,6 +292,11 @@ class IncludeLaunchDescription(Action):
     _: KW_ONLY
     launch_arguments: Mapping[str, Text] | Iterable[tuple[str, Text]] = ()
 
+    @property
+    def given(self) -> Iterable[tuple[str, Text]]:
+        """The arguments, as pairs."""
+        return cast("Iterable[tuple[str, Text]]", dict(cast("Any", self.launch_arguments)).items())
+
 
 @dataclass(frozen=True)
 class TimerAction(Action):
@@ -313,6 +322,17 @@ class Shutdown(Action):
 
     _: KW_ONLY
     reason: Text = "the launch file says so"
+
+
+@dataclass(frozen=True, kw_only=True)
+class EmitEvent(Action):
+    """ROS 2's way to say `Shutdown`.
+
+    Attributes:
+        event: The Shutdown.
+    """
+
+    event: Shutdown
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,13 @@ IncludeLaunchDescription(PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/c
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from actors.launch.substitutions import Substitution, resolve
 
 if TYPE_CHECKING:
+    from actors.launch.actions import IncludeLaunchDescription
     from actors.launch.substitutions import Scope, Text
 
 
@@ -27,6 +29,20 @@ class AnyLaunchDescriptionSource(Substitution):
     def perform(self, scope: Scope) -> str:
         """Return the path."""
         return resolve(self.launch_file_path, scope)
+
+
+def included_scope(action: IncludeLaunchDescription, scope: Scope) -> Scope:
+    """Return the scope of the file that an action includes.
+
+    Raises:
+        LaunchError: A text stands for nothing there.
+    """
+    path = PurePath(scope.folder, resolve(action.launch_description_source, scope))
+    inner = scope.inner()
+    for name, value in action.given:
+        inner.configurations[name] = resolve(value, scope)
+    inner.folder, inner.file = str(path.parent), str(path)
+    return inner
 
 
 PythonLaunchDescriptionSource = AnyLaunchDescriptionSource

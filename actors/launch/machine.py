@@ -336,7 +336,8 @@ class Machine:
             self._agenda.add(now + delay, partial(self._respawn, process, process.turn))
         elif spec.required and (outcome.normal or not self._keep):
             self.failed = self.failed or not outcome.normal
-            self._stop(f"{spec.label} is required and has ended", now)
+            reason = spec.end_reason and f"{spec.label} has ended: {spec.end_reason}"
+            self._stop(reason or f"{spec.label} is required and has ended", now)
 
     def _respawn(self, process: Process, turn: int, now: float) -> None:
         if process.turn == turn:

@@ -8,12 +8,12 @@ in timers and event handlers give, when these are due.
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING
 
 from actors.launch.actions import (
     Action,
     DeclareLaunchArgument,
+    EmitEvent,
     ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
@@ -25,17 +25,20 @@ from actors.launch.actions import (
     Shutdown,
     TimerAction,
 )
+from actors.launch.declarations import MAX_INCLUDES, all_declared
 from actors.launch.dependencies import KnownNodes
 from actors.launch.description import LaunchDescription, declared
+from actors.launch.description_source import included_scope
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.event_handlers import OnProcessExit, ProcessHandler, known_actions
 from actors.launch.mistakes import placed
-from actors.launch.process_specs import make_spec, seconds
+from actors.launch.process_specs import ending, make_spec, seconds
 from actors.launch.reactions import Trigger, call_function, call_reaction, triggers
 from actors.launch.settings import apply_setting
 from actors.launch.steps import MAX_PROCESSES, Call, End, React, Say, Start, all_steps
 from actors.launch.substitutions import Scope, resolve
 from actors.launch.summaries import function_name
+from actors.tools.suggestions import did_you_mean
 from proto.errors import CallboardError, shown
 
 if TYPE_CHECKING:
@@ -44,9 +47,6 @@ if TYPE_CHECKING:
     from actors.launch.events import Event
     from actors.launch.library import Library
     from actors.launch.steps import OutputMode, Step
-
-MAX_INCLUDES: Final = 32
-"""Files within files."""
 
 
 def make_plan(
@@ -80,13 +80,21 @@ def make_plan(
         folder=folder,
         file=description.file,
     )
+    outer = scope.inner()
     steps = planner.plan(description.actions, scope)
     known = planner.declared | {each.name for each in declared(description.actions)}
-    for name in arguments:
-        # What a file declares that is not included now, or a function uses, is not known.
-        if name not in known | scope.used and not planner.partial:
-            raise UnknownArgumentError(name, tuple(sorted(known)))
-    return [*planner.warnings(steps), *steps]
+    unknown = [name for name in arguments if name not in known | scope.used]
+    if unknown and not planner.partial:
+        raise UnknownArgumentError(unknown[0], tuple(sorted(known)))
+    if unknown:
+        # A file that is not included now may declare it. A function may use it, but that is not likely.
+        known |= {each.name for each in all_declared(description.actions, outer)}
+    said = [
+        f"No launch argument '{shown(name)}' is declared{did_you_mean(name, known)}"
+        for name in unknown
+        if name not in known
+    ]
+    return [Say(text=text, warning=True) for text in (*said, *planner.warnings(steps))] + steps
 
 
 class _Planner:
@@ -126,7 +134,7 @@ class _Planner:
                 raise placed(error, action, scope.file) from error
         return steps
 
-    def warnings(self, steps: Sequence[Step]) -> list[Say]:
+    def warnings(self, steps: Sequence[Step]) -> list[str]:
         """Return what is likely to be a mistake in a whole plan."""
         starts = [step.process for step in all_steps(steps) if isinstance(step, Start)]
         names = {name for each in starts for name in (each.name, each.label)}
@@ -142,7 +150,7 @@ class _Planner:
                 first = labels.setdefault(node, label)
                 if first != label:
                     said.append(f"Two nodes have the name {node}: {first} and {label}")
-        return [Say(text=text, warning=True) for text in said]
+        return said
 
     def _each(self, action: Action, scope: Scope) -> Iterable[Step]:
         if action.condition is None or action.condition.holds(scope):
@@ -176,6 +184,8 @@ class _Planner:
                     self._react(trigger, scope)
                     for trigger in triggers(action.event_handler, scope, self._nodes)
                 ]
+            case EmitEvent():
+                return self.plan([action.event], scope)
             case Shutdown():
                 return [End(reason=resolve(action.reason, scope))]
             case _:
@@ -205,14 +215,10 @@ class _Planner:
         return self.plan(action.actions, inner)
 
     def _include(self, action: IncludeLaunchDescription, scope: Scope) -> list[Step]:
-        path = str(PurePath(scope.folder, resolve(action.launch_description_source, scope)))
+        inner = included_scope(action, scope)
+        path = str(inner.file)
         if self._includes == MAX_INCLUDES:
             raise LaunchError(f"{path} is {MAX_INCLUDES} files deep; does one include itself?")
-        given = cast("Any", action.launch_arguments)
-        inner = scope.inner()
-        for name, value in dict(given).items():
-            inner.configurations[name] = resolve(value, scope)
-        inner.folder, inner.file = str(PurePath(path).parent), path
         self._includes += 1
         steps = self.plan(self._library.description(path).actions, inner)
         self._includes -= 1
@@ -226,7 +232,7 @@ class _Planner:
         spec = make_spec(action, scope, self._library, number=self._numbers, nodes=self._nodes)
         spec = replace(spec, output=self._output or spec.output, made_later=self._running)
         self._nodes.add(action, spec.node)
-        if action.on_exit is not None and not spec.required:
+        if action.on_exit is not None and ending(action.on_exit) is None:
             handler = OnProcessExit(target_action=action, on_exit=action.on_exit)
             (trigger,) = triggers(handler, scope, self._nodes)
             spec = replace(spec, on_exit=self._react(trigger, scope))

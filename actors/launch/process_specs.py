@@ -7,7 +7,7 @@ import shlex
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
-from actors.launch.actions import ExecuteProcess, Launched, Node, Shutdown
+from actors.launch.actions import Action, EmitEvent, ExecuteProcess, Launched, Node, Shutdown
 from actors.launch.conditions import truth
 from actors.launch.dependencies import dependencies
 from actors.launch.errors import LaunchError
@@ -66,6 +66,7 @@ def make_spec(
     prefix = _words(resolve(action.prefix, scope))
     extra = variables(action.additional_env, scope)
     base = scope.environment if action.env is None else variables(action.env, scope)
+    end = ending(action.on_exit)
     delay = max(seconds("respawn_delay", action.respawn_delay, scope), LEAST_RESPAWN_DELAY_SEC)
     return ProcessSpec(
         label=f"{name}-{number}",
@@ -82,14 +83,16 @@ def make_spec(
         emulate_tty=truth(action.emulate_tty, scope),
         depends_on=dependencies(action.depends_on, nodes, scope, namespace),
         depends_timeout_sec=seconds("depends_timeout", action.depends_timeout, scope, forever=True),
-        respawn=truth(action.respawn, scope),
+        # As in ROS 2, whose Shutdown comes before the next start.
+        respawn=truth(action.respawn, scope) and end is None,
         respawn_delay_sec=delay,
         respawn_backoff=_factor(action.respawn_backoff, scope),
         respawn_max_delay_sec=max(seconds("respawn_max_delay", action.respawn_max_delay, scope), delay),
         respawn_max_retries=_retries(action.respawn_max_retries, scope),
         sigterm_timeout_sec=_timeout("sigterm_timeout", action.sigterm_timeout, scope),
         sigkill_timeout_sec=_timeout("sigkill_timeout", action.sigkill_timeout, scope),
-        required=truth(action.required, scope) or _ends_all(action.on_exit),
+        required=truth(action.required, scope) or end is not None,
+        end_reason="" if end is None or end.reason == Shutdown().reason else resolve(end.reason, scope),
         sources=tuple(program.sources),
     )
 
@@ -143,7 +146,11 @@ def _process(action: ExecuteProcess, scope: Scope) -> _Program:
     command = [resolve(each, scope) for each in action.cmd]
     if not command or not command[0]:
         raise LaunchError("ExecuteProcess needs a program: cmd=['echo', 'hello']")
-    return _Program(PurePath(command[0]).name, command, command)
+    name = PurePath(command[0]).name
+    if truth(action.shell, scope):
+        line = " ".join(command)
+        name, command = PurePath(line.split()[0] if line.strip() else "").name, ["/bin/sh", "-c", line]
+    return _Program(name, command, command)
 
 
 def _output(action: Launched, scope: Scope) -> OutputMode:
@@ -189,7 +196,10 @@ def _timeout(what: str, value: Any, scope: Scope) -> float | None:
     return None if value is None else seconds(what, value, scope)
 
 
-def _ends_all(reaction: object) -> bool:
-    """Tell whether this is a Shutdown and nothing else."""
-    listed = [reaction] if not isinstance(reaction, list | tuple) else cast("list[object]", reaction)
-    return len(listed) == 1 and isinstance(listed[0], Shutdown) and listed[0].condition is None
+def ending(reaction: object) -> Shutdown | None:
+    """Return the Shutdown that a reaction consists of; None: it is another one."""
+    listed = cast("Sequence[object]", reaction) if isinstance(reaction, list | tuple) else (reaction,)
+    if len(listed) != 1 or (isinstance(listed[0], Action) and listed[0].condition is not None):
+        return None
+    found = listed[0].event if isinstance(listed[0], EmitEvent) else listed[0]
+    return found if isinstance(found, Shutdown) and found.condition is None else None

@@ -51,12 +51,13 @@ class Screen:
         return b"".join(label + line + (end if b"\x1b" in line else b"\n") for line in shown)
 
     def _said(self, message: Message) -> bytes:
-        level, text = message.level.value, harmless(message.text)
+        level = message.level.value
         if self._color and message.level is not Level.INFO:
-            line = f"{LEVEL_COLORS[level]}[{level}] [{harmless(message.about)}]: {text}{RESET}\n"
+            begin, end = f"{LEVEL_COLORS[level]}[{level}] [{harmless(message.about)}]: ", f"{RESET}\n"
         else:
-            line = f"[{level}] {self._label(message.about)}: {text}\n"
-        return line.encode(errors="backslashreplace")
+            begin, end = f"[{level}] {self._label(message.about)}: ", "\n"
+        lines = harmless(message.text).split("\n")
+        return "".join(f"{begin}{line}{end}" for line in lines).encode(errors="backslashreplace")
 
     def _label(self, name: str) -> str:
         label = f"[{harmless(name)}]"

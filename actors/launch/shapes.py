@@ -190,6 +190,7 @@ SHAPES: Final[Mapping[str, Shape]] = {
     "Sequence[Action]": Shape(
         "a list of actions, such as [LogInfo(…)]", lambda value: _is_list(value, _is_action)
     ),
+    "Shutdown": Shape("Shutdown()", lambda value: _is_action(value) and hasattr(value, "reason")),
     "Reaction": _REACTION,
     "Reaction | None": _optional(_REACTION),
     "EventHandler": Shape(

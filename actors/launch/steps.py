@@ -69,6 +69,7 @@ class ProcessSpec:
         sigterm_timeout_sec: What it gets after SIGINT before it gets SIGTERM; None: as the launch has it.
         sigkill_timeout_sec: What it gets after that before it gets SIGKILL; None: the same.
         required: Whether its end is the end of the launch.
+        end_reason: Why that is so, for people; empty: because it is required.
         on_exit: What else is done when it ends.
         made_later: Whether a function has made it while the launch ran.
         sources: Folders and files that it is made of.
@@ -96,6 +97,7 @@ class ProcessSpec:
     sigterm_timeout_sec: float | None = None
     sigkill_timeout_sec: float | None = None
     required: bool = False
+    end_reason: str = ""
     on_exit: React | None = None
     made_later: bool = False
     sources: tuple[str, ...] = ()

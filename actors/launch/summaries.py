@@ -54,7 +54,7 @@ def said(part: object) -> str:
     if isinstance(part, Part) and part.noun == "event handler":
         fields = {name: each for name, each in fields.items() if name in _KNOWN or not _is_done(each)}
     one = len(fields) == 1 and isinstance(part, Part) and part.noun in {"substitution", "condition"}
-    texts = (f"{'' if one else f'{name}='}{_value(name, each)}" for name, each in fields.items())
+    texts = (f"{'' if one else f'{name}='}{written(each, name)}" for name, each in fields.items())
     return f"{type(part).__name__}({', '.join(texts)})"
 
 
@@ -64,18 +64,17 @@ def _is_done(value: object) -> bool:
     return all(isinstance(each, Part) and each.noun == "action" for each in listed)
 
 
-def _value(name: str, value: object) -> str:
+def written(value: object, name: str = "") -> str:
+    """Return a value as a file might say it; of some arguments the values are known by their names."""
     if isinstance(value, Part) and name in _KNOWN:
         return in_short(cast("Action", value))
     if is_dataclass(value) and not isinstance(value, type):
         return said(value)
     if isinstance(value, dict):
         by_name = cast("Mapping[object, object]", value)
-        return (
-            "{" + ", ".join(f"{_value('', key)}: {_value('', each)}" for key, each in by_name.items()) + "}"
-        )
+        return "{" + ", ".join(f"{written(key)}: {written(each)}" for key, each in by_name.items()) + "}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_value(name, each) for each in cast('Sequence[object]', value))}]"
+        return f"[{', '.join(written(each, name) for each in cast('Sequence[object]', value))}]"
     if isinstance(value, type):
         return value.__qualname__
     return function_name(value) if callable(value) else repr(value)

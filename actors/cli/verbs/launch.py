@@ -41,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "arguments",
         metavar="NAME:=VALUE",
         nargs="*",
+        default=[],
         help="arguments of the launch file; of two values for one name the last counts",
     )
     look = parser.add_mutually_exclusive_group()

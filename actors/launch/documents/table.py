@@ -162,6 +162,7 @@ _EXECUTABLE: Final = Element(
     own=(
         _key("cmd", Texts(split=True, least=1), "The program and its arguments.", required=True),
         _key("name", _TEXT, "For the label of its lines."),
+        _key("shell", _FLAG, "Whether /bin/sh reads the command."),
         *_LAUNCHED,
     ),
 )

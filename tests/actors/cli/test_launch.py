@@ -77,6 +77,49 @@ def test_the_help_says_how_long_stopping_may_take(capsys: pytest.CaptureFixture[
     assert f"what a process gets after SIGINT, and again after SIGTERM; default: {STOP_TIMEOUT_SEC:g}" in said
 
 
+def test_arguments_of_included_files_are_shown_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each line of what they are for is indented, and a default is shown as it would be given."""
+    (tmp_path / "inner.launch.yaml").write_text("launch: [{arg: {name: inner, default: $(var outer)}}]")
+    path = tmp_path / "a.launch.py"
+    source = """
+        from actors.launch import DeclareLaunchArgument as Arg, IncludeLaunchDescription as Include
+        from actors.launch import LaunchConfiguration, LaunchDescription, TextSubstitution
+
+        def generate_launch_description():
+            return LaunchDescription([
+                Arg("outer", default_value=TextSubstitution(text="20"), description="one\\ntwo"),
+                Arg("empty", default_value=""),
+                Include(["inner", LaunchConfiguration("what", default=".launch.yaml")]),
+            ])
+    """
+    path.write_text(textwrap.dedent(source))
+    assert main(["launch", str(path), "-s"]) == 0
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        "  outer (default: 20)",
+        "      one",
+        "      two",
+        "  empty (default: '')",
+        "  inner (default: LaunchConfiguration('outer'))",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("line", "error"),
+    [
+        ((), "the following arguments are required: FILE"),
+        (("f.py", "--typo", "need:=1"), "unrecognized arguments: --typo"),
+    ],
+)
+def test_only_what_is_wrong_is_said_of_a_command_line(
+    capsys: pytest.CaptureFixture[str], line: tuple[str, ...], error: str
+) -> None:
+    """Neither arguments that need not be there, nor those behind an option that nobody knows."""
+    assert main(["launch", *line]) == 2
+    assert capsys.readouterr().err == f"callboard launch: {error}; see callboard launch --help\n"
+
+
 def test_a_file_without_arguments_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Rather than nothing."""
     path = tmp_path / "a.py"

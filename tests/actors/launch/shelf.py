@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.errors import LaunchError
+from actors.launch.errors import LaunchError, NoLaunchFileError
 from actors.launch.substitutions import Scope
 
 if TYPE_CHECKING:
@@ -23,7 +23,10 @@ class Shelf:
         self._numbers = count(1)
 
     def description(self, path: str) -> LaunchDescription:
-        return self._files[path.removeprefix("/files/").replace("/", "_")]
+        name = path.removeprefix("/files/").replace("/", "_")
+        if name not in self._files:
+            raise NoLaunchFileError(f"No launch file '{path}'")
+        return self._files[name]
 
     def program(self, package: str, executable: str) -> Sequence[str]:
         return (f"{package}:{executable}",)

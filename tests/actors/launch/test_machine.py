@@ -567,6 +567,13 @@ def test_a_required_process_that_died_may_be_mended(code: int) -> None:
     assert not play.machine.failed
 
 
+def test_the_end_of_a_process_may_have_a_reason() -> None:
+    """Of its own, which is what is said."""
+    play = Play(start("a", required=True, end_reason="over"))
+    play.ends("a-1")
+    assert play.told(ShuttingDown) == [ShuttingDown("a-1 has ended: over")]
+
+
 def test_a_required_process_may_be_started_again_first() -> None:
     """Only its last end is the launch's."""
     play = Play(start(required=True, respawn=True, respawn_max_retries=1))

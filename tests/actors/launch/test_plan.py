@@ -9,12 +9,15 @@ import pytest
 from actors.launch.actions import (
     Action,
     DeclareLaunchArgument,
+    EmitEvent,
     ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
     LogInfo,
     Node,
+    OpaqueFunction,
     PushNamespace,
+    RegisterEventHandler,
     SetEnvironmentVariable,
     SetParameter,
     SetRemap,
@@ -25,6 +28,7 @@ from actors.launch.conditions import IfCondition, UnlessCondition
 from actors.launch.description import LaunchDescription
 from actors.launch.description_source import PythonLaunchDescriptionSource
 from actors.launch.errors import LaunchError, UnknownArgumentError
+from actors.launch.event_handlers import OnShutdown
 from actors.launch.plan import make_plan
 from actors.launch.steps import LEAST_RESPAWN_DELAY_SEC, End, ProcessSpec, Say, Start, Step
 from actors.launch.substitutions import (
@@ -208,6 +212,27 @@ def test_an_argument_that_somebody_knows_may_be_given(actions: list[Action]) -> 
     assert isinstance(steps(*actions, given={"known": "x"}, f=file), list)
 
 
+@pytest.mark.parametrize(
+    "unclear",
+    [
+        RegisterEventHandler(OnShutdown(on_shutdown=lambda _: None)),
+        TimerAction(period=1, actions=[OpaqueFunction(function=lambda _: None)]),
+        IncludeLaunchDescription("none", condition=IfCondition("0")),
+    ],
+)
+def test_an_argument_that_is_likely_to_be_wrong_is_warned_of(unclear: Action) -> None:
+    """Where a function, or a file that is not included now, may know it; and what was meant is said."""
+    warned = said(DeclareLaunchArgument("robot", default_value=""), unclear, given={"robto": "1"})
+    assert warned == ["No launch argument 'robto' is declared; did you mean 'robot'?"]
+
+
+def test_an_argument_of_a_file_that_is_not_included_now_is_known() -> None:
+    """Its file is asked."""
+    file = LaunchDescription([DeclareLaunchArgument("x")])
+    include = IncludeLaunchDescription("f", condition=IfCondition("0"))
+    assert said(include, given={"x": "1"}, f=file) == []
+
+
 def test_an_argument_that_nobody_knows_is_an_error() -> None:
     """Which says what there is."""
     with pytest.raises(UnknownArgumentError) as error:
@@ -229,6 +254,33 @@ def test_respawn_is_bounded_below() -> None:
         *(True, LEAST_RESPAWN_DELAY_SEC, -1, True),
     )
     assert (slow.respawn_delay_sec, slow.respawn_max_retries, slow.required) == (2.0, 3, True)
+
+
+@pytest.mark.parametrize("event", [False, True])
+def test_shutdown_at_the_end_of_a_process_is_the_end(event: bool) -> None:
+    """Its reason is what is said, and a respawn does not come before it; a condition makes it a handler."""
+    bye = Shutdown(reason="over")
+    end = EmitEvent(event=bye) if event else bye
+    (spec,) = processes(Node(script="s.py", respawn=True, on_exit=[end]))
+    assert (spec.required, spec.end_reason, spec.respawn, spec.on_exit) == (True, "over", False, None)
+    (spec,) = processes(Node(script="s.py", on_exit=Shutdown()))
+    assert (spec.required, spec.end_reason) == (True, "")
+    perhaps = Shutdown(reason="over", condition=IfCondition("0"))
+    (spec,) = processes(Node(script="s.py", required=True, respawn=True, on_exit=perhaps))
+    assert spec.respawn
+    assert spec.on_exit is not None
+
+
+def test_a_shell_reads_a_command_as_a_line() -> None:
+    """The label is the program's, wherever that stands."""
+    line = ["/bin/echo $HOME", "| ", ["c", "at"]]
+    (spec,) = processes(ExecuteProcess(cmd=line, shell="true"))
+    assert (spec.command, spec.name) == (("/bin/sh", "-c", "/bin/echo $HOME |  cat"), "echo")
+
+
+def test_shutdown_may_be_an_event() -> None:
+    """As in ROS 2."""
+    assert steps(EmitEvent(event=Shutdown(reason="over"))) == [End(reason="over")]
 
 
 def test_numbers_may_be_texts() -> None:

@@ -43,6 +43,14 @@ def test_what_the_launch_says_cannot_steer_a_terminal() -> None:
     assert shown(Message(Level.INFO, "a\x1b[2J\rb")) == "[INFO] [launch]: a\\x1b[2J\\rb\n"
 
 
+@pytest.mark.parametrize("color", [False, True])
+def test_each_line_of_what_the_launch_says_is_labelled(color: bool) -> None:
+    """So that none looks as if it were a program's."""
+    begin, end = ("\x1b[33m", "\x1b[0m") if color else ("", "")
+    lines = shown(Message(Level.WARN, "a\nb"), color=color).splitlines()
+    assert lines == [f"{begin}[WARN] [launch]: {each}{end}" for each in "ab"]
+
+
 def test_each_label_has_a_color_of_its_own() -> None:
     """The same in all of its lines; a line that leaves a colour on is ended by a reset."""
     one, two = (spec(f"n-{number}") for number in (1, 2))

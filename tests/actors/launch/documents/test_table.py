@@ -12,7 +12,7 @@ from actors.launch.actions import Action, RegisterEventHandler
 from actors.launch.documents.table import BY_NAME, ELEMENTS
 from tests.actors.launch.documents.test_reading import ELEMENT_CASES
 
-PYTHON_ONLY = {"OpaqueFunction", "env"}
+PYTHON_ONLY = {"EmitEvent", "OpaqueFunction", "env"}
 """A function cannot be written down; `env` adds to the environment in documents, as in ROS 2's."""
 
 
