@@ -114,6 +114,8 @@ class Files:
         Raises:
             LaunchError: There is none, or it is no such file.
         """
+        if not Path(path).is_file():
+            raise LaunchError(f"No parameter file '{shown(path)}'")
         try:
             load_parameter_file(path)
         except InvalidParameterFileError as error:
@@ -241,5 +243,7 @@ def _failed(path: str, error: BaseException) -> LaunchFileError:
     text = error.msg if isinstance(error, SyntaxError) else error_text(error)
     if isinstance(error, ImportError) and (error.name or "").partition(".")[0] in _ROS_2:
         text += "; here it is: from actors.launch import Node, LaunchDescription, …"
+    elif isinstance(error, ImportError) and (error.name or "").startswith("actors.launch."):
+        text += "; all names of launch files are in actors.launch"
     kind = "" if isinstance(error, LaunchError) else f"{type(error).__name__}: "
     return LaunchFileError(f"{where}: {kind}{text}")

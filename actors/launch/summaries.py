@@ -74,7 +74,8 @@ def written(value: object, name: str = "") -> str:
         by_name = cast("Mapping[object, object]", value)
         return "{" + ", ".join(f"{written(key)}: {written(each)}" for key, each in by_name.items()) + "}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(written(each, name) for each in cast('Sequence[object]', value))}]"
+        inner = ", ".join(written(each, name) for each in cast("Sequence[object]", value))
+        return f"({inner})" if isinstance(value, tuple) else f"[{inner}]"
     if isinstance(value, type):
         return value.__qualname__
     return function_name(value) if callable(value) else repr(value)

@@ -183,6 +183,10 @@ def test_wrong_arguments_are_one_line(
         ("import nothing_like_it", "{file}, line 1: ModuleNotFoundError: No module named 'nothing_like_it'"),
         ("import sys\n\nsys.exit(3)", "{file}, line 3: SystemExit: 3"),
         (
+            "from actors.launch.substitutions import Command",
+            "); all names of launch files are in actors.launch",
+        ),
+        (
             "from launch import LaunchDescription",
             "{file}, line 1: ModuleNotFoundError: No module named 'launch'; here it is: from",
         ),

@@ -91,7 +91,7 @@ def planned(path: Path) -> list[Step]:
         ),
         (
             "Node(script='s.py', parameters=['p.yaml'])",
-            "{file}: Node 's.py': Parameter file '{folder}/p.yaml'",
+            "{file}: Node 's.py': No parameter file '{folder}/p.yaml'",
         ),
         ("Node(script='s.py', parameters=['s.py'])", "{file}: Node 's.py': Parameter file '{folder}/s.py'"),
     ],
@@ -142,7 +142,7 @@ def test_it_is_the_included_file_that_is_named(tmp_path: Path) -> None:
             ", line 1: launch[0].on_shutdown.do[0]",
         ),
         ("toml", "[[launch]]\n[launch.node]\nscript = 'none.py'", ": launch[0].node: No script"),
-        ("yaml", "launch: [{node: {script: a, param: [{from: p.yaml}]}}]", ".node: Parameter file"),
+        ("yaml", "launch: [{node: {script: a, param: [{from: p.yaml}]}}]", ".node: No parameter file"),
         (
             "yaml",
             "launch: [{node: {script: a, respawn_max_retries: $(eval 1.5)}}]",

@@ -68,14 +68,20 @@ def test_a_plain_text_is_the_same_everywhere(text: Text, plain: str | None) -> N
 
 def test_a_description_is_shown_without_what_goes_without_saying() -> None:
     """Defaults are left out, targets have names, and what a handler does stands below it alone."""
-    talker = Node(script="talker.py", parameters=[{"speed": LaunchConfiguration("speed")}], respawn=True)
+    talker = Node(
+        script="talker.py",
+        parameters=[{"speed": LaunchConfiguration("speed")}],
+        respawn=True,
+        remappings=[("a", "b")],
+    )
     bye = RegisterEventHandler(OnProcessExit(target_action=talker, on_exit=[Shutdown(reason="bye")]))
     call = RegisterEventHandler(OnProcessExit(on_exit=make, handle_once=True))
     declare = DeclareLaunchArgument("speed", default_value="")
+    node = "respawn=True, script='talker.py', parameters=[{'speed': LaunchConfiguration('speed')}]"
     lines = list(described([declare, talker, bye, call, LogInfo(msg="x", condition=IfCondition("1"))]))
     assert lines == [
         "DeclareLaunchArgument(name='speed', default_value='')",
-        "Node(respawn=True, script='talker.py', parameters=[{'speed': LaunchConfiguration('speed')}])",
+        f"Node({node}, remappings=[('a', 'b')])",
         "RegisterEventHandler(event_handler=OnProcessExit(target_action=Node 'talker.py'))",
         "    Shutdown(reason='bye')",
         "RegisterEventHandler(event_handler=OnProcessExit(handle_once=True, on_exit=make()))",
