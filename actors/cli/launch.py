@@ -15,7 +15,7 @@ from actors import environment
 from actors.cli.errors import BROKEN_PIPE, FAILURE, OK, USAGE, CommandError, exit_code
 from actors.cli.interrupts import raise_at_once
 from actors.cli.launch_reports import Reports
-from actors.cli.loop import run_async
+from actors.cli.loop import exit_asked_for, run_async
 from actors.cli.output import say
 from actors.cli.place import unknown_context
 from actors.launch.declarations import all_declared
@@ -216,7 +216,7 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
         code = OK if good else FAILURE
     except asyncio.CancelledError:
         if not launch.failed:
-            code = OK
+            code = exit_asked_for() or OK
             raise
     except CallboardError as error:
         code = exit_code(error)

@@ -15,6 +15,10 @@ T = TypeVar("T")
 
 LAST_TASKS_SEC: Final = 1.0
 """What tasks that still run get to end. What ignores being cancelled is left running, and named."""
+LAST_COMMAND_SEC: Final = 60.0
+"""What the command's own coroutine gets, after a `sys.exit` beside it."""
+
+_exits: Final[list[SystemExit]] = []
 
 
 def run_async(
@@ -28,10 +32,13 @@ def run_async(
         Interrupted: SIGINT or SIGTERM came; `main` has been cancelled and has cleaned up.
     """
     received: list[int] = []
+    tasks: list[asyncio.Task[Any]] = []
+    _exits.clear()
 
     async def guarded() -> T:
         task = asyncio.current_task()
         assert task is not None
+        tasks.append(task)
 
         def stop(number: int) -> None:
             received.append(number)
@@ -49,6 +56,10 @@ def run_async(
         with asyncio.Runner(loop_factory=loop_factory) as runner:
             try:
                 return runner.run(guarded())
+            except SystemExit as error:  # out of a callback or another task: asyncio leaves the loop for it
+                _exits.append(error)
+                runner.get_loop().run_until_complete(_end(tasks))
+                raise
             finally:
                 runner.get_loop().run_until_complete(_end_others())
     except asyncio.CancelledError:
@@ -57,6 +68,23 @@ def run_async(
         raise Interrupted(received[0]) from None
     finally:
         note_signals()  # the loop has put the system's own handlers in place
+
+
+def exit_asked_for() -> int | None:
+    """Return the exit code that a `sys.exit` beside the command asks for; None: there was none."""
+    if not _exits:
+        return None
+    code = _exits[0].code
+    return 1 if isinstance(code, str) else int(code or 0) & 0xFF
+
+
+async def _end(tasks: list[asyncio.Task[Any]]) -> None:
+    """Let the command clean up first: what else runs is its own to end."""
+    left = [task for task in tasks if not task.done()]
+    for task in left:
+        task.cancel()
+    if left:
+        await asyncio.wait(left, timeout=LAST_COMMAND_SEC)
 
 
 async def _end_others() -> None:

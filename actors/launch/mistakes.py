@@ -35,7 +35,7 @@ def placed(error: CallboardError, action: Action, file: str | None) -> LaunchErr
     return _with_place(kind(": ".join([*where, _text(error)])))
 
 
-def of_function(function: Callable[..., Any], error: Exception, file: str | None) -> LaunchError:
+def of_function(function: Callable[..., Any], error: BaseException, file: str | None) -> LaunchError:
     """Return what went wrong in a function of a description, in one line that says where.
 
     Args:
@@ -48,6 +48,8 @@ def of_function(function: Callable[..., Any], error: Exception, file: str | None
     code = getattr(function, "__code__", None)
     path = file if file is not None and line_in(file, error) else getattr(code, "co_filename", None)
     line = None if path is None else line_in(path, error)
+    if line is None and code is not None:  # calling it failed
+        path, line = code.co_filename, code.co_firstlineno
     where = f"{path}, line {line}: " if line else ""
     kind = "" if isinstance(error, CallboardError) else f"{type(error).__name__}: "
     return _with_place(LaunchError(f"{where}{function_name(function)}: {kind}{_text(error)}"))
@@ -74,7 +76,7 @@ def _with_place(error: LaunchError) -> LaunchError:
     return error
 
 
-def _text(error: Exception) -> str:
+def _text(error: BaseException) -> str:
     if isinstance(error, InvalidNameError):  # its own text has three lines
         return f"'{shown(error.name)}' cannot be a {error.kind}: {error.reason}"
-    return error_text(error)
+    return " ".join(error_text(error).split("\n"))

@@ -68,10 +68,12 @@ class NodeBody(TaskBody):
         super().start(context)
 
     async def _run(self) -> Outcome:
+        exit_ends_node.set(True)
         try:
-            return await super()._run()
-        except SystemExit as error:  # asyncio would end the launch
-            return outcome_of_exit(_exit_code(error))
+            outcome = await super()._run()
+            if isinstance(outcome.error, SystemExit):
+                return outcome_of_exit(_exit_code(outcome.error))
+            return outcome
         finally:
             self._voice.end()
 
@@ -80,7 +82,6 @@ class NodeBody(TaskBody):
         spec = self._spec
         self._voice.speak()
         environment.stand_in.set(spec.environment)
-        exit_ends_node.set(True)
         try:
             process_arguments.set(parse_ros_arguments(spec.command))
             await run_program(self._made)

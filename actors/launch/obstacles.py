@@ -25,7 +25,7 @@ def obstacle_to(spec: ProcessSpec) -> Outcome | None:
     """Return how a process ends that cannot even begin; None if nothing is known to be in its way."""
     if reason := _illegal(spec):
         return Outcome(normal=False, reason=reason)
-    if spec.cwd is not None and (not _is_there(folder := Path(spec.cwd)) or folder.is_file()):
+    if spec.cwd is not None and not _is_folder(spec.cwd):
         return Outcome(normal=False, reason=f"no folder '{shown(spec.cwd)}' to run it in")
     if _is_missing(spec):
         return Outcome(
@@ -60,6 +60,10 @@ def _is_missing(spec: ProcessSpec) -> bool:
     if path is None:  # the shell has one of its own then
         return False
     return not any(_is_there(Path(here, each, program)) for each in path.split(os.pathsep))
+
+
+def _is_folder(path: str) -> bool:
+    return bool(path) and _is_there(Path(path)) and not Path(path).is_file()
 
 
 def _is_there(path: Path) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from actors.launch.actions import Action, EmitEvent, ExecuteProcess, Launched, Node, Shutdown
 from actors.launch.conditions import truth
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from actors.launch.library import Library
     from actors.launch.substitutions import Scope
     from actors.programs import Factory
+
+MAX_NAME_CHARACTERS: Final = 200
+"""Of a process's name; with its number behind it it is the label."""
 
 
 class _Program(NamedTuple):
@@ -61,8 +64,9 @@ def make_spec(
     else:
         program = _process(action, scope)
     name = program.name if action.name is None else resolve(action.name, scope)
-    if not name or not name.isprintable():
-        raise LaunchError(f"A process cannot have the name '{shown(name)}'")
+    if not 0 < len(name) <= MAX_NAME_CHARACTERS or not name.isprintable():
+        limit = f"it has 1 to {MAX_NAME_CHARACTERS} printable characters"
+        raise LaunchError(f"A process cannot have the name '{shown(name)}': {limit}")
     prefix = _words(resolve(action.prefix, scope))
     extra = variables(action.additional_env, scope)
     base = scope.environment if action.env is None else variables(action.env, scope)
@@ -149,7 +153,10 @@ def _process(action: ExecuteProcess, scope: Scope) -> _Program:
     name = PurePath(command[0]).name
     if truth(action.shell, scope):
         line = " ".join(command)
-        name, command = PurePath(line.split()[0] if line.strip() else "").name, ["/bin/sh", "-c", line]
+        command = ["/bin/sh", "-c", line]
+        word = PurePath(next(iter(line.split()), "")).name
+        # Nobody has chosen this name: what cannot be one is the shell's business.
+        name = word if word.isprintable() and 0 < len(word) <= MAX_NAME_CHARACTERS else "sh"
     return _Program(name, command, command)
 
 

@@ -131,7 +131,7 @@ def call_function(
     """
     try:
         given = function(*args, **kwargs)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise of_function(function, error, file) from error
     if given is None:
         return ()

@@ -112,19 +112,19 @@ class Runner:
     async def _wait(self) -> asyncio.CancelledError | None:
         """Wait until everything has ended, and return whether this was cancelled meanwhile."""
         cancelled: asyncio.CancelledError | None = None
-        ending = self._loop.create_task(self._end())
-        while not ending.done():
+        while not self._over.is_set():
             try:
-                await asyncio.shield(ending)
+                await self._over.wait()
             except asyncio.CancelledError as error:
                 cancelled = error
                 self.stop("interrupted")
-        ending.result()
+        closing = self._loop.create_task(self._guard.close(), name="launch guard")
+        while not closing.done():
+            try:
+                await asyncio.shield(closing)
+            except asyncio.CancelledError as error:
+                cancelled = error
         return cancelled
-
-    async def _end(self) -> None:
-        await self._over.wait()
-        await self._guard.close()
 
     def _happened(self, tell: Callable[[float], list[Effect]]) -> None:
         """Tell the machine that something has happened, and do what it says."""

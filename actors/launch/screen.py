@@ -47,8 +47,7 @@ class Screen:
             return b"".join(label + line + b"\n" for line in lines)
         shown = map(shown_line, lines)
         # A colour that a line leaves on would colour all that follows.
-        end = _RESET_LINE if self._color else b"\n"
-        return b"".join(label + line + (end if b"\x1b" in line else b"\n") for line in shown)
+        return b"".join(label + line + (_RESET_LINE if b"\x1b" in line else b"\n") for line in shown)
 
     def _said(self, message: Message) -> bytes:
         level = message.level.value

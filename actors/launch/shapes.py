@@ -104,6 +104,10 @@ def _is_pair(value: object) -> bool:
     )
 
 
+def _is_named_pair(value: object) -> bool:
+    return _is_pair(value) and isinstance(cast("Sequence[object]", value)[0], str)
+
+
 def _is_action(value: object) -> bool:
     return is_part(value, "action")
 
@@ -169,7 +173,7 @@ SHAPES: Final[Mapping[str, Shape]] = {
     "Mapping[str, Text] | None": _optional(_MAPPING),
     "Mapping[str, Text] | Iterable[tuple[str, Text]]": Shape(
         "a mapping of names to texts, or pairs of them",
-        lambda value: _is_mapping(value) or _is_list(value, _is_pair),
+        lambda value: _is_mapping(value) or _is_list(value, _is_named_pair),
     ),
     "Iterable[tuple[Text, Text]]": Shape(
         "a list of pairs, such as [('chatter', 'news')]", lambda value: _is_list(value, _is_pair)

@@ -12,6 +12,7 @@ from abc import ABC, abstractmethod
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from actors.callbacks import exit_ends_node
 from actors.logger import LoggingSeverity
 from actors.programs import run_program
 from actors.supervision.outcome import Outcome, outcome_of_error
@@ -173,7 +174,12 @@ class TaskBody(Body):
 
     async def _run(self) -> Outcome:
         self._on_started()
-        await run_program(self._program)
+        try:
+            await run_program(self._program)
+        except SystemExit as error:
+            if not exit_ends_node.get():
+                raise
+            return outcome_of_error(error)  # asyncio would end the whole process
         return Outcome(normal=True, reason="returned")
 
     def _cancel(self) -> None:

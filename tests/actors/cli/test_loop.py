@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import signal
+import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ import pytest
 
 from actors.cli import loop
 from actors.cli.interrupts import Interrupted, note_signals, put_back, raise_at_once, raise_if_noted
-from actors.cli.loop import run_async
+from actors.cli.loop import exit_asked_for, run_async
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -114,3 +115,24 @@ def test_what_ignores_being_cancelled_is_left(
 
     assert run_async(main) == 42
     assert "stubborn ignores being cancelled" in caplog.text
+
+
+def test_an_exit_beside_the_command_lets_it_clean_up_first() -> None:
+    """It is cancelled alone, and knows the exit code; what it still needs goes on meanwhile."""
+    done: list[object] = []
+
+    async def main() -> None:
+        needed = asyncio.get_running_loop().create_task(asyncio.sleep(0.01, "worked"))
+        asyncio.get_running_loop().call_soon(sys.exit, 3)
+        try:
+            await asyncio.Event().wait()
+        finally:
+            done.append(await needed)
+            done.append(exit_asked_for())
+
+    with pytest.raises(SystemExit) as caught:
+        run_async(main)
+    assert caught.value.code == 3
+    assert done == ["worked", 3]
+    assert run_async(lambda: asyncio.sleep(0, 42)) == 42
+    assert exit_asked_for() is None

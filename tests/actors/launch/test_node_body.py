@@ -195,6 +195,23 @@ async def test_an_exit_ends_the_node_only(hall: Hall, status: Any, code: int, li
     assert len(hall.lines("node-1")) == lines
 
 
+async def test_an_exit_in_a_supervisors_child_ends_the_supervisor_only(hall: Hall, meeting: Meeting) -> None:
+    """It is meant for all that runs there, and for no more; asyncio does not leave its loop for it."""
+
+    class Quitter(actors.Node):
+        def __init__(self) -> None:
+            super().__init__("quitter")
+            self.create_timer(0.0, lambda: sys.exit(3))
+
+    def made() -> actors.Supervisor:
+        return actors.Supervisor([actors.Child("q", node=Quitter)])
+
+    with voice_logs(), own_logs(hall.events.append):
+        _, ended = hall.body(made, environment={"CALLBOARD_URL": meeting.url})
+        outcome = await ended
+    assert outcome.returncode == 3
+
+
 class Leaver(actors.Node):
     """Leaves when it is called, with a timer that rings on."""
 

@@ -65,6 +65,7 @@ def test_a_missing_program_ends_as_in_a_shell(missing: ProcessSpec) -> None:
     ("wrong", "reason"),
     [
         (spec("/bin/sh", cwd="/no/where"), "no folder '/no/where' to run it in"),
+        (spec("/bin/sh", cwd=""), "no folder '' to run it in"),
         (spec("/bin/sh", cwd="/bin/sh"), "no folder '/bin/sh' to run it in"),
         (spec("/bin/sh", **{"a=b": "c"}), "illegal name of an environment variable: 'a=b'"),
         (spec("/bin/sh", **{"": "c"}), "illegal name of an environment variable: ''"),

@@ -306,6 +306,7 @@ def test_numbers_may_be_texts() -> None:
         ),
         (ExecuteProcess(cmd=["a"], prefix="'"), "prefix ''' is no command: No closing quotation"),
         (ExecuteProcess(cmd=["a"], name=""), "A process cannot have the name ''"),
+        (ExecuteProcess(cmd=["a"], name="x" * 201), "it has 1 to 200 printable characters"),
         (ExecuteProcess(cmd=["a"], respawn="maybe"), "Expected true, 1, false or 0, got 'maybe'"),
         (
             ExecuteProcess(cmd=["a"], respawn_backoff="0.5"),
@@ -329,3 +330,13 @@ def test_what_is_wrong_is_found_before_the_start(action: Action, error: str) -> 
     with pytest.raises(LaunchError) as caught:
         steps(action)
     assert error in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [(". ./setup.sh; echo hi", "sh"), ("/ a", "sh"), (f"{'x' * 300} a", "sh"), ("/bin/echo hi", "echo")],
+)
+def test_a_shells_line_has_a_name_in_any_case(line: str, name: str) -> None:
+    """Nobody has chosen it: its first word's, if that can be one."""
+    (process,) = processes(ExecuteProcess(cmd=[line], shell=True))
+    assert (process.name, process.command) == (name, ("/bin/sh", "-c", line))

@@ -184,10 +184,25 @@ def _raise(*args: object) -> None:
     raise ValueError("no such map")
 
 
+def _leave(*args: object) -> None:
+    raise SystemExit(4)
+
+
+def _two_lines(*args: object) -> None:
+    raise ValueError("no such\nmap")
+
+
+def _of_nothing() -> None:
+    pass
+
+
 @pytest.mark.parametrize(
     ("function", "error"),
     [
         (_raise, "_raise(): ValueError: no such map"),
+        (_two_lines, "_two_lines(): ValueError: no such map"),
+        (_leave, "_leave(): SystemExit: 4"),
+        (_of_nothing, f"{__file__}, line {_of_nothing.__code__.co_firstlineno}: _of_nothing(): TypeError"),
         (lambda event: 7, "must return actions or None, not 7"),
         (lambda event: [7], "must return actions or None, not [7]"),
     ],

@@ -201,6 +201,24 @@ async def test_the_guard_goes_also_when_that_is_cancelled(monkeypatch: pytest.Mo
     assert gone == ["guard"]
 
 
+async def test_it_goes_on_until_all_have_ended_though_all_tasks_are_cancelled() -> None:
+    """As whoever ends a loop does."""
+    runner = of("a")
+    running = asyncio.create_task(runner.run())
+    await asyncio.sleep(0)
+    (body,) = FakeBody.made
+    body.obeys = False
+    for task in asyncio.all_tasks() - {asyncio.current_task()}:
+        task.cancel()
+    while not body.asked:
+        await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert not running.done()
+    body.ends()
+    with pytest.raises(asyncio.CancelledError):
+        await running
+
+
 async def test_one_that_was_given_up_has_no_say_any_more() -> None:
     """Its last words may come after its end, and it may end again; nobody is told."""
     told: list[Event] = []

@@ -89,6 +89,11 @@ def test_each_argument_of_each_part_has_a_shape() -> None:
             {"launch_arguments": ["a"]},
             "launch_arguments must be a mapping of names",
         ),
+        (
+            IncludeLaunchDescription,
+            {"launch_arguments": [(["a"], "1")]},
+            "launch_arguments must be a mapping of names",
+        ),
         (GroupAction, {"actions": ["talker"]}, "actions must be a list of actions"),
         (GroupAction, {"actions": LogInfo(msg="a")}, "actions must be a list of actions"),
         (TimerAction, {"period": None, "actions": []}, "period must be a number"),
