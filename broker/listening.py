@@ -110,8 +110,11 @@ def _remove_stale(path: Path) -> None:
     if not stat.S_ISSOCK(mode):
         raise NotASocketError("the file exists and is no socket")
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        probe.settimeout(0)
         try:
             probe.connect(os.fspath(path))
+        except BlockingIOError:  # so many wait there that it would take a while
+            pass
         except ConnectionRefusedError:
             path.unlink(missing_ok=True)
             return

@@ -135,10 +135,13 @@ def call_function(
         raise of_function(function, error, file) from error
     if given is None:
         return ()
-    actions = [given] if isinstance(given, Action) else given
-    if not isinstance(actions, list | tuple) or not all(
-        isinstance(each, Action) for each in cast("list[object]", actions)
-    ):
+    try:
+        actions = (given,) if isinstance(given, Action) else tuple(given)
+    except TypeError:
+        actions = (None,)
+    except (Exception, SystemExit) as error:  # it is a generator
+        raise of_function(function, error, file) from error
+    if not all(isinstance(each, Action) for each in actions):
         raise of_result(function, f"must return actions or None, not {excerpt(given)}")
     return cast("Sequence[Action]", actions)
 

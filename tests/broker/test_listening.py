@@ -8,7 +8,7 @@ import os
 import socket
 import subprocess
 import sys
-from contextlib import ExitStack
+from contextlib import AsyncExitStack, ExitStack
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -115,3 +115,22 @@ async def test_a_folder_that_somebody_keeps_locked_holds_up_nobody(
         server.close()
     finally:
         os.close(folder)
+
+
+async def test_a_broker_that_takes_no_connections_has_its_place_all_the_same(tmp_path: Path) -> None:
+    """Frozen, with as many waiting as there is room for: the look at its file waits for nobody."""
+    path = tmp_path / "s"
+    async with AsyncExitStack() as stack:
+        frozen = stack.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM))
+        frozen.bind(str(path))
+        frozen.listen(0)
+        while True:
+            waiting = stack.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM))
+            waiting.setblocking(False)
+            try:
+                waiting.connect(str(path))
+            except BlockingIOError:
+                break
+        with pytest.raises(AddressInUseError):
+            await stack.enter_async_context(Broker(BrokerOptions(unix=path)))
+    assert path.exists()

@@ -196,6 +196,16 @@ def _of_nothing() -> None:
     pass
 
 
+def test_functions_may_be_generators() -> None:
+    """What goes wrong in them is as in other functions."""
+    exited = events(TALKER)["exit"][0]
+    good: Any = lambda event: (BYE for _ in "ab")  # noqa: E731 - as people write it
+    bad: Any = lambda event: (1 // 0 for _ in "a")  # noqa: E731
+    assert texts(handled(OnProcessExit(on_exit=good)).steps(exited)) == ["bye"] * 2
+    with pytest.raises(LaunchError, match="ZeroDivisionError"):
+        handled(OnProcessExit(on_exit=bad)).steps(exited)
+
+
 @pytest.mark.parametrize(
     ("function", "error"),
     [
