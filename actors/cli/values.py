@@ -19,11 +19,11 @@ from actors.qos import (
     QoSProfile,
     ReliabilityPolicy,
 )
+from actors.tools.nesting import deeper_than
 from actors.tools.stamps import Stamps
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Iterable
 
 M = TypeVar("M", bound=Message)
 _MAX_DEPTH: Final = 1000
@@ -94,8 +94,9 @@ def _fields(text: str) -> dict[str, Any]:
 
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        if sum(map(text.count, "[{-?")) > _MAX_DEPTH:
-            _require_shallow(yaml.parse(text, Loader=loader))
+        may_be_deep = sum(map(text.count, "[{-?")) > _MAX_DEPTH
+        if may_be_deep and deeper_than(_MAX_DEPTH, yaml.parse(text, Loader=loader)) is not None:
+            raise RecursionError
         values: Any = yaml.load(text, Loader=loader)  # noqa: S506
     except (yaml.YAMLError, ValueError) as error:
         raise CommandError(f"The values are not YAML: {shortened(str(error))}") from None
@@ -106,19 +107,6 @@ def _fields(text: str) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise CommandError(f"The values must be a YAML map such as '{{data: hello}}', got: {shortened(text)}")
     return {str(key): value for key, value in cast("Any", values).items()}
-
-
-def _require_shallow(events: Iterable[Any]) -> None:
-    """Refuse what is nested so deeply that PyYAML, which recurses for each level, would crash."""
-    depth = 0
-    for event in events:
-        kind = type(event).__name__
-        if kind in {"SequenceStartEvent", "MappingStartEvent"}:
-            depth += 1
-            if depth > _MAX_DEPTH:
-                raise RecursionError
-        elif kind in {"SequenceEndEvent", "MappingEndEvent"}:
-            depth -= 1
 
 
 def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:

@@ -91,8 +91,7 @@ class LaunchedProcess(ProcessBody):
         return reader
 
     def _patience_sec(self, rung: int) -> float:
-        own = (self._spec.sigterm_timeout_sec, self._spec.sigkill_timeout_sec, None)[rung]
-        return super()._patience_sec(rung) if own is None else own
+        return self._spec.patience_sec(rung, super()._patience_sec(rung))
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
         self._say(Level(severity.name), f"process {text}")

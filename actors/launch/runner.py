@@ -65,6 +65,7 @@ class Runner:
         self._stopped_before = False
         self._busy = False
         self._timer: asyncio.TimerHandle | None = None
+        self._due: float | None = None
         self._over = asyncio.Event()
         self._failure: Exception | None = None
         self._loop: asyncio.AbstractEventLoop
@@ -200,14 +201,18 @@ class Runner:
         body.start(self._context)
 
     def _set_timer(self) -> None:
+        due = self._machine.wake_at if self._failure is None else None
+        if due == self._due:  # as after all that processes write
+            return
+        self._due = due
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        due = self._machine.wake_at
-        if due is not None and self._failure is None:
+        if due is not None:
             self._timer = self._loop.call_at(due, self._time_has_come, due)
 
     def _time_has_come(self, due: float) -> None:
+        self._timer = self._due = None
         # A loop may call a little early; for the machine it is time.
         self._happened(lambda now: self._machine.tick(max(now, due)))
 

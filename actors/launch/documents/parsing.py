@@ -7,13 +7,11 @@ are the texts that stand there, and a key that stands twice in a mapping is an e
 from __future__ import annotations
 
 import tomllib
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import Any, Final, cast
 
 from actors.launch.documents.errors import DocumentError, Spot
+from actors.tools.nesting import deeper_than
 from proto.errors import shown
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 MAX_DEPTH: Final = 50
 """Levels of lists and mappings."""
@@ -83,7 +81,9 @@ class _Builder:
 
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
         # PyYAML recurses for each level, and would crash.
-        _require_flat(yaml.parse(source, Loader=loader))
+        deep = deeper_than(MAX_DEPTH, yaml.parse(source, Loader=loader))
+        if deep is not None:
+            raise _error(_TOO_DEEP, deep, Spot())
         self._loader: Any = loader(source)
         self._root: Any = self._loader.get_single_node()
         self._values = 0
@@ -158,18 +158,6 @@ class _Builder:
             key, node = found[0]
             line = key.start_mark.line + 1
         return line
-
-
-def _require_flat(events: Iterable[Any]) -> None:
-    depth = 0
-    for event in events:
-        kind = type(event).__name__
-        if kind in {"SequenceStartEvent", "MappingStartEvent"}:
-            depth += 1
-            if depth > MAX_DEPTH:
-                raise _error(_TOO_DEEP, event, Spot())
-        elif kind in {"SequenceEndEvent", "MappingEndEvent"}:
-            depth -= 1
 
 
 _TOO_DEEP: Final = f"it is nested deeper than {MAX_DEPTH}"

@@ -219,6 +219,24 @@ async def test_it_goes_on_until_all_have_ended_though_all_tasks_are_cancelled() 
         await running
 
 
+async def test_what_a_process_writes_moves_no_timer() -> None:
+    """A flood of lines costs none: it is set when what is due next is another moment."""
+    specs = [ProcessSpec(label=f"{name}-1", name=name, command=(name,), shown=name) for name in "ab"]
+    runner = Runner(
+        Machine([Start(process=specs[0]), Start(process=specs[1], after_sec=1000.0)]), [], stop_timeout_sec=1
+    )
+    running = asyncio.create_task(runner.run())
+    await asyncio.sleep(0)
+    (body,) = FakeBody.made
+    timer = runner._timer
+    assert timer is not None
+    body.writes(b"x")
+    assert runner._timer is timer
+    runner.stop("enough")
+    assert timer.cancelled()
+    assert await running
+
+
 async def test_one_that_was_given_up_has_no_say_any_more() -> None:
     """Its last words may come after its end, and it may end again; nobody is told."""
     told: list[Event] = []
