@@ -13,23 +13,27 @@ from typing import TYPE_CHECKING
 from actors.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from actors.arguments import InvalidRosArgumentError as InvalidRosArgumentError
-    from actors.arguments import RosArguments as RosArguments
-    from actors.arguments import parse_ros_arguments as parse_ros_arguments
-    from actors.broker_report import BrokerReport as BrokerReport
-    from actors.broker_report import BrokerReportRates as BrokerReportRates
-    from actors.clock import Clock as Clock
-    from actors.decorators import service as service
-    from actors.decorators import subscription as subscription
-    from actors.decorators import timer as timer
-    from actors.diagnostics import NodeDiagnostics as NodeDiagnostics
-    from actors.diagnostics import NodeRates as NodeRates
-    from actors.entities.backlog import MessageInfo as MessageInfo
-    from actors.entities.client import Client as Client
-    from actors.entities.publisher import Publisher as Publisher
-    from actors.entities.subscription import Subscription as Subscription
-    from actors.entities.timer import Timer as Timer
-    from actors.entities.timer import TimerInfo as TimerInfo
+    from actors.config.arguments import InvalidRosArgumentError as InvalidRosArgumentError
+    from actors.config.arguments import RosArguments as RosArguments
+    from actors.config.arguments import parse_ros_arguments as parse_ros_arguments
+    from actors.diagnostics.records import NodeDiagnostics as NodeDiagnostics
+    from actors.diagnostics.records import NodeRates as NodeRates
+    from actors.endpoints.client.client import Client as Client
+    from actors.endpoints.events import DeadlineMissedInfo as DeadlineMissedInfo
+    from actors.endpoints.events import IncompatibleQoSInfo as IncompatibleQoSInfo
+    from actors.endpoints.events import IncompatibleTypeInfo as IncompatibleTypeInfo
+    from actors.endpoints.events import LivelinessChangedInfo as LivelinessChangedInfo
+    from actors.endpoints.events import LivelinessLostInfo as LivelinessLostInfo
+    from actors.endpoints.events import MatchedInfo as MatchedInfo
+    from actors.endpoints.events import MessageLostInfo as MessageLostInfo
+    from actors.endpoints.events import PublisherEventCallbacks as PublisherEventCallbacks
+    from actors.endpoints.events import SubscriptionEventCallbacks as SubscriptionEventCallbacks
+    from actors.endpoints.publisher.publisher import Publisher as Publisher
+    from actors.endpoints.service_introspection import ServiceIntrospectionState as ServiceIntrospectionState
+    from actors.endpoints.subscription.backlog import MessageInfo as MessageInfo
+    from actors.endpoints.subscription.subscription import Subscription as Subscription
+    from actors.endpoints.timer import Timer as Timer
+    from actors.endpoints.timer import TimerInfo as TimerInfo
     from actors.errors import BrokerUnreachable as BrokerUnreachable
     from actors.errors import CallFailed as CallFailed
     from actors.errors import NodeAlreadyRunning as NodeAlreadyRunning
@@ -43,55 +47,50 @@ if TYPE_CHECKING:
     from actors.errors import ServiceUnavailable as ServiceUnavailable
     from actors.errors import SupervisorGaveUp as SupervisorGaveUp
     from actors.errors import WaitTimeout as WaitTimeout
-    from actors.events import DeadlineMissedInfo as DeadlineMissedInfo
-    from actors.events import IncompatibleQoSInfo as IncompatibleQoSInfo
-    from actors.events import IncompatibleTypeInfo as IncompatibleTypeInfo
-    from actors.events import LivelinessChangedInfo as LivelinessChangedInfo
-    from actors.events import LivelinessLostInfo as LivelinessLostInfo
-    from actors.events import MatchedInfo as MatchedInfo
-    from actors.events import MessageLostInfo as MessageLostInfo
-    from actors.events import PublisherEventCallbacks as PublisherEventCallbacks
-    from actors.events import SubscriptionEventCallbacks as SubscriptionEventCallbacks
-    from actors.graph_changes import GraphChange as GraphChange
-    from actors.graph_changes import GraphChangeKind as GraphChangeKind
-    from actors.graph_changes import GraphWatch as GraphWatch
-    from actors.inspector import Inspector as Inspector
+    from actors.graph.broker_report import BrokerReport as BrokerReport
+    from actors.graph.broker_report import BrokerReportRates as BrokerReportRates
+    from actors.graph.changes import GraphChange as GraphChange
+    from actors.graph.changes import GraphChangeKind as GraphChangeKind
+    from actors.graph.changes import GraphWatch as GraphWatch
+    from actors.graph.inspector import Inspector as Inspector
+    from actors.graph.snapshot import EndpointInfo as EndpointInfo
+    from actors.graph.snapshot import GraphSnapshot as GraphSnapshot
     from actors.interfaces.errors import InvalidMessageError as InvalidMessageError
     from actors.interfaces.message import Action as Action
     from actors.interfaces.message import Message as Message
     from actors.interfaces.message import Service as Service
-    from actors.log_output import configure_logging as configure_logging
-    from actors.logger import Logger as Logger
-    from actors.logger import LoggingSeverity as LoggingSeverity
-    from actors.logger import get_logger as get_logger
-    from actors.node import Node as Node
-    from actors.parameter_errors import InvalidParameterError as InvalidParameterError
-    from actors.parameter_errors import InvalidParameterTypeError as InvalidParameterTypeError
-    from actors.parameter_errors import InvalidParameterValueError as InvalidParameterValueError
-    from actors.parameter_errors import ParameterAlreadyDeclaredError as ParameterAlreadyDeclaredError
-    from actors.parameter_errors import ParameterImmutableError as ParameterImmutableError
-    from actors.parameter_errors import ParameterNotDeclaredError as ParameterNotDeclaredError
-    from actors.parameter_errors import ParameterUninitializedError as ParameterUninitializedError
-    from actors.parameter_types import Parameter as Parameter
-    from actors.parameter_types import ParameterDescriptor as ParameterDescriptor
-    from actors.parameter_types import ParameterType as ParameterType
-    from actors.parameters import SetParametersResult as SetParametersResult
-    from actors.picture import EndpointInfo as EndpointInfo
-    from actors.picture import GraphPicture as GraphPicture
-    from actors.qos import DurabilityPolicy as DurabilityPolicy
-    from actors.qos import HistoryPolicy as HistoryPolicy
-    from actors.qos import InvalidQoSProfileError as InvalidQoSProfileError
-    from actors.qos import LivelinessPolicy as LivelinessPolicy
-    from actors.qos import QoSProfile as QoSProfile
-    from actors.qos import ReliabilityPolicy as ReliabilityPolicy
-    from actors.qos import qos_profile_default as qos_profile_default
-    from actors.qos import qos_profile_sensor_data as qos_profile_sensor_data
-    from actors.qos import qos_profile_services_default as qos_profile_services_default
-    from actors.qos_compatibility import QoSCompatibility as QoSCompatibility
-    from actors.qos_compatibility import QoSPolicyKind as QoSPolicyKind
-    from actors.qos_compatibility import qos_check_compatible as qos_check_compatible
-    from actors.running import run as run
-    from actors.service_introspection import ServiceIntrospectionState as ServiceIntrospectionState
+    from actors.logging.logger import Logger as Logger
+    from actors.logging.logger import LoggingSeverity as LoggingSeverity
+    from actors.logging.logger import get_logger as get_logger
+    from actors.node.decorators import service as service
+    from actors.node.decorators import subscription as subscription
+    from actors.node.decorators import timer as timer
+    from actors.node.node import Node as Node
+    from actors.parameters.errors import InvalidParameterError as InvalidParameterError
+    from actors.parameters.errors import InvalidParameterTypeError as InvalidParameterTypeError
+    from actors.parameters.errors import InvalidParameterValueError as InvalidParameterValueError
+    from actors.parameters.errors import ParameterAlreadyDeclaredError as ParameterAlreadyDeclaredError
+    from actors.parameters.errors import ParameterImmutableError as ParameterImmutableError
+    from actors.parameters.errors import ParameterNotDeclaredError as ParameterNotDeclaredError
+    from actors.parameters.errors import ParameterUninitializedError as ParameterUninitializedError
+    from actors.parameters.store import SetParametersResult as SetParametersResult
+    from actors.parameters.types import Parameter as Parameter
+    from actors.parameters.types import ParameterDescriptor as ParameterDescriptor
+    from actors.parameters.types import ParameterType as ParameterType
+    from actors.qos.compatibility import QoSCompatibility as QoSCompatibility
+    from actors.qos.compatibility import QoSPolicyKind as QoSPolicyKind
+    from actors.qos.compatibility import qos_check_compatible as qos_check_compatible
+    from actors.qos.profile import DurabilityPolicy as DurabilityPolicy
+    from actors.qos.profile import HistoryPolicy as HistoryPolicy
+    from actors.qos.profile import InvalidQoSProfileError as InvalidQoSProfileError
+    from actors.qos.profile import LivelinessPolicy as LivelinessPolicy
+    from actors.qos.profile import QoSProfile as QoSProfile
+    from actors.qos.profile import ReliabilityPolicy as ReliabilityPolicy
+    from actors.qos.profile import qos_profile_default as qos_profile_default
+    from actors.qos.profile import qos_profile_sensor_data as qos_profile_sensor_data
+    from actors.qos.profile import qos_profile_services_default as qos_profile_services_default
+    from actors.runtime.log_output import configure_logging as configure_logging
+    from actors.runtime.run import run as run
     from actors.supervision.events import ChildEvent as ChildEvent
     from actors.supervision.events import ChildEventKind as ChildEventKind
     from actors.supervision.events import ChildEventMessage as ChildEventMessage
@@ -103,9 +102,10 @@ if TYPE_CHECKING:
     from actors.supervision.specification import Strategy as Strategy
     from actors.supervision.supervisor import ChildStatus as ChildStatus
     from actors.supervision.supervisor import Supervisor as Supervisor
-    from actors.time_types import ClockType as ClockType
-    from actors.time_types import Duration as Duration
-    from actors.time_types import Time as Time
+    from actors.time.clock import Clock as Clock
+    from actors.time.types import ClockType as ClockType
+    from actors.time.types import Duration as Duration
+    from actors.time.types import Time as Time
     from proto.codes import EntryKind as EntryKind
     from proto.errors import CallboardError as CallboardError
     from proto.errors import InvalidNameError as InvalidNameError
@@ -122,27 +122,27 @@ if TYPE_CHECKING:
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "actors.arguments": (
+        "actors.config.arguments": (
             "InvalidRosArgumentError",
             "RosArguments",
             "parse_ros_arguments",
         ),
-        "actors.broker_report": (
+        "actors.graph.broker_report": (
             "BrokerReport",
             "BrokerReportRates",
         ),
-        "actors.entities.client": ("Client",),
-        "actors.clock": ("Clock",),
-        "actors.time_types": (
+        "actors.endpoints.client.client": ("Client",),
+        "actors.time.clock": ("Clock",),
+        "actors.time.types": (
             "ClockType",
             "Duration",
             "Time",
         ),
-        "actors.diagnostics": (
+        "actors.diagnostics.records": (
             "NodeDiagnostics",
             "NodeRates",
         ),
-        "actors.decorators": (
+        "actors.node.decorators": (
             "service",
             "subscription",
             "timer",
@@ -162,7 +162,7 @@ __getattr__, __dir__ = lazy_names(
             "SupervisorGaveUp",
             "WaitTimeout",
         ),
-        "actors.events": (
+        "actors.endpoints.events": (
             "DeadlineMissedInfo",
             "IncompatibleQoSInfo",
             "IncompatibleTypeInfo",
@@ -173,30 +173,30 @@ __getattr__, __dir__ = lazy_names(
             "PublisherEventCallbacks",
             "SubscriptionEventCallbacks",
         ),
-        "actors.picture": (
+        "actors.graph.snapshot": (
             "EndpointInfo",
-            "GraphPicture",
+            "GraphSnapshot",
         ),
-        "actors.graph_changes": (
+        "actors.graph.changes": (
             "GraphChange",
             "GraphChangeKind",
             "GraphWatch",
         ),
-        "actors.inspector": ("Inspector",),
+        "actors.graph.inspector": ("Inspector",),
         "actors.interfaces.errors": ("InvalidMessageError",),
         "actors.interfaces.message": (
             "Action",
             "Message",
             "Service",
         ),
-        "actors.log_output": ("configure_logging",),
-        "actors.logger": (
+        "actors.runtime.log_output": ("configure_logging",),
+        "actors.logging.logger": (
             "Logger",
             "LoggingSeverity",
             "get_logger",
         ),
-        "actors.node": ("Node",),
-        "actors.parameter_errors": (
+        "actors.node.node": ("Node",),
+        "actors.parameters.errors": (
             "InvalidParameterError",
             "InvalidParameterTypeError",
             "InvalidParameterValueError",
@@ -205,14 +205,14 @@ __getattr__, __dir__ = lazy_names(
             "ParameterNotDeclaredError",
             "ParameterUninitializedError",
         ),
-        "actors.parameter_types": (
+        "actors.parameters.types": (
             "Parameter",
             "ParameterDescriptor",
             "ParameterType",
         ),
-        "actors.parameters": ("SetParametersResult",),
-        "actors.entities.publisher": ("Publisher",),
-        "actors.qos": (
+        "actors.parameters.store": ("SetParametersResult",),
+        "actors.endpoints.publisher.publisher": ("Publisher",),
+        "actors.qos.profile": (
             "DurabilityPolicy",
             "HistoryPolicy",
             "InvalidQoSProfileError",
@@ -223,15 +223,15 @@ __getattr__, __dir__ = lazy_names(
             "qos_profile_sensor_data",
             "qos_profile_services_default",
         ),
-        "actors.qos_compatibility": (
+        "actors.qos.compatibility": (
             "QoSCompatibility",
             "QoSPolicyKind",
             "qos_check_compatible",
         ),
-        "actors.running": ("run",),
-        "actors.service_introspection": ("ServiceIntrospectionState",),
-        "actors.entities.backlog": ("MessageInfo",),
-        "actors.entities.subscription": ("Subscription",),
+        "actors.runtime.run": ("run",),
+        "actors.endpoints.service_introspection": ("ServiceIntrospectionState",),
+        "actors.endpoints.subscription.backlog": ("MessageInfo",),
+        "actors.endpoints.subscription.subscription": ("Subscription",),
         "actors.supervision.events": (
             "ChildEvent",
             "ChildEventKind",
@@ -249,7 +249,7 @@ __getattr__, __dir__ = lazy_names(
             "ChildStatus",
             "Supervisor",
         ),
-        "actors.entities.timer": (
+        "actors.endpoints.timer": (
             "Timer",
             "TimerInfo",
         ),

@@ -15,8 +15,8 @@
         ├── ServiceTimeout (TimeoutError)     the deadline passed
         └── RemoteError                       the handler raised
 
-Others are beside what raises them: actors/interfaces/errors.py, actors/parameter_errors.py,
-actors/arguments.py, and proto/errors.py for names and URLs.
+Others are beside what raises them: actors/interfaces/errors.py, actors/parameters/errors.py,
+actors/config/arguments.py, and proto/errors.py for names and URLs.
 """
 
 from __future__ import annotations

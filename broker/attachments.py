@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from broker.latched import replays
-from broker.records import Queue, Send
+from broker.records import Enqueue, Send
 from proto import frames
 from proto.codec import encode
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from broker.records import Delivery, PublisherRecord, Route, SubscriptionRecord
     from proto.codes import DetachReason
-    from proto.lane import Lane
+    from proto.publisher_queue import PublisherQueue
 
 T = TypeVar("T")
 
@@ -43,7 +43,7 @@ class Attachments:
             tuple[int, int, int], tuple[PublisherRecord, Route, list[SubscriptionRecord]]
         ] = {}
         """By publisher, peer, and the number from which on runs are for them."""
-        self._detached: dict[tuple[int, int, Lane | None, DetachReason], list[int]] = {}
+        self._detached: dict[tuple[int, int, PublisherQueue | None, DetachReason], list[int]] = {}
         """By publisher, peer, the lane to say it in, and why."""
         self.pending = False
 
@@ -61,7 +61,7 @@ class Attachments:
         peer: int,
         readers: Collection[int],
         reason: DetachReason,
-        lane: Lane | None = None,
+        queue: PublisherQueue | None = None,
     ) -> None:
         """A publisher's runs are for these subscriptions of a peer no longer.
 
@@ -70,20 +70,20 @@ class Attachments:
             peer: Whose subscriptions they are.
             readers: Their ids.
             reason: Why.
-            lane: Say it behind what waits there; None: before everything else.
+            queue: Say it behind what waits there; None: before everything else.
         """
         if self._attached:
             self.flush()
         self.pending = True
-        self._detached.setdefault((publisher, peer, lane, reason), []).extend(readers)
+        self._detached.setdefault((publisher, peer, queue, reason), []).extend(readers)
 
     def flush(self) -> None:
         """Tell the links."""
         detached, self._detached = self._detached, {}
-        for (number, peer, lane, reason), readers in detached.items():
+        for (number, peer, queue, reason), readers in detached.items():
             for part in _slices(readers):
                 frame = frames.Detached(number, tuple(part), reason)
-                self._emit(Send(peer, frame) if lane is None else Queue(peer, lane, encode(frame)))
+                self._emit(Send(peer, frame) if queue is None else Enqueue(peer, queue, encode(frame)))
         attached, self._attached = self._attached, {}
         for (*_, first), (publisher, route, subscriptions) in attached.items():
             for some in _slices(subscriptions):
@@ -101,11 +101,11 @@ class Attachments:
             publisher.node_name,
             publisher.qos,
         )
-        self._emit(Queue(route.peer.id, route.lane, encode(frame)))
+        self._emit(Enqueue(route.peer.id, route.queue, encode(frame)))
         for subscription in subscriptions:
             if subscription.wants.latched:
                 for replay in replays(publisher, subscription):
-                    self._emit(Queue(route.peer.id, route.lane, replay))
+                    self._emit(Enqueue(route.peer.id, route.queue, replay))
 
 
 def _slices(entries: list[T]) -> Iterator[list[T]]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from broker.capacity import raise_file_limit
 from broker.options import BrokerOptions
-from proto import process
+from proto.aio import process
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ async def _serve(options: BrokerOptions, url_file: Path | None) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         _on_signal(loop, number, task.cancel)
     async with Broker(options) as broker:
-        process.settle()
+        process.configure_process()
         _announce(broker.url)
         if url_file is not None:
             _write_atomically(url_file, broker.url + "\n")

@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING, Final
 
 from proto import frames, limits
-from proto.aio import Channel
+from proto.aio.channel import Channel
 from proto.errors import ErrorCode, ProtocolError, shown
 from proto.identity import agent
 from proto.liveness import Finding, Liveness
@@ -121,7 +121,7 @@ class Connection:
         self._broker.joined(self)
         self._broker.deliver(router, deliveries)
 
-    def batch_received(self) -> None:
+    def read_finished(self) -> None:
         """ChannelHandler: one read has been handled; send what it caused."""
         if self.suspended_at is not None:
             self.restore()  # a PING came: any bytes count

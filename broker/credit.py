@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from broker.records import Send
+from proto.batches import message_bytes
 from proto.codec import ends_from_bytes
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import Credit, Run
-from proto.runs import message_bytes
+from proto.frames import Batch, Credit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -58,7 +58,7 @@ def confirmed(publisher: PublisherRecord) -> None:
         publisher.echoes_owed -= 1
 
 
-def check(publisher: PublisherRecord, run: Run) -> None:
+def check(publisher: PublisherRecord, batch: Batch) -> None:
     """Hold a publisher to what it was promised.
 
     A message may be sent while the number after the last one sent is below the sequence limit, so numbers
@@ -73,12 +73,12 @@ def check(publisher: PublisherRecord, run: Run) -> None:
     sequence_limit, byte_limit = publisher.promised
     number = publisher.next_sequence
     before = publisher.bytes
-    if run.ends is not None:
-        number = run.first_sequence + run.length - 1
-        before += ends_from_bytes(run.ends[-8:-4])[0] if len(run.ends) >= 8 else 0
+    if batch.ends is not None:
+        number = batch.first_sequence + batch.length - 1
+        before += ends_from_bytes(batch.ends[-8:-4])[0] if len(batch.ends) >= 8 else 0
     if number >= sequence_limit or before >= byte_limit:
         text = (
             f"publisher on '{publisher.name}' went beyond its credit: message {number} of {sequence_limit},"
-            f" byte {publisher.bytes + message_bytes(run)} of {byte_limit}"
+            f" byte {publisher.bytes + message_bytes(batch)} of {byte_limit}"
         )
         raise ProtocolError(ErrorCode.CREDIT, text)

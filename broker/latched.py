@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Final
 
 from broker.qos import KEEP_ALL, Qos
 from proto import frames
-from proto.runs import cut, message_bytes
+from proto.batches import cut, message_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from broker.records import PublisherRecord, SubscriptionRecord
-    from proto.frames import Run
+    from proto.frames import Batch
 
 LATCHED_MESSAGES: Final = 1000
 """What is kept for late joiners of a KEEP_ALL + TRANSIENT_LOCAL publisher."""
@@ -31,16 +31,16 @@ def latched_depth(qos: Qos) -> int:
     return LATCHED_MESSAGES if qos.history == KEEP_ALL else qos.depth
 
 
-def latch(publisher: PublisherRecord, run: Run) -> int:
+def latch(publisher: PublisherRecord, batch: Batch) -> int:
     """Keep a run; the oldest messages go beyond the limits.
 
     Returns:
         How many late joiners will miss: those that the depth had room for, and a limit in bytes had not.
     """
     keep = publisher.keep
-    publisher.latched.append(run)
-    publisher.latched_messages += run.length
-    _count(publisher, message_bytes(run))
+    publisher.latched.append(batch)
+    publisher.latched_messages += batch.length
+    _count(publisher, message_bytes(batch))
     while publisher.latched_messages > keep:
         _unlatch_oldest(publisher, publisher.latched_messages - keep)
     missed = 0
@@ -81,10 +81,10 @@ def replays(publisher: PublisherRecord, subscription: SubscriptionRecord) -> Ite
     skip = 0
     if subscription.depth is not None:
         skip = max(0, publisher.latched_messages - subscription.depth)
-    for run in publisher.latched:
-        if skip >= run.length:
-            skip -= run.length
+    for batch in publisher.latched:
+        if skip >= batch.length:
+            skip -= batch.length
             continue
-        kept = cut(run, skip, run.length)
+        kept = cut(batch, skip, batch.length)
         skip = 0
         yield frames.Replay(subscription.id, *kept[:-1])

@@ -6,14 +6,14 @@ from collections import Counter, deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from broker.allowances import Allowances
-from proto.frames import Frame, GraphEntry, Matched, Options, Replay, Run, Scalar
+from broker.credit_limits import CreditLimits
+from proto.frames import Batch, Frame, GraphEntry, Matched, Options, Replay, Scalar
 
 if TYPE_CHECKING:
     from broker.pool import Pool
     from broker.qos import Qos
     from proto.codes import EntryKind
-    from proto.lane import Lane
+    from proto.publisher_queue import PublisherQueue
 
 
 class Send(NamedTuple):
@@ -39,19 +39,19 @@ class CancelCalls(NamedTuple):
     calls: list[int]
 
 
-class Queue(NamedTuple):
+class Enqueue(NamedTuple):
     """Deliver a run, or latched messages or a control frame that belong between runs, in a lane."""
 
     peer: int
-    lane: Lane
-    item: Run | Replay | bytes
+    queue: PublisherQueue
+    item: Batch | Replay | bytes
 
 
 class Discard(NamedTuple):
     """Nobody wants what waits in this lane any more."""
 
     peer: int
-    lane: Lane
+    queue: PublisherQueue
 
 
 class Close(NamedTuple):
@@ -62,7 +62,7 @@ class Close(NamedTuple):
     text: str
 
 
-Delivery: TypeAlias = Send | SendCalls | CancelCalls | Queue | Discard | Close
+Delivery: TypeAlias = Send | SendCalls | CancelCalls | Enqueue | Discard | Close
 
 
 @dataclass(slots=True, eq=False)
@@ -162,10 +162,10 @@ class PublisherRecord(Endpoint):
     """Subscriptions that have been told that it is suspended, and are to be told how that ends."""
     keep: int = 0
     """Messages kept for late joiners; 0 for a VOLATILE publisher."""
-    latched: deque[Run] = field(default_factory=deque["Run"])
+    latched: deque[Batch] = field(default_factory=deque["Batch"])
     latched_messages: int = 0
     latched_bytes: int = 0
-    credits: Allowances = field(default_factory=Allowances)
+    credits: CreditLimits = field(default_factory=CreditLimits)
     limit: tuple[int, int] | None = None
     """The credit that has been sent: (sequence limit, byte limit)."""
     promised: tuple[int, int] | None = None
@@ -199,7 +199,7 @@ class Route:
     """The way of one publisher's runs to one peer."""
 
     peer: Peer
-    lane: Lane
+    queue: PublisherQueue
     topic: TopicRecord
     subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
     depths: Counter[int | None] = field(default_factory=Counter["int | None"])
@@ -223,7 +223,7 @@ class Route:
 
     def _deepen(self) -> None:
         keep_all = None in self.depths
-        self.lane.depth = None if keep_all else max((d for d in self.depths if d is not None), default=1)
+        self.queue.depth = None if keep_all else max((d for d in self.depths if d is not None), default=1)
 
 
 @dataclass(slots=True, eq=False)
@@ -251,15 +251,15 @@ class Tally:
             self.leaving,
         )
 
-    def add(self, lane: Lane) -> None:
+    def add(self, queue: PublisherQueue) -> None:
         """Count what has become of a lane's messages so far."""
-        self.delivered += lane.sent
-        self.dropped += lane.dropped
-        self.dropped_for_bytes += lane.dropped_for_bytes
-        self.abandoned += lane.abandoned
-        self.lost_on_break += lane.lost_on_break
-        self.queued += lane.pending
-        self.leaving += lane.leaving
+        self.delivered += queue.sent
+        self.dropped += queue.dropped
+        self.dropped_for_bytes += queue.dropped_for_bytes
+        self.abandoned += queue.abandoned
+        self.lost_on_break += queue.lost_on_break
+        self.queued += queue.pending
+        self.leaving += queue.leaving
 
 
 @dataclass(slots=True, eq=False)

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 MAX_ENDPOINTS: Final = 20_000
 MAX_PENDING_CALLS: Final = 200_000
-MAX_LANE_BYTES: Final = 128 * 1024 * 1024
+MAX_LINK_QUEUE_BYTES: Final = 128 * 1024 * 1024
 
 WAS_SILENT: Final = "This node was silent for the keepalive limit; until now the graph was without it"
 
@@ -58,7 +58,7 @@ class Router:
         max_endpoints: What one peer may declare.
         max_pending_calls: Unanswered calls of one peer.
         max_message_bytes: Size of one frame that a peer takes.
-        max_lane_bytes: What may wait for a KEEP_ALL subscription whose credit allowed it.
+        max_queue_bytes: What may wait for a KEEP_ALL subscription whose credit allowed it.
 
     Attributes:
         domain: The same number.
@@ -72,7 +72,7 @@ class Router:
         domain: int = 0,
         max_endpoints: int = MAX_ENDPOINTS,
         max_pending_calls: int = MAX_PENDING_CALLS,
-        max_lane_bytes: int = MAX_LANE_BYTES,
+        max_queue_bytes: int = MAX_LINK_QUEUE_BYTES,
         max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
     ) -> None:
         self.domain = domain
@@ -84,12 +84,12 @@ class Router:
         self._instances: dict[bytes, Peer] = {}
         self._names: dict[str, NodeRecord] = {}
         self.relied_on: set[int] = set()
-        self.topics = Topics(self._out_append, max_lane_bytes=max_lane_bytes)
+        self.topics = Topics(self._out_append, max_queue_bytes=max_queue_bytes)
         self.services = Services(self._out_append, max_pending=max_pending_calls, max_bytes=max_message_bytes)
         self.graph = Graph(self._out_append)
         self.definitions = Definitions()
         self._handlers: dict[type[Any], Callable[[Peer, Any], None]] = {
-            frames.Run: self.topics.run,
+            frames.Batch: self.topics.run,
             frames.Request: self._request,
             frames.Reply: self._reply,
             frames.Cancel: self._cancel,

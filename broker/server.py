@@ -21,12 +21,12 @@ from broker.drain import Drain
 from broker.errors import ListenError, listen_error
 from broker.listening import NotASocketError, listen_tcp, listen_unix
 from broker.options import BrokerOptions
-from broker.records import CancelCalls, Discard, Queue, Send, SendCalls
+from broker.records import CancelCalls, Discard, Enqueue, Send, SendCalls
 from broker.router import Router
 from broker.stats import Meter, answer, link_stats, topic_stats
 from proto import limits
 from proto.errors import ErrorCode
-from proto.frames import Run
+from proto.frames import Batch
 from proto.url import BrokerUrl
 
 if TYPE_CHECKING:
@@ -280,7 +280,7 @@ class Broker:
                 max_endpoints=self.options.max_endpoints,
                 max_pending_calls=self.options.max_pending_calls,
                 max_message_bytes=self.options.max_message_bytes,
-                max_lane_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
+                max_queue_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
             )
             self._joined[router] = {}
         return router
@@ -326,8 +326,8 @@ class Broker:
 
 def _put(connection: Connection, outbox: Outbox, delivery: Delivery) -> None:
     """Put one delivery where it waits for its turn; the commonest kinds are asked for first."""
-    if isinstance(delivery, Queue):
-        outbox.put_lane(delivery.lane, delivery.item)
+    if isinstance(delivery, Enqueue):
+        outbox.enqueue(delivery.queue, delivery.item)
     elif isinstance(delivery, SendCalls):
         outbox.put_calls(delivery.raw, delivery.key)
     elif isinstance(delivery, Send):
@@ -335,7 +335,7 @@ def _put(connection: Connection, outbox: Outbox, delivery: Delivery) -> None:
     elif isinstance(delivery, CancelCalls):
         outbox.cancel_calls(delivery.endpoint, delivery.calls)
     elif isinstance(delivery, Discard):
-        outbox.drop_lane(delivery.lane)
+        outbox.drop_queue(delivery.queue)
     elif delivery.code == ErrorCode.LIMIT:
         connection.cut_off(delivery.text)
     else:
@@ -352,9 +352,9 @@ def _cut_off(connection: Connection) -> None:
 def lose(delivery: Delivery) -> None:
     """Count what a delivery means for a link that has ended."""
     if isinstance(delivery, Discard):
-        delivery.lane.lose()
-    elif isinstance(delivery, Queue) and isinstance(delivery.item, Run):
-        delivery.lane.lose(delivery.item)
+        delivery.queue.lose()
+    elif isinstance(delivery, Enqueue) and isinstance(delivery.item, Batch):
+        delivery.queue.lose(delivery.item)
 
 
 def _absolute(path: Path) -> str:

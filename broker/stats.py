@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from broker.records import NodeRecord
 from proto import frames
-from proto.lag import LoopLag
+from proto.loop_lag import LoopLag
 from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from broker.connection import Connection
     from broker.router import Router
-    from proto.aio import Channel
+    from proto.aio.channel import Channel
 
 
 EntryT = TypeVar("EntryT")
@@ -132,9 +132,9 @@ def link_stats(now: float, router: Router, joined: Mapping[int, Connection]) -> 
     """
     queued: Counter[int] = Counter()
     queued_bytes: Counter[int] = Counter()
-    for lane, _, number, _ in router.topics.ways():
-        queued[number] += lane.pending
-        queued_bytes[number] += lane.pending_bytes
+    for queue, _, number, _ in router.topics.peer_queues():
+        queued[number] += queue.pending
+        queued_bytes[number] += queue.pending_bytes
     for number, connection in joined.items():
         peer, channel = router.peer(number), connection.channel
         endpoints = () if peer is None else tuple(peer.endpoints.values())

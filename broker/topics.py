@@ -8,35 +8,35 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from broker import credit
-from broker.allowances import Allowances
 from broker.attachments import Attachments
-from broker.lanes import DepartedLanes, Way
+from broker.credit_limits import CreditLimits
+from broker.departed_queues import DepartedQueues, PeerQueue
 from broker.latched import latch, unlatch
 from broker.notices import Notices
 from broker.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
 from broker.records import (
     Close,
     Discard,
+    Enqueue,
     PublisherRecord,
-    Queue,
     Route,
     Send,
     SubscriptionRecord,
     Tally,
     TopicRecord,
 )
+from proto.batches import cut, message_bytes
 from proto.codes import DetachReason, NoticeKind, PolicyKind
 from proto.errors import ErrorCode, ProtocolError
-from proto.lane import Lane
 from proto.limits import MAX_U64
-from proto.runs import cut, message_bytes
+from proto.publisher_queue import PublisherQueue
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
     from broker.records import Delivery, Peer
     from proto import frames
-    from proto.frames import Run
+    from proto.frames import Batch
 
 
 class Topics:
@@ -44,7 +44,7 @@ class Topics:
 
     Args:
         emit: Takes each delivery.
-        max_lane_bytes: What may wait for a KEEP_ALL subscription.
+        max_queue_bytes: What may wait for a KEEP_ALL subscription.
 
     Attributes:
         routed: Messages that reached at least one link.
@@ -54,15 +54,15 @@ class Topics:
         latched_dropped: Messages that late joiners will miss: too many bytes are latched.
     """
 
-    def __init__(self, emit: Callable[[Delivery], None], *, max_lane_bytes: int) -> None:
+    def __init__(self, emit: Callable[[Delivery], None], *, max_queue_bytes: int) -> None:
         self._emit = emit
-        self._max_lane_bytes = max_lane_bytes
+        self._max_queue_bytes = max_queue_bytes
         self._topics: dict[str, TopicRecord] = {}
         self._publishers: dict[int, PublisherRecord] = {}
         self._peers_changed: dict[PublisherRecord | SubscriptionRecord, None] = {}
         self._held = False
         """Whether the broker stops: every publisher is held."""
-        self._departed = DepartedLanes()
+        self._departed = DepartedQueues()
         self._notices = Notices(emit)
         self._attachments = Attachments(emit)
         self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
@@ -108,17 +108,17 @@ class Topics:
         """Tell a subscription that knows that a publisher is suspended not to wait for it."""
         peer = subscription.peer.id
         # Behind what it has said, and behind the word that it is suspended.
-        lane = self._departed.last(peer, publisher.gid, publisher.name)
-        self._attachments.detach(publisher.key, peer, (subscription.id,), DetachReason.GONE, lane)
+        queue = self._departed.last(peer, publisher.gid, publisher.name)
+        self._attachments.detach(publisher.key, peer, (subscription.id,), DetachReason.GONE, queue)
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:
         """Take a publisher out; its readers get what is queued, and then DETACHED."""
         self._leave(publisher.name, publisher)
         reason = DetachReason.SUSPENDED if publisher.peer.suspended else DetachReason.GONE
         for route in publisher.routes.values():
-            self._attachments.detach(publisher.key, route.peer.id, route.subscriptions, reason, route.lane)
-            way = Way(route.lane, route.topic, route.peer.id, route.lives)
-            self._departed.leave(publisher.gid, publisher.key, way)
+            self._attachments.detach(publisher.key, route.peer.id, route.subscriptions, reason, route.queue)
+            peer_queue = PeerQueue(route.queue, route.topic, route.peer.id, route.lives)
+            self._departed.leave(publisher.gid, publisher.key, peer_queue)
         publisher.routes.clear()
         for subscription in publisher.matched.values():
             subscription.matched.pop(publisher.key, None)
@@ -127,7 +127,7 @@ class Topics:
                 publisher.awaited_by[subscription.key] = subscription
                 subscription.awaits[publisher.key] = publisher
         publisher.matched.clear()
-        publisher.credits = Allowances()
+        publisher.credits = CreditLimits()
         if publisher.peer.suspended:
             if self._held:
                 credit.hold(publisher)
@@ -163,8 +163,8 @@ class Topics:
         if route.subscriptions:
             return
         del publisher.routes[peer.id]
-        self._departed.retire(peer.id, route.lane, route.topic)
-        self._emit(Discard(peer.id, route.lane))
+        self._departed.retire(peer.id, route.queue, route.topic)
+        self._emit(Discard(peer.id, route.queue))
 
     def _topic(self, name: str) -> TopicRecord:
         topic = self._topics.get(name)
@@ -218,15 +218,15 @@ class Topics:
         topic = self._topic(publisher.name)
         left = self._departed.take_back(peer.id, publisher.gid, publisher.name)
         if left is None:
-            return Route(peer, Lane(publisher.key, depth), topic)
-        left.lane.publisher = 0
-        return Route(peer, left.lane, topic, lives=left.lives)
+            return Route(peer, PublisherQueue(publisher.key, depth), topic)
+        left.queue.publisher = 0
+        return Route(peer, left.queue, topic, lives=left.lives)
 
     def forget_peer(self, peer: int) -> None:
         """Nothing can be sent to a peer any more."""
         self._attachments.flush()
-        for lane in self._departed.forget(peer):
-            self._emit(Discard(peer, lane))
+        for queue in self._departed.forget(peer):
+            self._emit(Discard(peer, queue))
 
     def _incompatible_type(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
         same_name = publisher.type_name == subscription.type_name
@@ -272,43 +272,43 @@ class Topics:
 
     # Messages
 
-    def run(self, peer: Peer, run: Run) -> None:
+    def run(self, peer: Peer, batch: Batch) -> None:
         """Route a run.
 
         Raises:
             ProtocolError: The publisher is not this link's, or goes beyond its credit or all numbers.
         """
-        publisher = self._owned(peer, run.publisher)
-        after = run.first_sequence + run.length
+        publisher = self._owned(peer, batch.publisher)
+        after = batch.first_sequence + batch.length
         if after > MAX_U64:
-            raise ProtocolError(ErrorCode.MALFORMED, "RUN: the number after its last one is above 2^64 - 1")
-        credit.check(publisher, run)
-        seen = publisher.next_sequence - run.first_sequence
-        size = message_bytes(run)
+            raise ProtocolError(ErrorCode.MALFORMED, "BATCH: the number after its last one is above 2^64 - 1")
+        credit.check(publisher, batch)
+        seen = publisher.next_sequence - batch.first_sequence
+        size = message_bytes(batch)
         publisher.bytes += size
         if seen > 0:
-            self.stale += min(seen, run.length)
-            if seen >= run.length:
+            self.stale += min(seen, batch.length)
+            if seen >= batch.length:
                 return
-            run = cut(run, seen, run.length)
-            size = message_bytes(run)
+            batch = cut(batch, seen, batch.length)
+            size = message_bytes(batch)
         publisher.next_sequence = after
         topic = publisher.topic
-        topic.messages += run.length
+        topic.messages += batch.length
         topic.bytes += size
         if publisher.keep:
-            missed = latch(publisher, run)
+            missed = latch(publisher, batch)
             topic.latched_dropped += missed
             self.latched_dropped += missed
         routes = publisher.routes
         if not routes:
-            self.unmatched += run.length
+            self.unmatched += batch.length
             return
-        self.routed += run.length
-        self.copies += run.length * len(routes)
+        self.routed += batch.length
+        self.copies += batch.length * len(routes)
         for route in routes.values():
-            self._emit(Queue(route.peer.id, route.lane, run))
-            if route.lane.depth is None and route.lane.pending_bytes > self._max_lane_bytes:
+            self._emit(Enqueue(route.peer.id, route.queue, batch))
+            if route.queue.depth is None and route.queue.pending_bytes > self._max_queue_bytes:
                 self._overflow(publisher, route)
 
     def _overflow(self, publisher: PublisherRecord, route: Route) -> None:
@@ -364,16 +364,16 @@ class Topics:
 
     def tallies(self) -> tuple[Tally, dict[TopicRecord, Tally]]:
         """Return what has become of all copies, always `copies` together; and the same by topic."""
-        return self._departed.tallies(self._ways_in_use())
+        return self._departed.tallies(self._queues_in_use())
 
-    def ways(self) -> list[Way]:
+    def peer_queues(self) -> list[PeerQueue]:
         """Return all lanes, those of publishers and readers that have gone included."""
-        return [*self._ways_in_use(), *self._departed.all()]
+        return [*self._queues_in_use(), *self._departed.all()]
 
-    def _ways_in_use(self) -> Iterator[Way]:
+    def _queues_in_use(self) -> Iterator[PeerQueue]:
         for publisher in self._publishers.values():
             for route in publisher.routes.values():
-                yield Way(route.lane, route.topic, route.peer.id)
+                yield PeerQueue(route.queue, route.topic, route.peer.id)
 
     def records(self) -> Collection[TopicRecord]:
         """Return all topics that somebody has declared something on, and is not suspended."""

@@ -1,7 +1,7 @@
 """Frames to bytes and back.
 
 Every frame is a msgpack `bin 32`, so its size is known before it is buffered. Inside is a header (a msgpack
-array of at most 15 fields whose first is the opcode, below 128) and then, for RUN, REPLAY and FRAGMENT only,
+array of at most 15 fields whose first is the opcode, below 128) and then, for BATCH, REPLAY and FRAGMENT only,
 the payload. Whatever bytes come in, `decode` returns a frame whose fields have the types that `frames.py`
 says, or raises ProtocolError, and never anything else.
 """
@@ -20,9 +20,11 @@ import msgpack
 from proto import limits
 from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
+from proto.field_kinds import KINDS
 from proto.frames import (
     OPCODES,
     SPECS,
+    Batch,
     Buffer,
     Fragment,
     Frame,
@@ -34,16 +36,14 @@ from proto.frames import (
     ReplyEntry,
     Request,
     RequestEntry,
-    Run,
     Stats,
 )
-from proto.kinds import KINDS
 from proto.stats import LinkStats, TopicStats
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from proto.kinds import Check
+    from proto.field_kinds import Check
 
 BIN_32: Final = 0xC6
 ARRAY_32: Final = 0xDD
@@ -71,16 +71,16 @@ def encode(frame: Frame) -> bytes:
     return _prefix(BIN_32, len(header)) + header
 
 
-def encode_head(frame: Run | Replay | Fragment) -> bytes:
+def encode_head(frame: Batch | Replay | Fragment) -> bytes:
     """Return the frame as it goes on the wire up to its payload, which must follow."""
     op, fields, _ = _SHAPES[type(frame)]
     header = _pack((op, *frame[:fields]))
     return _prefix(BIN_32, len(header) + len(frame.payload)) + header
 
 
-def run_head(fields: tuple[int, int, int, int, bytes | None, Options | None], payload_bytes: int) -> bytes:
-    """Return a RUN as it goes on the wire up to its payload of so many bytes, which must follow."""
-    header = _pack((Op.RUN, *fields))
+def batch_head(fields: tuple[int, int, int, int, bytes | None, Options | None], payload_bytes: int) -> bytes:
+    """Return a BATCH as it goes on the wire up to its payload of so many bytes, which must follow."""
+    header = _pack((Op.BATCH, *fields))
     return _prefix(BIN_32, len(header) + payload_bytes) + header
 
 
@@ -176,12 +176,12 @@ _PLANS: Final[Mapping[int, _Plan]] = {
     for op, spec in SPECS.items()
 }
 
-_RUNS: Final = frozenset({Op.RUN, Op.REPLAY})
+_BATCHES: Final = frozenset({Op.BATCH, Op.REPLAY})
 
-_RUN_SHAPES: Final = frozenset(
+_BATCH_SHAPES: Final = frozenset(
     (int, int, int, int, ends, attributes) for ends in (bytes, type(None)) for attributes in (type(None),)
 )
-"""What the fields of nearly every RUN are: these need a look at their ranges only."""
+"""What the fields of nearly every BATCH are: these need a look at their ranges only."""
 
 _WINDOWS: Final = (1024, limits.MAX_HEADER_BYTES)
 """How much of a frame with a payload the unpacker is shown: what it is fed, it copies."""
@@ -228,10 +228,10 @@ class Decoder:
             raise _malformed(f"header: {error!s:.200} ({type(error).__name__})") from error
         payload = content[size:]
         fields = _checked(plan, header)
-        if op in _RUNS:
-            _check_run(plan.name, fields[-3], fields[-2], payload)
-        if op == Op.RUN:
-            return Run(*fields, payload, raw)  # type: ignore[call-arg]  # the checkers count fields as one
+        if op in _BATCHES:
+            _check_batch(plan.name, fields[-3], fields[-2], payload)
+        if op == Op.BATCH:
+            return Batch(*fields, payload, raw)  # type: ignore[call-arg]  # the checkers count fields as one
         return plan.make(*fields, payload)
 
     def _whole(self, content: memoryview, max_array_len: int) -> tuple[Any, ...]:
@@ -304,7 +304,7 @@ def _checked(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
     if len(header) <= width:
         header = _filled_up(plan, header)
     fields = header[1 : 1 + width]
-    if plan.make is Run and tuple(map(type, fields)) in _RUN_SHAPES and _in_range(fields):
+    if plan.make is Batch and tuple(map(type, fields)) in _BATCH_SHAPES and _in_range(fields):
         return fields
     if not all(map(_call, plan.checks, fields)):
         valid = list(map(_call, plan.checks, fields))
@@ -323,12 +323,12 @@ def _filled_up(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
     return header + plan.defaults[-missing:]
 
 
-def _in_range(run_fields: tuple[Any, ...]) -> bool:
-    publisher, sequence, stamp, length, _, _ = run_fields
-    return bool(publisher >= 0 and sequence >= 0 and stamp >= 0 and 1 <= length <= limits.MAX_RUN_COUNT)
+def _in_range(batch_fields: tuple[Any, ...]) -> bool:
+    publisher, sequence, stamp, length, _, _ = batch_fields
+    return bool(publisher >= 0 and sequence >= 0 and stamp >= 0 and 1 <= length <= limits.MAX_BATCH_COUNT)
 
 
-def _check_run(name: str, count: int, ends: bytes | None, payload: memoryview) -> None:
+def _check_batch(name: str, count: int, ends: bytes | None, payload: memoryview) -> None:
     """A run can be cut later without another look: its ends rise and the last is the payload's end."""
     if bytes(payload[:ARRAY_HEAD_BYTES]) != array_head(count):
         raise _malformed(f"{name}: the payload does not start with an array 32 of {count} messages")

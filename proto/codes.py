@@ -33,7 +33,7 @@ class Op(IntEnum):
     DETACHED = 24
     NOTICE = 25
 
-    RUN = 30
+    BATCH = 30
     REPLAY = 31
     FRAGMENT = 32
     ABORT = 33

@@ -222,7 +222,7 @@ class Notice(NamedTuple):
     peers: int
 
 
-class Run(NamedTuple):
+class Batch(NamedTuple):
     """Consecutive messages of one publisher.
 
     `payload` is a msgpack `array 32` of `length` messages; `ends` holds the end offset of each message in it,
@@ -395,7 +395,7 @@ Frame: TypeAlias = (
     | Attached
     | Detached
     | Notice
-    | Run
+    | Batch
     | Replay
     | Fragment
     | Abort
@@ -445,7 +445,7 @@ SPECS: Mapping[int, Spec] = {
     Op.ATTACHED: Spec(Attached, ("u64", "u32s", "bin16", "u64", "str", "map")),
     Op.DETACHED: Spec(Detached, ("u64", "u32s", "u32")),
     Op.NOTICE: Spec(Notice, ("u32", "u32", "str", "u32", "u32")),
-    Op.RUN: Spec(Run, ("u64", "u64", "u64", "length", "bin?", "map?"), has_payload=True),
+    Op.BATCH: Spec(Batch, ("u64", "u64", "u64", "length", "bin?", "map?"), has_payload=True),
     Op.REPLAY: Spec(Replay, ("u32", "u64", "u64", "u64", "length", "bin?", "map?"), has_payload=True),
     Op.FRAGMENT: Spec(Fragment, ("u32", "u32?", "bool"), has_payload=True),
     Op.ABORT: Spec(Abort, ("u32",)),

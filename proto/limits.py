@@ -29,19 +29,19 @@ MAX_MESSAGE_BYTES: Final = 64 * 1024 * 1024
 MAX_TRANSFERS: Final = 8
 """Fragmented frames under way on one link in one direction: bounds a receiver's reassembly memory."""
 
-RUN_FLUSH_BYTES: Final = 48 * 1024
+BATCH_FLUSH_BYTES: Final = 48 * 1024
 """A run is sent when its body reaches this size, without waiting for the end of the loop turn."""
 
-RUN_FLUSH_COUNT: Final = 4096
+BATCH_FLUSH_COUNT: Final = 4096
 """... or this many messages: keeps the table of message ends far below a frame."""
 
-LANE_BYTES: Final = 64 * 1024 * 1024
+MAX_QUEUE_BYTES: Final = 64 * 1024 * 1024
 """Messages waiting in one KEEP_LAST lane, whatever its depth: beyond it the oldest are dropped, too."""
 
-RUN_HELD_BYTES: Final = 512
+BATCH_OVERHEAD_BYTES: Final = 512
 """What a waiting run takes of memory beside its messages, about; only a link's ceiling counts it."""
 
-MAX_RUN_COUNT: Final = 8192
+MAX_BATCH_COUNT: Final = 8192
 """Messages in one run."""
 
 CALLS_FLUSH_BYTES: Final = 32 * 1024

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING
 from proto import limits
 from proto.codec import encode
 from proto.fragments import is_large
-from proto.frames import Cancel, Replay, Run
-from proto.lane import Lane, Transfers
+from proto.frames import Batch, Cancel, Replay
+from proto.publisher_queue import PublisherQueue, Transfers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from proto.frames import Buffer
 
 
-class _LargeCall(Lane):
+class _LargeCall(PublisherQueue):
     """A lane of its own for one large frame of requests or replies."""
 
     __slots__ = ("key",)
@@ -73,8 +73,8 @@ class Outbox:
     def __init__(self) -> None:
         self._control: deque[bytes] = deque()
         self._calls: deque[bytes] = deque()
-        self._ready: deque[Lane] = deque()
-        self._touched: list[Lane] = []
+        self._ready: deque[PublisherQueue] = deque()
+        self._touched: list[PublisherQueue] = []
         self._large_calls: dict[tuple[int, int], _LargeCall] = {}
         self._behind_calls: dict[int, bytes] = {}
         """By endpoint, what waits until its large calls have left."""
@@ -110,11 +110,11 @@ class Outbox:
         if not is_large(raw):
             self._calls.append(raw)
             return
-        lane = _LargeCall(raw, key)
+        queue = _LargeCall(raw, key)
         if key is not None:
-            self._large_calls[key] = lane
+            self._large_calls[key] = queue
         self.bulk_bytes += len(raw)
-        self._schedule(lane)
+        self._schedule(queue)
 
     def put_behind_calls(self, endpoint: int, raw: bytes) -> bool:
         """Queue a small frame behind all calls of an endpoint that are here, its last word. Once for each.
@@ -138,12 +138,12 @@ class Outbox:
 
     def drop_call(self, key: tuple[int, int]) -> bool:
         """Take a large call back; False if it is not there any more, because it has left whole."""
-        lane = self._large_calls.pop(key, None)
-        if lane is None:
+        queue = self._large_calls.pop(key, None)
+        if queue is None:
             return False
-        self.urgent_bytes -= lane.control_bytes
-        self.bulk_bytes -= lane.bulk_bytes
-        abort = lane.discard(self._transfers)
+        self.urgent_bytes -= queue.control_bytes
+        self.bulk_bytes -= queue.bulk_bytes
+        abort = queue.discard(self._transfers)
         if abort is not None:
             self.put_control(abort)
         self._large_call_is_gone(key[0])
@@ -156,41 +156,41 @@ class Outbox:
             part = tuple(left[start : start + limits.MAX_CALLS_PER_FRAME])
             self.put_calls(encode(Cancel(endpoint, part)))
 
-    def put_lane(self, lane: Lane, item: Run | Replay | bytes, *, first: bool = False) -> None:
+    def enqueue(self, queue: PublisherQueue, item: Batch | Replay | bytes, *, first: bool = False) -> None:
         """Queue a run, or what must stay in order with it, in its lane.
 
         With `first` it goes before everything in the lane that has not begun to leave.
         """
-        put = lane.put_front if first else lane.put
-        if isinstance(item, Run):
+        put = queue.put_front if first else queue.put
+        if isinstance(item, Batch):
             put(item)
-            self._touched.append(lane)
+            self._touched.append(queue)
         else:
-            control, bulk = lane.control_bytes, lane.bulk_bytes
+            control, bulk = queue.control_bytes, queue.bulk_bytes
             put(item)
-            self.ordered_bytes += lane.control_bytes - control
-            self.bulk_bytes += lane.bulk_bytes - bulk
-        self._schedule(lane)
+            self.ordered_bytes += queue.control_bytes - control
+            self.bulk_bytes += queue.bulk_bytes - bulk
+        self._schedule(queue)
 
-    def drop_lane(self, lane: Lane) -> int:
+    def drop_queue(self, queue: PublisherQueue) -> int:
         """Take back everything that waits in a lane; return how many messages that were."""
-        pending = lane.pending
-        self.ordered_bytes -= lane.control_bytes
-        self.bulk_bytes -= lane.bulk_bytes
-        abort = lane.discard(self._transfers)
-        self._recount(lane)
+        pending = queue.pending
+        self.ordered_bytes -= queue.control_bytes
+        self.bulk_bytes -= queue.bulk_bytes
+        abort = queue.discard(self._transfers)
+        self._recount(queue)
         if abort is not None:
             self.put_control(abort)
         return pending
 
-    def wake(self, lane: Lane) -> None:
+    def wake(self, queue: PublisherQueue) -> None:
         """Look at a lane again after its credit or its link has changed."""
-        self._schedule(lane)
+        self._schedule(queue)
 
-    def _schedule(self, lane: Lane) -> None:
-        if not lane.scheduled and lane.sendable:
-            lane.scheduled = True
-            self._ready.append(lane)
+    def _schedule(self, queue: PublisherQueue) -> None:
+        if not queue.scheduled and queue.sendable:
+            queue.scheduled = True
+            self._ready.append(queue)
 
     def take(self, room: int) -> tuple[list[Buffer], int]:
         """Return the next encoded frames to write, and their size: `room` bytes or a frame more.
@@ -207,7 +207,7 @@ class Outbox:
                 parts.append(raw)
                 size += len(raw)
                 continue
-            if not self._ready or not (taken := self._next_of_lanes(parts)):
+            if not self._ready or not (taken := self._next_of_queues(parts)):
                 break
             size += taken
         return parts, size
@@ -217,38 +217,38 @@ class Outbox:
         """Whether lanes wait for their turn: when `take` finds nothing, only those of large messages do."""
         return bool(self._ready)
 
-    def _next_of_lanes(self, parts: list[Buffer]) -> int:
+    def _next_of_queues(self, parts: list[Buffer]) -> int:
         """Append the next frame of the lane whose turn it is; return its size, 0 if none may go now."""
         for _ in range(len(self._ready)):
-            lane = self._ready.popleft()
-            if self.large_room <= 0 and lane.is_large:
-                self._ready.append(lane)
+            queue = self._ready.popleft()
+            if self.large_room <= 0 and queue.is_large:
+                self._ready.append(queue)
                 continue
-            lane.scheduled = False
-            if not lane.sendable:
+            queue.scheduled = False
+            if not queue.sendable:
                 continue
-            before, bulk, count = lane.control_bytes, lane.bulk_bytes, len(parts)
-            size = lane.next_piece(self._transfers, parts)
+            before, bulk, count = queue.control_bytes, queue.bulk_bytes, len(parts)
+            size = queue.next_piece(self._transfers, parts)
             if len(parts) - count > 1:  # the head and the payload of a fragment
                 self.large_room -= size
-            if lane.counted_bytes:
-                self._recount(lane)
-            if lane.control_bytes != before:
-                self.bulk_bytes -= bulk - lane.bulk_bytes
-                self._control_has_left(lane, before - lane.control_bytes)
-            self._schedule(lane)
+            if queue.counted_bytes:
+                self._recount(queue)
+            if queue.control_bytes != before:
+                self.bulk_bytes -= bulk - queue.bulk_bytes
+                self._control_has_left(queue, before - queue.control_bytes)
+            self._schedule(queue)
             if size:
                 return size
         return 0
 
-    def _control_has_left(self, lane: Lane, size: int) -> None:
-        if not isinstance(lane, _LargeCall):
+    def _control_has_left(self, queue: PublisherQueue, size: int) -> None:
+        if not isinstance(queue, _LargeCall):
             self.ordered_bytes -= size
             return
         self.urgent_bytes -= size
-        if lane.key is not None and self._large_calls.get(lane.key) is lane:
-            del self._large_calls[lane.key]
-            self._large_call_is_gone(lane.key[0])
+        if queue.key is not None and self._large_calls.get(queue.key) is queue:
+            del self._large_calls[queue.key]
+            self._large_call_is_gone(queue.key[0])
 
     def trim(self) -> None:
         """Bring the lanes that got runs back to their depth: what is left in them cannot leave now.
@@ -256,21 +256,21 @@ class Outbox:
         If all lanes together hold too much, the oldest runs of the fullest ones go. If `held_bytes` is above
         `max_held_bytes` even then, nothing is left that may be dropped: the owner must end the link.
         """
-        for lane in self._touched:
-            dropped = lane.dropped
-            lane.trim()
-            if lane.dropped != dropped:
-                self.dropped += lane.dropped - dropped
-                self._schedule(lane)  # what stood behind messages without credit may go now
-            self._recount(lane)
+        for queue in self._touched:
+            dropped = queue.dropped
+            queue.trim()
+            if queue.dropped != dropped:
+                self.dropped += queue.dropped - dropped
+                self._schedule(queue)  # what stood behind messages without credit may go now
+            self._recount(queue)
         self._touched.clear()
         if self.held_bytes > self.max_held_bytes:
             self._make_room()
 
-    def _recount(self, lane: Lane) -> None:
-        held = lane.held_bytes
-        self.held_bytes += held - lane.counted_bytes
-        lane.counted_bytes = held
+    def _recount(self, queue: PublisherQueue) -> None:
+        held = queue.held_bytes
+        self.held_bytes += held - queue.counted_bytes
+        queue.counted_bytes = held
 
     def _make_room(self) -> None:
         """Drop the oldest runs of the fullest KEEP_LAST lanes, to below the ceiling.
@@ -279,16 +279,16 @@ class Outbox:
         """
         enough = self.max_held_bytes - self.max_held_bytes // 8
         fullest = [
-            (-lane.held_bytes, number, lane)
-            for number, lane in enumerate(self._ready)
-            if lane.depth is not None and lane.pending > 1
+            (-queue.held_bytes, number, queue)
+            for number, queue in enumerate(self._ready)
+            if queue.depth is not None and queue.pending > 1
         ]
         heapify(fullest)
         while fullest and self.held_bytes > enough:
-            _, number, lane = fullest[0]
-            self.dropped += lane.drop_oldest_run()
-            self._recount(lane)
-            if lane.pending > 1:
-                heapreplace(fullest, (-lane.held_bytes, number, lane))
+            _, number, queue = fullest[0]
+            self.dropped += queue.drop_oldest_batch()
+            self._recount(queue)
+            if queue.pending > 1:
+                heapreplace(fullest, (-queue.held_bytes, number, queue))
             else:
                 heappop(fullest)

@@ -36,7 +36,7 @@ FrameType: TypeAlias = type[Frame]
 Moves: TypeAlias = Mapping[FrameType, State]
 
 _EITHER: frozenset[FrameType] = frozenset(
-    {frames.Ping, frames.Pong, frames.Run, frames.Fragment, frames.Abort, frames.Credit}
+    {frames.Ping, frames.Pong, frames.Batch, frames.Fragment, frames.Abort, frames.Credit}
     | {frames.Request, frames.Reply, frames.Cancel, frames.Assert}
 )
 FROM_CLIENT: frozenset[FrameType] = _EITHER | {

@@ -6,7 +6,7 @@ import atexit
 import os
 import tempfile
 
-from actors import environment
+from actors.config import environment
 
 
 def pytest_configure() -> None:

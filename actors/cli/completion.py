@@ -23,7 +23,7 @@ from proto.names import is_hidden
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
 
 BROKER_TIMEOUT_SEC: Final = 0.3
 """Who presses Tab does not wait for a broker that is not there."""
@@ -192,14 +192,14 @@ class _Line:
 
     # What only the broker knows
 
-    def picture(self) -> GraphPicture:
+    def snapshot(self) -> GraphSnapshot:
         """Return the graph of the broker that the line names.
 
         Raises:
             CallboardError: It does not answer at once, or the line names none.
         """
-        from actors.inspector import Inspector  # noqa: PLC0415 - most words need no broker
-        from actors.tools.contexts import find_place  # noqa: PLC0415
+        from actors.config.contexts import find_place  # noqa: PLC0415
+        from actors.graph.inspector import Inspector  # noqa: PLC0415 - most words need no broker
 
         domain = self._said("domain")
         number = int(domain) if domain and domain.isdecimal() else None
@@ -212,12 +212,12 @@ class _Line:
 
     def names(self, *kinds: EntryKind) -> Iterator[Offer]:
         """Yield topics or services, each with its types."""
-        for name, types in self.picture().names_and_types(*kinds):
+        for name, types in self.snapshot().names_and_types(*kinds):
             yield from self._named(name, ", ".join(types))
 
     def nodes(self) -> Iterator[Offer]:
         """Yield nodes."""
-        for name in self.picture().nodes():
+        for name in self.snapshot().nodes():
             yield from self._named(name, "")
 
     def _named(self, name: str, about: str) -> Iterator[Offer]:
@@ -243,7 +243,7 @@ class _Line:
             name = self._said(dest)
             if name is not None:
                 try:
-                    declared = dict(self.picture().names_and_types(*kinds))
+                    declared = dict(self.snapshot().names_and_types(*kinds))
                 except (CallboardError, OSError):
                     return []
                 return declared.get(f"/{name.removeprefix('/')}", [])
@@ -278,7 +278,7 @@ class _Line:
 
     def contexts(self) -> Iterator[Offer]:
         """Yield the named brokers."""
-        from actors.tools.contexts import Contexts  # noqa: PLC0415
+        from actors.config.contexts import Contexts  # noqa: PLC0415
 
         known = Contexts.load()
         yield from (Offer(name, known.get(name).url) for name in known.names())

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from actors import environment
 from actors.cli.errors import CommandError
 from actors.cli.output import note, say, say_json
 from actors.cli.place import unknown_context
 from actors.cli.tables import Styled, say_table
-from actors.tools.contexts import Context, Contexts, UnknownContextError, find_place
+from actors.config import environment
+from actors.config.contexts import Context, Contexts, UnknownContextError, find_place
 
 if TYPE_CHECKING:
     import argparse

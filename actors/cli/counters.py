@@ -15,7 +15,7 @@ from actors.cli.names import topic_name
 from actors.cli.output import note
 from actors.cli.place import inspector
 from actors.errors import BrokerUnreachable
-from actors.starting import start_hint
+from actors.session.start_hint import start_hint
 from actors.tools.rates import LEAST_SEC, CounterRate
 from actors.tools.suggestions import did_you_mean
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Iterator
 
-    from actors.broker_report import BrokerReport
-    from actors.inspector import Inspector
+    from actors.graph.broker_report import BrokerReport
+    from actors.graph.inspector import Inspector
 
 PRINT_EVERY_SEC: Final = 1.0
 LOOK_EVERY_SEC: Final = 0.02

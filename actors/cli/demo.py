@@ -12,11 +12,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors import environment
 from actors.cli.interrupts import Interrupted
 from actors.cli.output import harmless, say
 from actors.cli.parsing import positive
-from actors.logger import ROOT_NAME
+from actors.config import environment
+from actors.logging.logger import ROOT_NAME
 
 if TYPE_CHECKING:
     import argparse

@@ -8,15 +8,15 @@ from actors.cli.names import unknown
 from actors.cli.output import say_json
 from actors.cli.place import inspector
 from actors.cli.tables import Styled, say_styled
-from actors.qos import UNLIMITED
+from actors.qos.profile import UNLIMITED
 from proto.names import full_node_name
 
 if TYPE_CHECKING:
     import argparse
 
-    from actors.picture import EndpointInfo
-    from actors.qos import QoSProfile
-    from actors.time_types import Duration
+    from actors.graph.snapshot import EndpointInfo
+    from actors.qos.profile import QoSProfile
+    from actors.time.types import Duration
     from proto.codes import EntryKind
 
 
@@ -41,11 +41,11 @@ def show_info(options: argparse.Namespace, what: str, name: str, *sides: Side) -
         CommandError: There is no such name.
     """
     with inspector(options) as look:
-        picture = look.graph()
-    types = dict(picture.names_and_types(*(side.kind for side in sides)))
+        snapshot = look.graph()
+    types = dict(snapshot.names_and_types(*(side.kind for side in sides)))
     if name not in types:
         raise unknown(f"Unknown {what} '{name}'", name, types)
-    found = {side: picture.endpoints(side.kind, name) for side in sides}
+    found = {side: snapshot.endpoints(side.kind, name) for side in sides}
     if options.json:
         lists = {side.plural: [document(each) for each in endpoints] for side, endpoints in found.items()}
         say_json({"name": name, "types": types[name], **lists})

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from actors.environment import InvalidEnvironmentError
+from actors.config.environment import InvalidEnvironmentError
 from actors.errors import BrokerUnreachable
 from proto.errors import CallboardError, InvalidNameError, InvalidUrlError
 

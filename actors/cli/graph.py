@@ -39,17 +39,17 @@ def run(options: argparse.Namespace) -> int:
     """Print the picture, or write it into a file."""
     chosen, kind = _filter(options), _format(options)
     with inspector(options) as look:
-        picture = look.graph()
-    model = model_of(picture, chosen)
+        snapshot = look.graph()
+    model = model_of(snapshot, chosen)
     if chosen.namespace and not model.vertices:
-        raise CommandError(_no_namespace(chosen.namespace, picture.nodes()))
+        raise CommandError(_no_namespace(chosen.namespace, snapshot.nodes()))
     text = _rendered(model, kind, options)
     if options.output is not None:
         Path(options.output).write_text(f"{text}\n", encoding="utf-8")
     elif text:
         print(text)
     if not model.vertices:
-        note(_nothing(len(picture.nodes())))
+        note(_nothing(len(snapshot.nodes())))
     return 0
 
 

@@ -11,13 +11,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from actors import environment
 from actors.cli.errors import BROKEN_PIPE, FAILURE, OK, USAGE, CommandError, exit_code
 from actors.cli.interrupts import raise_at_once
 from actors.cli.launch_reports import Reports
 from actors.cli.loop import exit_asked_for, run_async
 from actors.cli.output import say
 from actors.cli.place import unknown_context
+from actors.config import environment
+from actors.config.contexts import UnknownContextError
 from actors.launch.declarations import all_declared
 from actors.launch.description import described
 from actors.launch.errors import UnknownArgumentError
@@ -28,9 +29,8 @@ from actors.launch.substitutions import Scope
 from actors.launch.summaries import plain_text, written
 from actors.launch.voice_logs import own_logs, voice_logs
 from actors.launch.voice_streams import voice_streams
-from actors.tools.contexts import UnknownContextError
 from actors.tools.suggestions import did_you_mean
-from proto import process
+from proto.aio import process
 from proto.errors import CallboardError, shown
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
         for line in _shown_steps(launch.steps):
             say(line)
         return OK
-    process.settle()
+    process.configure_process()
     watched = library.launch_files if options.watch else None
     # What it embeds, nodes and the broker, runs as fast as in a process of its own.
     return run_async(lambda: _run(launch, watched, json=options.json), loop_factory=process.new_event_loop)

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from actors import environment
+from actors.config import environment
 from actors.launch.asides import Asides
 from actors.launch.events import Stream
 from actors.launch.json_report import JsonReport

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.cli.errors import TIMEOUT, CommandError
 from actors.cli.output import note
-from actors.events import SubscriptionEventCallbacks
+from actors.endpoints.events import SubscriptionEventCallbacks
 from actors.interfaces.errors import InvalidMessageError
-from actors.qos import QoSProfile, ReliabilityPolicy
+from actors.qos.profile import QoSProfile, ReliabilityPolicy
 from actors.tools.suggestions import did_you_mean
 from proto.codes import EntryKind
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine
     from typing import Self
 
-    from actors.entities.backlog import MessageInfo
-    from actors.entities.subscription import Subscription
+    from actors.endpoints.subscription.backlog import MessageInfo
+    from actors.endpoints.subscription.subscription import Subscription
+    from actors.graph.snapshot import GraphSnapshot
     from actors.interfaces.message import Message
-    from actors.node import Node
-    from actors.picture import GraphPicture
+    from actors.node.node import Node
 
 MEASURING: Final = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.BEST_EFFORT)
 """For those who measure: matches every publisher, and holds a burst."""
@@ -165,9 +165,9 @@ class Listener:
                 yield
 
 
-def warn_unpublished(picture: GraphPicture, topic: str) -> None:
+def warn_unpublished(snapshot: GraphSnapshot, topic: str) -> None:
     """Say on stderr that nobody publishes a topic yet, and what else may be meant."""
-    if not picture.count(EntryKind.PUBLISHER, topic):
-        known = dict(picture.names_and_types(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION))
+    if not snapshot.count(EntryKind.PUBLISHER, topic):
+        known = dict(snapshot.names_and_types(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION))
         known.pop(topic, None)
         note(f"WARNING: topic [{topic}] does not appear to be published yet{did_you_mean(topic, known)}")

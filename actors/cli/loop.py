@@ -89,9 +89,9 @@ async def _end(tasks: list[asyncio.Task[Any]]) -> None:
 
 async def _end_others() -> None:
     if len(asyncio.all_tasks()) > 1:
-        from actors.leftovers import end_leftovers  # noqa: PLC0415 - seldom needed
+        from actors.runtime.remaining_tasks import end_remaining_tasks  # noqa: PLC0415 - seldom needed
 
-        await end_leftovers(LAST_TASKS_SEC)
+        await end_remaining_tasks(LAST_TASKS_SEC)
 
 
 def _listen(loop: asyncio.AbstractEventLoop, stop: Callable[[int], None]) -> None:

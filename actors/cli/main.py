@@ -201,7 +201,7 @@ def _spoken(error: OSError) -> str:
 
 def _set_up_streams() -> None:
     if None in (sys.stdin, sys.stdout, sys.stderr):  # the shell has closed it: >&-
-        from proto.process import open_streams
+        from proto.aio.process import open_streams
 
         open_streams()
     for number, name in enumerate(("stdout", "stderr"), 1):

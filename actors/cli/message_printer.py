@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable
 
-    from actors.entities.backlog import MessageInfo
+    from actors.endpoints.subscription.backlog import MessageInfo
 
 _FIELD: Final = re.compile(r"\w+(\[\d+\])*(\.\w+(\[\d+\])*)*")
 

@@ -9,18 +9,18 @@ from actors.interfaces.message import type_hash, type_name
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
 
 _DONE_BY: Final = {EntryKind.PUBLISHER: "published", EntryKind.SERVICE: "served"}
 
 
-def require_type(picture: GraphPicture, kind: EntryKind, name: str, wanted: type[Any]) -> None:
+def require_type(snapshot: GraphSnapshot, kind: EntryKind, name: str, wanted: type[Any]) -> None:
     """Check that a publisher of a topic, or a server of a service, has a type; or that none is there.
 
     Raises:
         CommandError: All of them have other types; the text names these.
     """
-    offers = {(entry.type_name, entry.type_hash) for entry in picture.of_kind(kind) if entry.name == name}
+    offers = {(entry.type_name, entry.type_hash) for entry in snapshot.of_kind(kind) if entry.name == name}
     if not offers or (type_name(wanted), type_hash(wanted)) in offers:
         return
     own = type_name(wanted)

@@ -14,7 +14,7 @@ from proto.names import is_hidden
 if TYPE_CHECKING:
     import argparse
 
-    from actors.picture import NamesAndTypes
+    from actors.graph.snapshot import NamesAndTypes
     from proto.codes import EntryKind
 
 

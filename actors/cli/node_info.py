@@ -9,15 +9,15 @@ from actors.cli.names import node_name, unknown
 from actors.cli.output import say_json
 from actors.cli.place import inspector
 from actors.cli.tables import Styled, say_styled
-from actors.picture import actions_among
+from actors.graph.snapshot import actions_among
 from proto.codes import EntryKind
 from proto.names import is_hidden
 
 if TYPE_CHECKING:
     import argparse
 
-    from actors.inspector import Inspector
-    from actors.picture import GraphPicture, NamesAndTypes
+    from actors.graph.inspector import Inspector
+    from actors.graph.snapshot import GraphSnapshot, NamesAndTypes
 
 _KINDS: Final = {
     "Subscribers": EntryKind.SUBSCRIPTION,
@@ -32,10 +32,10 @@ def run(options: argparse.Namespace) -> int:
     """Print what a node publishes, subscribes to, serves and calls."""
     name = node_name(options.node)
     with inspector(options) as look:
-        picture = look.graph()
-        if name not in picture.nodes():
-            raise _missing(look, name, picture)
-    sections = _sections(picture, name, hidden=options.include_hidden)
+        snapshot = look.graph()
+        if name not in snapshot.nodes():
+            raise _missing(look, name, snapshot)
+    sections = _sections(snapshot, name, hidden=options.include_hidden)
     if options.json:
         say_json(_document(name, sections))
     else:
@@ -43,10 +43,10 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _sections(picture: GraphPicture, node: str, *, hidden: bool) -> dict[str, NamesAndTypes]:
-    found = {heading: picture.names_and_types(kind, node=node) for heading, kind in _KINDS.items()}
+def _sections(snapshot: GraphSnapshot, node: str, *, hidden: bool) -> dict[str, NamesAndTypes]:
+    found = {heading: snapshot.names_and_types(kind, node=node) for heading, kind in _KINDS.items()}
     for heading, kind in _ACTIONS.items():
-        found[heading] = actions_among(picture.names_and_types(kind, node=node))
+        found[heading] = actions_among(snapshot.names_and_types(kind, node=node))
     return {
         heading: [each for each in names if hidden or not is_hidden(each[0])]
         for heading, names in found.items()
@@ -71,9 +71,9 @@ def _say(node: str, sections: dict[str, NamesAndTypes]) -> None:
             print()  # ROS 2's sign of none
 
 
-def _missing(look: Inspector, name: str, picture: GraphPicture) -> CommandError:
+def _missing(look: Inspector, name: str, snapshot: GraphSnapshot) -> CommandError:
     for link in look.report().links.values():
         if link.suspended and name in link.nodes:
             silent = f"nothing has come from it for {link.silent_ms / 1000:.1f} s"
             return CommandError(f"Node '{name}' is suspended: {silent}; it is back when it is heard again")
-    return unknown(f"Unable to find node '{name}'", name, picture.nodes())
+    return unknown(f"Unable to find node '{name}'", name, snapshot.nodes())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from actors.cli.errors import USAGE
 from actors.cli.terminal import columns
-from actors.environment import MAX_DOMAIN
+from actors.config.environment import MAX_DOMAIN
 from actors.tools.suggestions import did_you_mean
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ QOS_PRESETS: Final = (
     *("default", "system_default", "sensor_data", "services_default", "parameters", "parameter_events"),
     *("action_status_default", "best_available", "rosout_default"),
 )
-"""Those of actors.qos.QoSPresetProfiles that somebody can ask for."""
+"""Those of actors.qos.profile.QoSPresetProfiles that somebody can ask for."""
 _CHOICE: Final = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
 
 

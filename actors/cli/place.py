@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import CommandError
 from actors.cli.interrupts import raise_at_once
+from actors.config.contexts import DEFAULT, Place, UnknownContextError, find_place
 from actors.errors import BrokerUnreachable
-from actors.starting import start_hint
-from actors.tools.contexts import DEFAULT, Place, UnknownContextError, find_place
+from actors.session.start_hint import start_hint
 from actors.tools.suggestions import did_you_mean
 from proto.errors import ProtocolError
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Generator
 
-    from actors.inspector import Inspector
+    from actors.graph.inspector import Inspector
     from proto.errors import CallboardError
 
 CONNECT_TIMEOUT_SEC: Final = 2.0
@@ -26,7 +26,7 @@ SECOND_LOOK_SEC: Final = 0.5
 
 
 def place_of(options: argparse.Namespace) -> Place:
-    """Return where the broker is and which of its graphs is meant: see `actors.tools.contexts`.
+    """Return where the broker is and which of its graphs is meant: see `actors.config.contexts`.
 
     Raises:
         InvalidUrlError: The URL cannot be read.
@@ -69,7 +69,7 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
         BrokerUnreachable: No broker within 2 s, or it has gone; the text says how to start one, or that
             something else has the port.
     """
-    from actors.inspector import Inspector  # noqa: PLC0415 - `--help` needs none
+    from actors.graph.inspector import Inspector  # noqa: PLC0415 - `--help` needs none
 
     place = place_of(options)
     raise_at_once()
@@ -89,7 +89,7 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
 
 def why_unreachable(place: Place) -> CallboardError:
     """Return the error that says why a node has found no broker: there is nothing, or something else."""
-    from actors.inspector import Inspector  # noqa: PLC0415 - only in trouble
+    from actors.graph.inspector import Inspector  # noqa: PLC0415 - only in trouble
 
     look = Inspector(place.url, domain=place.domain, timeout_sec=SECOND_LOOK_SEC)
     try:

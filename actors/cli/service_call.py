@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import AsyncGenerator
 
-    from actors.entities.client import Client
+    from actors.endpoints.client.client import Client
     from actors.interfaces.message import Message
-    from actors.node import Node
+    from actors.node.node import Node
 
 
 def run(options: argparse.Namespace) -> int:
@@ -76,11 +76,11 @@ async def _call_once(options: argparse.Namespace, client: Client[Any, Any], requ
 
 
 async def _wait_for_server(options: argparse.Namespace, node: Node, client: Client[Any, Any]) -> None:
-    picture = await graph_of(node)  # the broker's answer comes after what it has to say about the client
+    snapshot = await graph_of(node)  # the broker's answer comes after what it has to say about the client
     if client.service_is_ready():
         return
-    require_type(picture, EntryKind.SERVICE, client.srv_name, client.srv_type)
-    hint = did_you_mean(client.srv_name, dict(picture.names_and_types(EntryKind.SERVICE)))
+    require_type(snapshot, EntryKind.SERVICE, client.srv_name, client.srv_type)
+    hint = did_you_mean(client.srv_name, dict(snapshot.names_and_types(EntryKind.SERVICE)))
     (note if options.json else say)(f"waiting for service to become available...{hint.lstrip(';')}")
     if not await client.wait_for_service(options.timeout):
         raise CommandError(

@@ -12,11 +12,11 @@ from actors.cli.message_printer import MessagePrinter
 from actors.cli.output import note
 from actors.cli.session import graph_of, session
 from actors.cli.values import named_service, profile
+from actors.endpoints.service_introspection import TOPIC_SUFFIX, EventKind
 from actors.interfaces.codec import codec_for, decode_untyped
 from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
 from actors.interfaces.message import Message, Service
 from actors.interfaces.registry import find_interface
-from actors.service_introspection import TOPIC_SUFFIX, EventKind
 from actors.tools.hearing import profile_of
 from actors.tools.suggestions import did_you_mean
 from proto.codes import EntryKind
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable
 
-    from actors.entities.backlog import MessageInfo
-    from actors.picture import GraphPicture
+    from actors.endpoints.subscription.backlog import MessageInfo
+    from actors.graph.snapshot import GraphSnapshot
 
 DEPTH: Final = 1000
 
@@ -44,10 +44,10 @@ async def _echo(options: argparse.Namespace, srv_type: type[Any] | None, printer
     async with session(options) as node:
         service = node.resolve_service_name(options.service)
         topic = service + TOPIC_SUFFIX
-        picture = await graph_of(node)
-        _check_service(picture, service, typed=srv_type is not None)
-        decode = _decoder(srv_type or _type_of(picture, service))
-        qos = profile(options, profile_of(picture, topic, depth=DEPTH))
+        snapshot = await graph_of(node)
+        _check_service(snapshot, service, typed=srv_type is not None)
+        decode = _decoder(srv_type or _type_of(snapshot, service))
+        qos = profile(options, profile_of(snapshot, topic, depth=DEPTH))
         with Listener(node, timeout_sec=options.timeout) as listener:
 
             def show(data: bytes, info: MessageInfo) -> None:
@@ -58,15 +58,15 @@ async def _echo(options: argparse.Namespace, srv_type: type[Any] | None, printer
             await listener.wait()
 
 
-def _check_service(picture: GraphPicture, service: str, *, typed: bool) -> None:
+def _check_service(snapshot: GraphSnapshot, service: str, *, typed: bool) -> None:
     """Say what keeps events from coming.
 
     Raises:
         CommandError: Nobody serves or calls it, and no type says that it is yet to come.
     """
-    if picture.count(EntryKind.PUBLISHER, service + TOPIC_SUFFIX):
+    if snapshot.count(EntryKind.PUBLISHER, service + TOPIC_SUFFIX):
         return
-    known = dict(picture.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT))
+    known = dict(snapshot.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT))
     if service in known:
         note(
             f"WARNING: nobody tells of the calls of {service} yet; its clients and servers do after "
@@ -81,9 +81,9 @@ def _check_service(picture: GraphPicture, service: str, *, typed: bool) -> None:
     raise CommandError(f"Could not determine the type for the passed service: nobody has '{service}'{remedy}")
 
 
-def _type_of(picture: GraphPicture, service: str) -> type[Any] | None:
+def _type_of(snapshot: GraphSnapshot, service: str) -> type[Any] | None:
     """Return the service's class, where it has one type and its class is at hand."""
-    types = dict(picture.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT)).get(service, [])
+    types = dict(snapshot.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT)).get(service, [])
     if len(types) != 1:
         return None
     try:

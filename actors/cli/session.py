@@ -8,19 +8,19 @@ import secrets
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
-from actors import environment
 from actors.cli.errors import USAGE, CommandError
 from actors.cli.place import CONNECT_TIMEOUT_SEC, place_of, why_unreachable
+from actors.config import environment
 from actors.errors import BrokerUnreachable
-from actors.log_output import configure_logging
-from actors.logger import LoggingSeverity
-from actors.node import Node
+from actors.logging.logger import LoggingSeverity
+from actors.node.node import Node
+from actors.runtime.log_output import configure_logging
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import AsyncGenerator
 
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
 
 STOP_TIMEOUT_SEC: Final = 1.0
 
@@ -83,10 +83,10 @@ async def _leaving(node: Node) -> AsyncGenerator[None]:
     await node.__aexit__(None, None, None)
 
 
-async def graph_of(node: Node) -> GraphPicture:
+async def graph_of(node: Node) -> GraphSnapshot:
     """Return the graph as it is now, without the command's own node."""
-    picture = await node.get_graph()
+    snapshot = await node.get_graph()
     own = node.get_fully_qualified_name()
-    for key in [key for key, entry in picture.entries.items() if own in {entry.node, entry.name}]:
-        del picture.entries[key]
-    return picture
+    for key in [key for key, entry in snapshot.entries.items() if own in {entry.node, entry.name}]:
+        del snapshot.entries[key]
+    return snapshot

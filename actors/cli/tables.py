@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from actors.cli.output import harmless
 from actors.cli.terminal import terminal_width
-from actors.environment import color_wish
+from actors.config.environment import color_wish
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -17,7 +17,7 @@ from actors.tools.rates import BANDWIDTH_WINDOW, LEAST_SEC, Bandwidth, Bandwidth
 if TYPE_CHECKING:
     import argparse
 
-    from actors.entities.backlog import MessageInfo
+    from actors.endpoints.subscription.backlog import MessageInfo
 
 
 class Heard:
@@ -40,12 +40,12 @@ def run(options: argparse.Namespace) -> int:
 
 async def _hear(options: argparse.Namespace) -> None:
     async with session(options) as node:
-        picture = await graph_of(node)
+        snapshot = await graph_of(node)
         names = dict.fromkeys(map(node.resolve_topic_name, options.topics))
         topics = [Heard(name, options.window) for name in names]
         with Listener(node, timeout_sec=options.timeout) as listener:
             for each in topics:
-                warn_unpublished(picture, each.topic)
+                warn_unpublished(snapshot, each.topic)
                 listener.hear(each.topic, each.take, MEASURING)
                 if not options.json:
                     say(f"Subscribed to [{each.topic}]")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable
 
-    from actors.entities.backlog import MessageInfo
+    from actors.endpoints.subscription.backlog import MessageInfo
 
 
 class Heard:
@@ -60,9 +60,9 @@ def run(options: argparse.Namespace) -> int:
 async def _hear(options: argparse.Namespace) -> None:
     async with session(options) as node:
         topic = node.resolve_topic_name(options.topic)
-        picture = await graph_of(node)
-        warn_unpublished(picture, topic)
-        heard = Heard(topic, options.window, decoder_of(picture, topic))
+        snapshot = await graph_of(node)
+        warn_unpublished(snapshot, topic)
+        heard = Heard(topic, options.window, decoder_of(snapshot, topic))
         with Listener(node, timeout_sec=options.timeout) as listener:
             listener.hear(topic, heard.take, MEASURING)
             async for _ in listener.ticks(PRINT_EVERY_SEC):

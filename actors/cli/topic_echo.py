@@ -19,9 +19,9 @@ from proto.codes import EntryKind
 if TYPE_CHECKING:
     import argparse
 
-    from actors.entities.backlog import MessageInfo
+    from actors.endpoints.subscription.backlog import MessageInfo
+    from actors.graph.snapshot import GraphSnapshot
     from actors.interfaces.message import Message
-    from actors.picture import GraphPicture
 
 DEPTH: Final = 1000
 """A terminal is slow; a burst of this many messages is printed whole."""
@@ -39,15 +39,15 @@ def run(options: argparse.Namespace) -> int:
 async def _echo(options: argparse.Namespace, msg_type: type[Message] | None, printer: MessagePrinter) -> None:
     async with session(options) as node:
         topic = node.resolve_topic_name(options.topic)
-        picture = await graph_of(node)
+        snapshot = await graph_of(node)
         if msg_type is None:
-            _require_type(picture, topic)
+            _require_type(snapshot, topic)
         else:
-            warn_unpublished(picture, topic)
+            warn_unpublished(snapshot, topic)
             if not options.raw:  # which hears every type
-                require_type(picture, EntryKind.PUBLISHER, topic, msg_type)
-        decode = decoder_of(picture, topic)
-        qos = profile(options, profile_of(picture, topic, depth=DEPTH))
+                require_type(snapshot, EntryKind.PUBLISHER, topic, msg_type)
+        decode = decoder_of(snapshot, topic)
+        qos = profile(options, profile_of(snapshot, topic, depth=DEPTH))
         with Listener(
             node, timeout_sec=options.timeout, tell_losses=not options.no_lost_messages
         ) as listener:
@@ -60,9 +60,9 @@ async def _echo(options: argparse.Namespace, msg_type: type[Message] | None, pri
             await listener.wait()
 
 
-def _require_type(picture: GraphPicture, topic: str) -> None:
-    known = dict(picture.names_and_types(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION))
-    if picture.count(EntryKind.PUBLISHER, topic) or known.get(topic):
+def _require_type(snapshot: GraphSnapshot, topic: str) -> None:
+    known = dict(snapshot.names_and_types(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION))
+    if snapshot.count(EntryKind.PUBLISHER, topic) or known.get(topic):
         return
     remedy = (
         did_you_mean(topic, known) or f"; to wait for it, name its type: callboard topic echo {topic} TYPE"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable
 
-    from actors.entities.backlog import MessageInfo
+    from actors.endpoints.subscription.backlog import MessageInfo
 
 
 class Heard:
@@ -61,12 +61,12 @@ def run(options: argparse.Namespace) -> int:
 async def _hear(options: argparse.Namespace, chosen: MessageFilter | None) -> None:
     async with session(options) as node:
         names = list(dict.fromkeys(map(node.resolve_topic_name, options.topics)))
-        picture = await graph_of(node)
+        snapshot = await graph_of(node)
         topics: list[Heard] = []
         with Listener(node, timeout_sec=options.timeout) as listener:
             for name in names:
-                warn_unpublished(picture, name)
-                heard = Heard(name, options.window, _wanted(chosen, decoder_of(picture, name)))
+                warn_unpublished(snapshot, name)
+                heard = Heard(name, options.window, _wanted(chosen, decoder_of(snapshot, name)))
                 listener.hear(name, heard.take, MEASURING)
                 topics.append(heard)
                 if len(names) > 1 and not options.json:

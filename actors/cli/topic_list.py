@@ -15,7 +15,7 @@ from proto.names import is_hidden
 if TYPE_CHECKING:
     import argparse
 
-    from actors.picture import NamesAndTypes
+    from actors.graph.snapshot import NamesAndTypes
 
 _BLOCKS: Final = (
     ("Published topics:", EntryKind.PUBLISHER, "publisher"),
@@ -39,14 +39,14 @@ def run(options: argparse.Namespace) -> int:
 
 def _verbose(options: argparse.Namespace) -> int:
     with inspector(options) as look:
-        picture = look.graph()
+        snapshot = look.graph()
     counts = {
-        kind: Counter(entry.name for entry in picture.of_kind(kind))
+        kind: Counter(entry.name for entry in snapshot.of_kind(kind))
         for kind in (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
     }
     topics = [
         (name, types)
-        for name, types in picture.names_and_types(*counts)
+        for name, types in snapshot.names_and_types(*counts)
         if options.include_hidden_topics or not is_hidden(name)
     ]
     if options.json:

@@ -17,13 +17,13 @@ from actors.cli.stdin import documents
 from actors.cli.values import named_message, profile, stamped_message_from_text
 from actors.errors import WaitTimeout
 from actors.interfaces.convert import message_to_ordereddict
-from actors.qos import QoSProfile
+from actors.qos.profile import QoSProfile
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import AsyncGenerator
 
-    from actors.entities.publisher import Publisher
+    from actors.endpoints.publisher.publisher import Publisher
     from actors.interfaces.message import Message
     from actors.tools.stamps import Stamps
 
@@ -82,13 +82,13 @@ async def _wait_for_subscriptions(options: argparse.Namespace, publisher: Publis
         wanted = 1 if limited else 0
     if not wanted:
         return
-    await publisher.core.link.round_trip()  # the broker has said who is there
+    await publisher.context.link.round_trip()  # the broker has said who is there
     if publisher.get_subscription_count() >= wanted:
         return
     note(f"Waiting for at least {wanted} matching subscription(s) on {publisher.topic_name}...")
     limit = FOREVER_SEC if options.timeout is None else options.timeout
     try:
-        await publisher.core.wait_until(
+        await publisher.context.wait_until(
             lambda: publisher.get_subscription_count() >= wanted, "Matching subscriptions", limit
         )
     except WaitTimeout:

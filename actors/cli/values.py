@@ -11,7 +11,7 @@ from actors.cli.output import shortened
 from actors.interfaces.convert import message_from_fields
 from actors.interfaces.message import Message, Service, type_name
 from actors.interfaces.registry import find_interface
-from actors.qos import (
+from actors.qos.profile import (
     DurabilityPolicy,
     HistoryPolicy,
     LivelinessPolicy,

@@ -176,7 +176,7 @@ class Codec(Generic[T]):
         except _DECODING_ERRORS as error:
             raise InvalidMessageError(explain_decoding(self.msg_type, error)) from error
 
-    def decode_run(self, data: Buffer) -> list[T]:
+    def decode_batch(self, data: Buffer) -> list[T]:
         """Return the messages that `data`, a msgpack array of them, holds.
 
         Raises:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from actors.launch.conditions import Condition
     from actors.launch.event_handlers import EventHandler, Reaction
-    from actors.programs import Factory
+    from actors.runtime.programs import Factory
 
 Scalar: TypeAlias = str | int | float | bool
 ParameterItem: TypeAlias = "Scalar | Substitution | Sequence[Substitution | str]"

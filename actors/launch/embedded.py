@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.errors import BrokerUnreachable
-from actors.inspector import Inspector
+from actors.graph.inspector import Inspector
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator

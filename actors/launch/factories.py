@@ -5,12 +5,12 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.callbacks import error_text
+from actors.callbacks.functions import error_text
 from actors.launch.errors import LaunchError
 from proto.errors import shown
 
 if TYPE_CHECKING:
-    from actors.programs import Factory
+    from actors.runtime.programs import Factory
 
 _EXPECTED: Final = "write it as node='package.module:Class'"
 

@@ -12,21 +12,21 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Final
 
-from actors.callbacks import error_text
+from actors.callbacks.functions import error_text
 from actors.launch.command_output import command_output
 from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError, LaunchFileError, NoLaunchFileError
 from actors.launch.factories import find_factory
 from actors.launch.mistakes import line_in
-from actors.parameter_errors import InvalidParameterFileError
-from actors.parameter_overrides import load_parameter_file
+from actors.parameters.errors import InvalidParameterFileError
+from actors.parameters.overrides import load_parameter_file
 from actors.tools.executables import find_package
 from proto.errors import shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from actors.programs import Factory
+    from actors.runtime.programs import Factory
     from actors.tools.executables import Package
 
 FUNCTION: Final = "generate_launch_description"

@@ -14,15 +14,15 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
 from actors.launch.presence import Presence, presence_of
-from actors.logger import LoggingSeverity, get_logger
-from actors.node import Node
+from actors.logging.logger import LoggingSeverity, get_logger
+from actors.node.node import Node
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable
 
-    from actors.picture import GraphPicture
-    from actors.tools.contexts import Place
+    from actors.config.contexts import Place
+    from actors.graph.snapshot import GraphSnapshot
 
 STOP_TIMEOUT_SEC: Final = 0.5
 """The node has nothing to send but its goodbye."""
@@ -62,7 +62,7 @@ async def _watch(place: Place, on_change: Callable[[set[Presence]], None]) -> No
         async with node:
             watch = node.watch_graph()
             async for _ in watch.batches():
-                if known.follow(watch.picture):
+                if known.follow(watch.snapshot):
                     on_change(known.now)
     except CallboardError as error:
         get_logger("launch").warning(f"cannot see which nodes are there: {error}")
@@ -98,19 +98,19 @@ class Presences:
     def __init__(self, *, own_node: str) -> None:
         self.now: set[Presence] = set()
         self._own_node = own_node
-        self._picture: GraphPicture | None = None
+        self._snapshot: GraphSnapshot | None = None
         self._seen: dict[int, Presence | None] = {}
         """By the broker's number of the entry."""
         self._counts: Counter[Presence] = Counter()
         """How many entries there are of each."""
 
-    def follow(self, picture: GraphPicture) -> bool:
+    def follow(self, snapshot: GraphSnapshot) -> bool:
         """Take a complete picture in; return whether `now` is another."""
-        if picture is not self._picture:  # another session: the numbers may mean something else
-            self._picture = picture
+        if snapshot is not self._snapshot:  # another session: the numbers may mean something else
+            self._snapshot = snapshot
             self._seen.clear()
             self._counts.clear()
-        entries, seen = picture.entries, self._seen
+        entries, seen = snapshot.entries, self._seen
         for key in seen.keys() - entries.keys():
             if (gone := seen.pop(key)) is not None:
                 self._counts[gone] -= 1

@@ -12,6 +12,7 @@ from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from actors.config.contexts import find_place
 from actors.errors import BrokerUnreachable
 from actors.launch.embedded import broker_is_there, can_embed, embedded_broker
 from actors.launch.events import Level, Message
@@ -21,8 +22,7 @@ from actors.launch.machine import Machine, awaits_graph
 from actors.launch.plan import make_plan
 from actors.launch.runner import Runner
 from actors.launch.steps import STOP_TIMEOUT_SEC
-from actors.starting import start_hint
-from actors.tools.contexts import find_place
+from actors.session.start_hint import start_hint
 from broker.errors import AddressInUseError
 
 if TYPE_CHECKING:

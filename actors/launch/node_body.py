@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from actors import environment
-from actors.arguments import parse_ros_arguments, process_arguments
-from actors.callbacks import exit_ends_node
+from actors.callbacks.functions import exit_ends_node
+from actors.config import environment
+from actors.config.arguments import parse_ros_arguments, process_arguments
 from actors.launch.events import Level
 from actors.launch.voice import Voice
-from actors.logger import LoggingSeverity, get_logger, severity_from_name
-from actors.node import Node
-from actors.programs import run_program
+from actors.logging.logger import LoggingSeverity, get_logger, severity_from_name
+from actors.node.node import Node
+from actors.runtime.programs import run_program
 from actors.supervision.body import TaskBody
 from actors.supervision.outcome import Outcome, outcome_of_exit
 from actors.supervision.specification import Child

@@ -12,7 +12,7 @@ from actors.launch.events import Level, Stream
 from actors.launch.lines import Lines
 from actors.launch.obstacles import obstacle_to
 from actors.launch.pseudo_terminal import CAN_EMULATE, open_terminal
-from actors.logger import get_logger
+from actors.logging.logger import get_logger
 from actors.supervision.process_body import ProcessBody
 from actors.supervision.specification import Child
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from actors.launch.steps import ProcessSpec
-    from actors.logger import LoggingSeverity
+    from actors.logging.logger import LoggingSeverity
     from actors.supervision.guard import Guard
     from actors.supervision.outcome import Outcome
     from actors.supervision.process import Process

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from actors.launch.dependencies import KnownNodes
     from actors.launch.library import Library
     from actors.launch.substitutions import Scope
-    from actors.programs import Factory
+    from actors.runtime.programs import Factory
 
 MAX_NAME_CHARACTERS: Final = 200
 """Of a process's name; with its number behind it it is the label."""

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from actors.launch.actions import Launched
     from actors.launch.events import Event
     from actors.launch.presence import Presence
-    from actors.programs import Factory
+    from actors.runtime.programs import Factory
 
 MAX_PROCESSES: Final = 1000
 """Of one launch; a description that comes to more is a mistake."""

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from actors.launch.events import Level, Message, Stream
 from actors.launch.voice import Voice
-from actors.log_output import RosFormatter
-from actors.logger import ROOT_NAME
+from actors.logging.logger import ROOT_NAME
+from actors.runtime.log_output import RosFormatter
 from proto.errors import shown
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from abc import ABC, abstractmethod
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from actors.callbacks import exit_ends_node
-from actors.logger import LoggingSeverity
-from actors.programs import run_program
+from actors.callbacks.functions import exit_ends_node
+from actors.logging.logger import LoggingSeverity
+from actors.runtime.programs import run_program
 from actors.supervision.outcome import Outcome, outcome_of_error
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from contextvars import Context
     from typing import Any
 
-    from actors.logger import Logger
-    from actors.programs import Factory
+    from actors.logging.logger import Logger
+    from actors.runtime.programs import Factory
     from actors.supervision.specification import Child
 
 LAST_RUNG_SEC: Final = 2.0

@@ -5,14 +5,14 @@ from __future__ import annotations
 import weakref
 from typing import TYPE_CHECKING, Final
 
-from actors.callbacks import error_text
-from actors.logger import get_logger
-from actors.qos import DurabilityPolicy, QoSProfile
+from actors.callbacks.functions import error_text
+from actors.logging.logger import get_logger
+from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.supervision.events import ChildEvent, ChildEventKind, ChildEventMessage, ChildEvents, message_of
 
 if TYPE_CHECKING:
-    from actors.logger import Logger
-    from actors.node import Node
+    from actors.logging.logger import Logger
+    from actors.node.node import Node
 
 TOPIC: Final = "~/child_events"
 
@@ -60,7 +60,7 @@ class Herald:
 
     def _publish(self, event: ChildEvent) -> None:
         publisher = self._publisher
-        if publisher is None or publisher.destroyed or publisher.core.destroyed:
+        if publisher is None or publisher.destroyed or publisher.context.destroyed:
             return
         try:
             publisher.publish(message_of(event))

@@ -7,15 +7,15 @@ import signal
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from actors.environment import environment_for
-from actors.logger import LoggingSeverity
+from actors.config.environment import environment_for
+from actors.logging.logger import LoggingSeverity
 from actors.supervision.body import LAST_RUNG_SEC, Body
 from actors.supervision.outcome import Outcome, outcome_of_exit
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.logger import Logger
+    from actors.logging.logger import Logger
     from actors.supervision.guard import Guard
     from actors.supervision.process import Process
     from actors.supervision.specification import Child

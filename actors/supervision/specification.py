@@ -8,13 +8,13 @@ from dataclasses import KW_ONLY, dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Final
 
-from actors.programs import is_instance
+from actors.runtime.programs import is_instance
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from actors.programs import Factory
+    from actors.runtime.programs import Factory
 
 MAX_NAME_CHARACTERS: Final = 255
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Self
 
 from actors.errors import SupervisorGaveUp
-from actors.logger import get_logger
+from actors.logging.logger import get_logger
 from actors.supervision.body import Body, TaskBody
 from actors.supervision.events import ChildEvent, ChildEventKind
 from actors.supervision.guard import Guard
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from types import TracebackType
 
-    from actors.node import Node
+    from actors.node.node import Node
     from actors.supervision.events import ChildEvents
     from actors.supervision.outcome import Outcome
 

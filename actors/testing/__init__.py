@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from actors.testing.launching import LaunchWaitError as LaunchWaitError
     from actors.testing.launching import RunningLaunch as RunningLaunch
     from actors.testing.launching import launch as launch
+    from actors.testing.link_faults import Direction as Direction
     from actors.testing.plugin import NodeFactory as NodeFactory
     from actors.testing.transcript import OutputLine as OutputLine
     from actors.testing.transcript import ProcessState as ProcessState
     from actors.testing.transcript import ProcessStatus as ProcessStatus
-    from actors.testing.weather import Direction as Direction
 
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "actors.testing.weather": ("Direction",),
+        "actors.testing.link_faults": ("Direction",),
         "actors.testing.fault_proxy": (
             "FaultProxy",
             "ProxiedConnection",

@@ -22,8 +22,8 @@ from random import Random
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from actors.errors import WaitTimeout
+from actors.testing.link_faults import Direction, Faults, LinkFaults
 from actors.testing.pipe import Pipe
-from actors.testing.weather import Direction, Faults, Weather
 from proto.url import BrokerUrl, parse_url
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ class FaultProxy(Faults):
         self.resets = 0
         self._target = parse_url(target_url)
         self._seed = seed
-        self._weather = dict.fromkeys(_WAYS, Weather())
+        self._link_faults = dict.fromkeys(_WAYS, LinkFaults())
         self._refusing = False
         self._connections: dict[ProxiedConnection, None] = {}
         self._past_bytes = dict.fromkeys(_WAYS, 0)
@@ -222,8 +222,8 @@ class FaultProxy(Faults):
         self.accepted += 1
         number = self.accepted
         pipes = {
-            way: Pipe(weather, Random(f"{self._seed} {number} {way}"), self._wake)  # noqa: S311
-            for way, weather in self._weather.items()
+            way: Pipe(link_faults, Random(f"{self._seed} {number} {way}"), self._wake)  # noqa: S311
+            for way, link_faults in self._link_faults.items()
         }
         connection = ProxiedConnection(number, node, pipes)
         self._connections[connection] = None
@@ -266,7 +266,7 @@ class FaultProxy(Faults):
         """Change fields of the weather of these directions, for all connections and later ones."""
         for way in _WAYS:
             if way in direction:
-                self._weather[way] = replace(self._weather[way], **changes)
+                self._link_faults[way] = replace(self._link_faults[way], **changes)
         for connection in self._connections:
             connection.change(direction, **changes)
 

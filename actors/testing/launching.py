@@ -17,7 +17,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from actors.environment import foreign_variables
+from actors.config.environment import foreign_variables
 from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError
 from actors.launch.launching import Launch

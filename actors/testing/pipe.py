@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
-    from actors.testing.weather import Weather
+    from actors.testing.link_faults import LinkFaults
 
 HELD_BYTES: Final = 64 * 1024
 """Read and not yet passed on, at most; the kernel's buffers hold some more before and behind."""
@@ -36,7 +36,7 @@ class Pipe:
     """Bytes on their way from one socket to the other.
 
     Args:
-        weather: What they go through; `change` changes it at any time.
+        link_faults: What they go through; `change` changes it at any time.
         random: Decides the jitter.
         on_progress: Called when bytes have come or been passed on.
 
@@ -45,10 +45,10 @@ class Pipe:
         held_bytes: Read and not passed on.
     """
 
-    def __init__(self, weather: Weather, random: Random, on_progress: Callable[[], None]) -> None:
+    def __init__(self, link_faults: LinkFaults, random: Random, on_progress: Callable[[], None]) -> None:
         self.forwarded_bytes = 0
         self.held_bytes = 0
-        self._weather = weather
+        self._link_faults = link_faults
         self._random = random
         self._on_progress = on_progress
         self._chunks: deque[_Chunk] = deque()
@@ -59,7 +59,7 @@ class Pipe:
 
     def change(self, **changes: Any) -> None:
         """Change the weather, also for what is under way."""
-        self._weather = replace(self._weather, **changes)
+        self._link_faults = replace(self._link_faults, **changes)
         self._reader_looks.set()
         self._writer_looks.set()
 
@@ -89,7 +89,7 @@ class Pipe:
     async def _read(self, source: socket.socket) -> None:
         loop = asyncio.get_running_loop()
         while True:
-            while self._weather.black_hole or self.held_bytes >= HELD_BYTES:
+            while self._link_faults.black_hole or self.held_bytes >= HELD_BYTES:
                 self._reader_looks.clear()
                 await self._reader_looks.wait()
             data = await loop.sock_recv(source, min(PIECE_BYTES, HELD_BYTES - self.held_bytes))
@@ -121,19 +121,21 @@ class Pipe:
 
     def _wait_s(self, now: float) -> float:
         """Return how long the next piece has to wait still; infinite if for a change."""
-        weather = self._weather
-        if weather.black_hole or not self._chunks:
+        link_faults = self._link_faults
+        if link_faults.black_hole or not self._chunks:
             return math.inf
-        next_drip = -math.inf if weather.drip_bytes is None else self._sent_at + weather.drip_every_sec
+        next_drip = (
+            -math.inf if link_faults.drip_bytes is None else self._sent_at + link_faults.drip_every_sec
+        )
         return max(self._due_at(self._chunks[0]), next_drip) - now
 
     def _due_at(self, chunk: _Chunk) -> float:
-        weather = self._weather
-        return chunk.came_at + weather.delay_sec + weather.jitter_sec * chunk.chance
+        link_faults = self._link_faults
+        return chunk.came_at + link_faults.delay_sec + link_faults.jitter_sec * chunk.chance
 
     def _take(self, now: float) -> bytes:
         """Take out what may leave together; nothing means that the stream ends here."""
-        most = min(PIECE_BYTES, self._weather.drip_bytes or PIECE_BYTES)
+        most = min(PIECE_BYTES, self._link_faults.drip_bytes or PIECE_BYTES)
         parts: list[bytes] = []
         size = 0
         while size < most and self._chunks and self._chunks[0].data and self._due_at(self._chunks[0]) <= now:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from pytest_asyncio import fixture as async_fixture
 
-    from actors.node import Node
+    from actors.node.node import Node
     from actors.testing.fault_proxy import FaultProxy
     from broker import Broker, BrokerOptions
 else:
@@ -81,7 +81,7 @@ async def broker(
     CALLBOARD_URL says where it is while the test runs, so that nodes and processes which are told nothing
     find it. The other CALLBOARD variables of the environment are away.
     """
-    from actors import environment  # noqa: PLC0415
+    from actors.config import environment  # noqa: PLC0415
     from broker import Broker  # noqa: PLC0415
 
     async with Broker(broker_options) as running:
@@ -94,7 +94,7 @@ async def broker(
 @async_fixture
 async def make_node(broker: Broker) -> AsyncIterator[NodeFactory]:
     """Start nodes, as many as wanted, in the test; they stop when it ends. See `NodeFactory`."""
-    from actors.node import Node  # noqa: PLC0415
+    from actors.node.node import Node  # noqa: PLC0415
 
     defaults: dict[str, Any] = {
         "url": broker.url,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import product
 from typing import TYPE_CHECKING, Final
 
-from actors.qos_compatibility import disagreements
+from actors.qos.compatibility import disagreements
 from actors.tools.check import Check, summed_up
 from proto.codes import EntryKind
 from proto.identity import VERSION, version_of
@@ -13,8 +13,8 @@ from proto.identity import VERSION, version_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from actors.broker_report import BrokerReport
-    from actors.picture import EndpointInfo, GraphPicture
+    from actors.graph.broker_report import BrokerReport
+    from actors.graph.snapshot import EndpointInfo, GraphSnapshot
     from actors.tools.check import Status
     from proto.frames import GraphEntry
     from proto.stats import LinkStats
@@ -104,22 +104,22 @@ def _losing_topics(report: BrokerReport) -> list[Check]:
     return found
 
 
-def graph(picture: GraphPicture) -> list[Check]:
+def graph(snapshot: GraphSnapshot) -> list[Check]:
     """Look at who offers and wants what: do they agree on types and on quality of service?"""
     types = [
-        *_type_conflicts(picture, "topic", EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION),
-        *_type_conflicts(picture, "service", EntryKind.SERVICE, EntryKind.CLIENT),
+        *_type_conflicts(snapshot, "topic", EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION),
+        *_type_conflicts(snapshot, "service", EntryKind.SERVICE, EntryKind.CLIENT),
     ]
-    quality = _disagreements(picture)
+    quality = _disagreements(snapshot)
     return [
         *summed_up("types", types, "everybody agrees on every topic's and service's"),
         *summed_up("qos", quality, "every publisher offers what its subscriptions ask for"),
     ]
 
 
-def _type_conflicts(picture: GraphPicture, what: str, *kinds: EntryKind) -> list[Check]:
+def _type_conflicts(snapshot: GraphSnapshot, what: str, *kinds: EntryKind) -> list[Check]:
     by_name: dict[str, list[GraphEntry]] = {}
-    for entry in picture.of_kind(*kinds):
+    for entry in snapshot.of_kind(*kinds):
         if entry.type_name:  # a raw subscription takes any
             by_name.setdefault(entry.name, []).append(entry)
     found: list[Check] = []
@@ -143,11 +143,11 @@ def _users(entries: list[GraphEntry], type_name: str) -> str:
     return ", ".join(sorted({entry.node for entry in entries if entry.type_name == type_name}))
 
 
-def _disagreements(picture: GraphPicture) -> list[Check]:
+def _disagreements(snapshot: GraphSnapshot) -> list[Check]:
     found: list[Check] = []
-    for name, _ in picture.names_and_types(EntryKind.PUBLISHER):
-        publishers = _profiles(picture.endpoints(EntryKind.PUBLISHER, name))
-        subscriptions = _profiles(picture.endpoints(EntryKind.SUBSCRIPTION, name))
+    for name, _ in snapshot.names_and_types(EntryKind.PUBLISHER):
+        publishers = _profiles(snapshot.endpoints(EntryKind.PUBLISHER, name))
+        subscriptions = _profiles(snapshot.endpoints(EntryKind.SUBSCRIPTION, name))
         for pub, sub in product(publishers, subscriptions):
             for _, why in disagreements(pub.qos_profile, sub.qos_profile):
                 text = f"{name}, from {_node(pub)} to {_node(sub)}: {why}"

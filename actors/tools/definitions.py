@@ -19,7 +19,7 @@ from actors.interfaces.parser import read_source
 from actors.interfaces.registry import find_interface, source_of
 
 if TYPE_CHECKING:
-    from actors.inspector import Inspector
+    from actors.graph.inspector import Inspector
 
 MAX_ASKED: Final = 1000
 """Definitions asked for in search of a type that only others contain."""

@@ -11,18 +11,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from actors.config.contexts import find_place
 from actors.errors import BrokerUnreachable
-from actors.inspector import Inspector
-from actors.starting import start_hint
+from actors.graph.inspector import Inspector
+from actors.session.start_hint import start_hint
 from actors.tools import broker_checks, machine_checks
 from actors.tools.check import Check
-from actors.tools.contexts import find_place
 from proto.errors import CallboardError, ErrorCode, ProtocolError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from actors.tools.contexts import Place
+    from actors.config.contexts import Place
 
 TIMEOUT_SEC: Final = 2.0
 OTHER_PROGRAM: Final = "see what listens there: another program may have the port"
@@ -38,7 +38,7 @@ def examine(
     """Look at everything.
 
     Args:
-        url: The broker; None: where nodes would go, as `actors.tools.contexts` says.
+        url: The broker; None: where nodes would go, as `actors.config.contexts` says.
         domain: Which graph; None as above.
         context: A named broker; None as above.
         timeout_sec: How long connecting may take, and each answer.

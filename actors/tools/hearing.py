@@ -17,23 +17,23 @@ from actors.interfaces.codec import Codec, codec_for, decode_untyped
 from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
 from actors.interfaces.message import Message, type_hash
 from actors.interfaces.registry import find_interface
-from actors.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from actors.qos.profile import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
 
 
-def decoder_of(picture: GraphPicture, topic: str) -> Callable[[bytes], Any]:
+def decoder_of(snapshot: GraphSnapshot, topic: str) -> Callable[[bytes], Any]:
     """Return what reads messages of a topic: as its class where that is at hand, as dicts otherwise.
 
     The function raises InvalidMessageError for bytes that are no message.
     """
     types = {
         (entry.type_name, entry.type_hash)
-        for entry in picture.of_kind(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
+        for entry in snapshot.of_kind(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
         if entry.name == topic and entry.type_name
     }
     if len(types) != 1:
@@ -56,9 +56,9 @@ def decoder_of(picture: GraphPicture, topic: str) -> Callable[[bytes], Any]:
     return decode
 
 
-def profile_of(picture: GraphPicture, topic: str, *, depth: int) -> QoSProfile:
+def profile_of(snapshot: GraphSnapshot, topic: str, *, depth: int) -> QoSProfile:
     """Return a profile that gets all that the topic's publishers offer."""
-    offers = [info.qos_profile for info in picture.endpoints(EntryKind.PUBLISHER, topic)]
+    offers = [info.qos_profile for info in snapshot.endpoints(EntryKind.PUBLISHER, topic)]
     latched = bool(offers) and all(each.durability is DurabilityPolicy.TRANSIENT_LOCAL for each in offers)
     loose = any(each.reliability is ReliabilityPolicy.BEST_EFFORT for each in offers)
     return QoSProfile(

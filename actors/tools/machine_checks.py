@@ -11,9 +11,9 @@ from importlib.metadata import packages_distributions, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from actors import environment
+from actors.config import environment
+from actors.config.contexts import Contexts, contexts_file
 from actors.tools.check import Check
-from actors.tools.contexts import Contexts, contexts_file
 from proto.errors import CallboardError
 from proto.identity import VERSION
 from proto.url import parse_urls

@@ -25,8 +25,8 @@ from proto.names import is_hidden
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from actors.broker_report import BrokerReport, BrokerReportRates
-    from actors.picture import GraphPicture
+    from actors.graph.broker_report import BrokerReport, BrokerReportRates
+    from actors.graph.snapshot import GraphSnapshot
     from proto.stats import LinkStats, TopicStats
 
 WINDOW: Final = 3
@@ -39,7 +39,7 @@ SUSPENDED: Final = "suspended"
 class Look(NamedTuple):
     """The graph and the broker's numbers at about one moment."""
 
-    picture: GraphPicture
+    snapshot: GraphSnapshot
     report: BrokerReport
 
 
@@ -215,14 +215,14 @@ class Looks:
 
 def overview(look: Look, rates: BrokerReportRates | None) -> Overview:
     """Return what a look shows, with rates up to it."""
-    picture, report = look
+    snapshot, report = look
     links = {name: link for link in report.links.values() for name in link.nodes}
     return Overview(
         seconds=0.0 if rates is None else rates.totals.seconds,
         totals=_totals(report, rates),
-        topics=tuple(_topics(picture, report.topics, None if rates is None else rates.topics)),
-        nodes=tuple(_nodes(picture, links, None if rates is None else rates.links)),
-        services=tuple(_services(picture, links)),
+        topics=tuple(_topics(snapshot, report.topics, None if rates is None else rates.topics)),
+        nodes=tuple(_nodes(snapshot, links, None if rates is None else rates.links)),
+        services=tuple(_services(snapshot, links)),
     )
 
 
@@ -249,11 +249,11 @@ def _totals(report: BrokerReport, rates: BrokerReportRates | None) -> Totals:
 
 
 def _topics(
-    picture: GraphPicture, stats: Mapping[str, TopicStats], rates: Mapping[str, Mapping[str, float]] | None
+    snapshot: GraphSnapshot, stats: Mapping[str, TopicStats], rates: Mapping[str, Mapping[str, float]] | None
 ) -> Iterable[TopicRow]:
-    types = dict(picture.names_and_types(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION))
-    publishers = _counts(picture, EntryKind.PUBLISHER)
-    subscriptions = _counts(picture, EntryKind.SUBSCRIPTION)
+    types = dict(snapshot.names_and_types(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION))
+    publishers = _counts(snapshot, EntryKind.PUBLISHER)
+    subscriptions = _counts(snapshot, EntryKind.SUBSCRIPTION)
     for name, kinds in types.items():
         topic = stats.get(name)
         rise = _rise(rates, name)
@@ -272,12 +272,12 @@ def _topics(
 
 
 def _nodes(
-    picture: GraphPicture,
+    snapshot: GraphSnapshot,
     links: Mapping[str, LinkStats],
     rates: Mapping[int, Mapping[str, float]] | None,
 ) -> Iterable[NodeRow]:
-    endpoints = Counter(entry.node for entry in picture.entries.values() if entry.kind != EntryKind.NODE)
-    there = set(picture.nodes())
+    endpoints = Counter(entry.node for entry in snapshot.entries.values() if entry.kind != EntryKind.NODE)
+    there = set(snapshot.nodes())
     silent = {name for name, link in links.items() if link.suspended}
     for name in sorted(there | silent):
         link = links.get(name)  # a link names the first few of its nodes only
@@ -303,15 +303,15 @@ def _beside_nodes(link: LinkStats | None) -> int:
     return link.endpoints - len(link.nodes) if link is not None and link.suspended else 0
 
 
-def _services(picture: GraphPicture, links: Mapping[str, LinkStats]) -> Iterable[ServiceRow]:
-    servers = _counts(picture, EntryKind.SERVICE)
-    clients = _counts(picture, EntryKind.CLIENT)
+def _services(snapshot: GraphSnapshot, links: Mapping[str, LinkStats]) -> Iterable[ServiceRow]:
+    servers = _counts(snapshot, EntryKind.SERVICE)
+    clients = _counts(snapshot, EntryKind.CLIENT)
     owing: dict[str, dict[int, int]] = {}
-    for entry in picture.of_kind(EntryKind.SERVICE):
+    for entry in snapshot.of_kind(EntryKind.SERVICE):
         link = links.get(entry.node)
         if link is not None:
             owing.setdefault(entry.name, {})[link.session] = link.owed_calls
-    for name, kinds in picture.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT):
+    for name, kinds in snapshot.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT):
         yield ServiceRow(
             name=name,
             types=tuple(kinds),
@@ -321,8 +321,8 @@ def _services(picture: GraphPicture, links: Mapping[str, LinkStats]) -> Iterable
         )
 
 
-def _counts(picture: GraphPicture, kind: EntryKind) -> Counter[str]:
-    return Counter(entry.name for entry in picture.of_kind(kind))
+def _counts(snapshot: GraphSnapshot, kind: EntryKind) -> Counter[str]:
+    return Counter(entry.name for entry in snapshot.of_kind(kind))
 
 
 def _rise(rates: Mapping[Any, Mapping[str, float]] | None, key: object) -> Mapping[str, float]:

@@ -62,7 +62,7 @@ class Bus:
     """A participant of the domain, whose topics carry arrays of octets."""
 
     def __init__(self, parameters: Parameters) -> None:
-        self._core, self._idl = library("cyclonedds.core"), library("cyclonedds.idl")
+        self._context, self._idl = library("cyclonedds.context"), library("cyclonedds.idl")
         self._types, self._qos = library("cyclonedds.idl.types"), library("cyclonedds.qos")
         self._publishers, self._subscribers = library("cyclonedds.pub"), library("cyclonedds.sub")
         self._topics = library("cyclonedds.topic")
@@ -71,7 +71,7 @@ class Bus:
         self._domain = domain.Domain(number, CONFIGURATION)
         self._participant = domain.DomainParticipant(number)
         self._writers: list[Any] = []
-        self._waits = self._core.WaitSet(self._participant)
+        self._waits = self._context.WaitSet(self._participant)
 
     def write_to(self, topic: str, size: int) -> Callable[[bytes], None]:
         """A writer, as what writes so many octets."""
@@ -96,8 +96,10 @@ class Bus:
             quality,
         )
         # Alive: not the news that a writer has gone.
-        states = self._core.ViewState.Any | self._core.InstanceState.Alive | self._core.SampleState.Any
-        condition = self._core.ReadCondition(reader, states)
+        states = (
+            self._context.ViewState.Any | self._context.InstanceState.Alive | self._context.SampleState.Any
+        )
+        condition = self._context.ReadCondition(reader, states)
         self._waits.attach(condition)
         return lambda: [sample.data for sample in reader.take(TAKEN_AT_ONCE, condition)]
 

@@ -90,8 +90,8 @@ class Meeting:
         """
         for _ in range(2):
             for node in nodes:
-                node._core.link.flush()
-                await node._core.link.round_trip()
+                node._context.link.flush()
+                await node._context.link.round_trip()
 
 
 async def matched(entity: Any, count: int = 1) -> None:

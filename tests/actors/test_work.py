@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String, UInt8MultiArray
 from proto import codec, frames, limits
-from proto.aio import Channel
+from proto.aio.channel import Channel
 from proto.codec import Decoder, encode
 from tests.actors.meeting import KEEP_ALL, MIB, until
 from tests.simulation.stage import Stage, play
@@ -29,7 +29,7 @@ class Work:
         self.tasks = 0
         self.flushes = 0
         self.encoded_runs = 0
-        decode, flush, head = Decoder.decode_content, Channel.flush, codec.run_head
+        decode, flush, head = Decoder.decode_content, Channel.flush, codec.batch_head
 
         def counted_decode(decoder: Decoder, raw: Buffer) -> Frame:
             frame = decode(decoder, raw)
@@ -52,7 +52,7 @@ class Work:
 
         monkeypatch.setattr(Decoder, "decode_content", counted_decode)
         monkeypatch.setattr(Channel, "flush", counted_flush)
-        monkeypatch.setattr("proto.runs.run_head", counted_head)
+        monkeypatch.setattr("proto.batches.batch_head", counted_head)
         asyncio.get_running_loop().set_task_factory(counted_task)
 
 
@@ -71,9 +71,9 @@ async def test_messages_of_a_turn_travel_in_few_frames(
     for _ in range(1000):
         publisher.publish(message)
     await until(lambda: len(heard) == 1000)
-    most = 1000 * 300 // limits.RUN_FLUSH_BYTES + 1
+    most = 1000 * 300 // limits.BATCH_FLUSH_BYTES + 1
     assert work.encoded_runs <= most
-    assert work.frames["Run"] == 2 * work.encoded_runs  # once in the broker, once in the listener
+    assert work.frames["Batch"] == 2 * work.encoded_runs  # once in the broker, once in the listener
     assert work.flushes <= 4 * work.encoded_runs
     assert work.tasks == 0
 
@@ -91,7 +91,7 @@ async def test_a_run_for_ten_subscriptions_of_a_link_crosses_it_once(
     work = Work(monkeypatch)
     publisher.publish(String(data="once"))
     await until(lambda: len(heard) == 10)
-    assert (work.frames["Run"], work.encoded_runs) == (2, 1)
+    assert (work.frames["Batch"], work.encoded_runs) == (2, 1)
 
 
 async def test_calls_of_a_turn_travel_together(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -153,7 +153,7 @@ def test_idle_nodes_cost_nothing() -> None:
     async def scene(stage: Stage) -> None:
         nodes = [await stage.enter(f"idle{number}") for number in range(3)]
         await asyncio.sleep(10)
-        channels = [node._core.link.channel for node in nodes]
+        channels = [node._context.link.channel for node in nodes]
         before = [channel.bytes_received for channel in channels if channel is not None]
         await asyncio.sleep(30)
         assert [channel.bytes_received for channel in channels if channel is not None] == before

@@ -5,8 +5,8 @@ from __future__ import annotations
 from array import array
 
 from proto import frames, limits
+from proto.batches import with_raw
 from proto.codec import ARRAY_HEAD_BYTES, array_head, ends_to_bytes
-from proto.runs import with_raw
 
 GID = b"g" * limits.INSTANCE_BYTES
 QOS: frames.Options = {"history": 1, "depth": 10, "reliability": 1, "durability": 2}
@@ -58,13 +58,13 @@ def client(number: int, name: str = "/s", *, node: int = 0, type_hash: str = HAS
     return frames.Client(number, node, name, TYPE, type_hash)
 
 
-def run(publisher_id: int, first: int, length: int = 1, size: int = 10) -> frames.Run:
+def batch(publisher_id: int, first: int, length: int = 1, size: int = 10) -> frames.Batch:
     """Return an encoded run of `length` messages of `size` bytes each."""
     message = b"\xc4" + bytes([size - 2]) + bytes(size - 2) if size < 258 else _long(size)
     ends = ends_to_bytes(array("I", range(size, size * length + 1, size))) if length > 1 else None
     payload = array_head(length) + message * length
     assert len(payload) == ARRAY_HEAD_BYTES + size * length
-    return with_raw(frames.Run(publisher_id, first, 1, length, ends, None, payload, b""))
+    return with_raw(frames.Batch(publisher_id, first, 1, length, ends, None, payload, b""))
 
 
 def _long(size: int) -> bytes:

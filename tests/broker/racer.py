@@ -11,7 +11,7 @@ from contextlib import AsyncExitStack
 from pathlib import Path
 
 from broker import AddressInUseError, Broker, BrokerOptions
-from proto.process import new_event_loop
+from proto.aio.process import new_event_loop
 
 
 def _say(text: str) -> None:

@@ -8,7 +8,7 @@ import os
 from typing import TYPE_CHECKING, TypeVar
 
 from proto import frames, limits
-from proto.aio import Channel
+from proto.aio.channel import Channel
 from proto.codec import decode, encode
 from proto.session import Role
 from proto.url import parse_url
@@ -46,7 +46,7 @@ class RawClient:
         """ChannelHandler: keep it."""
         self._received.put_nowait(frame)
 
-    def batch_received(self) -> None:
+    def read_finished(self) -> None:
         """ChannelHandler: nothing to do."""
 
     def room(self) -> None:
@@ -65,7 +65,7 @@ class RawClient:
         """Send frames in this order, whatever their kind."""
         for frame in sent:
             raw = encode(frame)
-            if isinstance(frame, (frames.Run, frames.Request, frames.Reply)):
+            if isinstance(frame, (frames.Batch, frames.Request, frames.Reply)):
                 self.channel.outbox.put_calls(raw)
             else:
                 self.channel.session.sent(frame)

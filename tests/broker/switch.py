@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, TypeVar
 
-from broker.records import CancelCalls, Close, Discard, Queue, Send, SendCalls
+from broker.records import CancelCalls, Close, Discard, Enqueue, Send, SendCalls
 from broker.router import Router
 from broker.server import lose
 from proto import frames, limits
@@ -122,16 +122,16 @@ class Switch:
                 lose(delivery)
                 continue
             match delivery:
-                case Queue(_, lane, item):
-                    outbox.put_lane(lane, item)
+                case Enqueue(_, queue, item):
+                    outbox.enqueue(queue, item)
                 case SendCalls(_, raw, key):
                     outbox.put_calls(raw, key)
                 case Send(_, frame):
                     outbox.put_control(encode(frame))
                 case CancelCalls(_, endpoint, calls):
                     outbox.cancel_calls(endpoint, calls)
-                case Discard(_, lane):
-                    outbox.drop_lane(lane)
+                case Discard(_, queue):
+                    outbox.drop_queue(queue)
                 case Close(peer, code, _):
                     self.closed[peer] = code
                     self.cut(peer)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker.attachments import READERS_PER_FRAME, Attachments
-from broker.records import Queue
+from broker.records import Enqueue
 from proto import frames
 from proto.codec import decode
 from proto.codes import DetachReason
@@ -82,9 +82,11 @@ def test_a_newcomer_is_attached_to_many_readers_in_one_frame() -> None:
     switch = Switch()
     talker, listener, _ = crowd(switch)
     newcomer = switch.publisher(talker, make.publisher(9)._replace(gid=b"n" * 16))
-    switch.send(talker, make.run(newcomer, 0))
-    heard = [frame for frame in switch.read_all(listener) if isinstance(frame, frames.Attached | frames.Run)]
-    assert [type(frame) for frame in heard] == [frames.Attached, frames.Run]
+    switch.send(talker, make.batch(newcomer, 0))
+    heard = [
+        frame for frame in switch.read_all(listener) if isinstance(frame, frames.Attached | frames.Batch)
+    ]
+    assert [type(frame) for frame in heard] == [frames.Attached, frames.Batch]
     assert isinstance(heard[0], frames.Attached)
     assert heard[0].subscriptions == tuple(range(1, READERS + 1))
 
@@ -94,14 +96,14 @@ def test_late_joiners_of_one_frame_get_their_replays_after_it() -> None:
     switch = Switch()
     talker, listener, number = talk(switch, qos=make.LATCHED)
     switch.send(listener, make.subscription(2, qos=make.LATCHED), make.subscription(3))
-    switch.send(talker, make.run(number, 0, 2))
+    switch.send(talker, make.batch(number, 0, 2))
     switch.suspend(listener)
     switch.read_all(listener)
     switch.restore(listener)
-    switch.send(talker, make.run(number, 2))
-    kinds = (frames.Attached, frames.Replay, frames.Run)
+    switch.send(talker, make.batch(number, 2))
+    kinds = (frames.Attached, frames.Replay, frames.Batch)
     told = [frame for frame in switch.read_all(listener) if isinstance(frame, kinds)]
-    assert [type(frame) for frame in told] == [frames.Attached, frames.Replay, frames.Replay, frames.Run]
+    assert [type(frame) for frame in told] == [frames.Attached, frames.Replay, frames.Replay, frames.Batch]
     attached = told[0]
     assert isinstance(attached, frames.Attached)
     assert (attached.subscriptions, attached.first_sequence) == ((1, 2, 3), 2)
@@ -120,7 +122,7 @@ def test_what_comes_and_what_goes_is_told_in_the_order_in_which_it_was_noted(*, 
     attachments = Attachments(told.append)
 
     def goes() -> None:
-        attachments.detach(number, route.peer.id, [subscription.id], DetachReason.GONE, route.lane)
+        attachments.detach(number, route.peer.id, [subscription.id], DetachReason.GONE, route.queue)
 
     def comes() -> None:
         attachments.attach(publisher, route, subscription)
@@ -128,7 +130,7 @@ def test_what_comes_and_what_goes_is_told_in_the_order_in_which_it_was_noted(*, 
     for note in (comes, goes, goes, comes) if comes_first else (goes, comes, comes, goes):
         note()
     attachments.flush()
-    items = [delivery.item for delivery in told if isinstance(delivery, Queue)]
+    items = [delivery.item for delivery in told if isinstance(delivery, Enqueue)]
     frames_told = [type(decode(item)) for item in items if isinstance(item, bytes)]
     came, went = frames.Attached, frames.Detached
     assert frames_told == ([came, went, came] if comes_first else [went, came, went])

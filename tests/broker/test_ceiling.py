@@ -73,7 +73,7 @@ async def test_keep_all_beyond_the_ceiling_ends_the_link_and_no_other(
         most = sent = 0
         while broker.stats().connections == TOPICS + 2 and not caplog.records:
             for writer, number in sources:
-                writer.send(make.run(number, sent, 1, size=SIZE))
+                writer.send(make.batch(number, sent, 1, size=SIZE))
                 await writer.synchronise()
                 most = max(most, held(broker))
             sent += 1
@@ -91,7 +91,7 @@ async def test_keep_all_beyond_the_ceiling_ends_the_link_and_no_other(
         assert (stats.accounted, stats.queued, stats.dropped) == (stats.copies, 0, 0)
         heard: dict[int, list[int]] = {number: [] for _, number in sources}
         for _ in range(sent * TOPICS):
-            run = await bystander.next(frames.Run)
+            run = await bystander.next(frames.Batch)
             heard[run.publisher].append(run.first_sequence)
         assert all(numbers == list(range(sent)) for numbers in heard.values())
         for writer, _ in sources:
@@ -116,7 +116,7 @@ async def test_a_reader_gets_all_latched_messages(narrow: Broker) -> None:
         for index in range(5):
             talker.send(make.publisher(index + 1, f"/t{index}", qos=make.LATCHED))
             number = (await talker.next(frames.Accepted)).number
-            talker.send(make.run(number, 0, 1, size=LARGE))
+            talker.send(make.batch(number, 0, 1, size=LARGE))
         await until(lambda: narrow.stats().latched == 5)
         late = await stack.enter_async_context(link(narrow, "/late"))
         late.send(*(make.subscription(index + 1, f"/t{index}", qos=make.LATCHED) for index in range(5)))
@@ -133,7 +133,7 @@ async def test_latched_messages_beyond_the_ceiling_end_the_link(
     async with link(narrow, "/talker") as talker, link(narrow, "/deaf") as deaf:
         talker.send(make.publisher(1, qos=make.LATCHED))
         number = (await talker.next(frames.Accepted)).number
-        talker.send(make.run(number, 0, 1, size=LARGE))
+        talker.send(make.batch(number, 0, 1, size=LARGE))
         await until(lambda: narrow.stats().latched == 1)
         deaf.stop_reading()
         deaf.send(*(make.subscription(index, qos=make.LATCHED) for index in range(1, 100)))

@@ -172,7 +172,7 @@ def test_a_slow_reader_gets_what_waits_for_it() -> None:
         await publisher.flush()
         assert len(heard) < 100
         # Looked at in each turn of the loop: adding up all lanes there would cost a large broker its stop.
-        with mock.patch.object(Topics, "tallies", side_effect=AssertionError("lanes are added up")):
+        with mock.patch.object(Topics, "tallies", side_effect=AssertionError("queues are added up")):
             await stage.stop_broker()
         assert len(heard) == 100
 

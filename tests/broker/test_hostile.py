@@ -169,7 +169,7 @@ async def test_the_log_has_one_harmless_line(broker: Broker, caplog: pytest.LogC
     """A closed link is one warning, and what the peer said cannot move a terminal's cursor."""
     async with link(broker, agent="evil\x1b[2J\nforged line") as client:
         with caplog.at_level(logging.INFO, "callboard.broker"):
-            client.send(make.run(12345, 0))
+            client.send(make.batch(12345, 0))
             assert (await client.next(frames.Error)).code == ErrorCode.UNKNOWN_ID
             await client.gone()
     lines = [record.getMessage() for record in caplog.records if record.name == "callboard.broker"]
@@ -224,7 +224,7 @@ async def test_a_keep_all_reader_that_lies_about_its_window_is_bounded() -> None
         a.send(await a.next(frames.Credit))
         b.stop_reading()
         for first in range(500):
-            a.send(make.run(number, first, 1, size=200_000))
+            a.send(make.batch(number, first, 1, size=200_000))
             await a.synchronise()
             if small.stats().unmatched:
                 break
@@ -248,7 +248,7 @@ async def test_a_keep_last_reader_that_stops_costs_its_depth() -> None:
         number = (await a.next(frames.Accepted)).number
         b.stop_reading()
         for first in range(400):
-            a.send(make.run(number, first, 1, size=100_000))
+            a.send(make.batch(number, first, 1, size=100_000))
             await a.synchronise()
         stats = running.stats()
         assert stats.queued == 5

@@ -15,7 +15,7 @@ import pytest
 
 from broker import AddressInUseError, Broker, BrokerOptions
 from broker.listening import listen_unix
-from proto.process import new_event_loop
+from proto.aio.process import new_event_loop
 
 if TYPE_CHECKING:
     from collections.abc import Callable

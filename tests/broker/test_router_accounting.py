@@ -65,7 +65,7 @@ class Accounts(RuleBasedStateMachine):
         peer, number = self.writers[writer]
         first = max(0, self.sequences[writer] - back)
         length = length if size < LARGE else 1
-        self.switch.send(peer, make.run(number, first, length, size))
+        self.switch.send(peer, make.batch(number, first, length, size))
         self.published += length
         self.sequences[writer] = max(self.sequences[writer], first + length)
 
@@ -76,7 +76,7 @@ class Accounts(RuleBasedStateMachine):
     @rule(reader=st.integers(0, READERS - 1), pieces=st.sampled_from([1, 2, 5, 1000]))
     def hear(self, reader: int, pieces: int) -> None:
         for frame in self.switch.read_all(self.readers[reader], pieces):
-            if isinstance(frame, frames.Run):
+            if isinstance(frame, frames.Batch):
                 self.read += frame.length
                 key = (self.readers[reader], frame.publisher)
                 assert frame.first_sequence >= self.last.get(key, 0), "out of order, or twice"
@@ -129,7 +129,7 @@ def half_sent() -> tuple[Switch, int, int, int]:
     """A listener with depth 2 has got the first piece of a large message, and a small one waits behind it."""
     switch = Switch()
     talker, listener, number = talk(switch, qos={"depth": 2})
-    switch.send(talker, make.run(number, 0, 1, LARGE), make.run(number, 1))
+    switch.send(talker, make.batch(number, 0, 1, LARGE), make.batch(number, 1))
     switch.read_all(listener, 1)
     stats = collect(0, [switch.router])
     assert (stats.copies, stats.leaving, stats.queued, stats.delivered) == (2, 1, 1, 0)
@@ -159,7 +159,7 @@ def test_what_waits_for_a_link_that_breaks_is_lost_on_break() -> None:
     """So is the message of which half has left, and what comes before the router has heard of the break."""
     switch, talker, listener, number = half_sent()
     switch.cut(listener)
-    switch.send(talker, make.run(number, 2, 3))
+    switch.send(talker, make.batch(number, 2, 3))
     assert collect(0, [switch.router]).lost_on_break == 3
     switch.leave(listener)
     stats = collect(0, [switch.router])
@@ -184,7 +184,7 @@ def test_two_lanes_of_one_gid_are_both_accounted_for() -> None:
     talker, listener, number = talk(switch)
     second = switch.publisher(talker, make.publisher(2))
     switch.read_all(listener)
-    switch.send(talker, make.run(number, 0, 4), make.run(second, 0, 3))
+    switch.send(talker, make.batch(number, 0, 4), make.batch(second, 0, 3))
     switch.leave(talker)
     stats = collect(0, [switch.router])
     assert (stats.queued, stats.accounted) == (7, 7)
@@ -195,12 +195,12 @@ def test_no_lane_outlives_its_link() -> None:
     switch = Switch()
     talker, listener, number = talk(switch)
     second = switch.publisher(talker, make.publisher(2))
-    switch.send(talker, make.run(number, 0, 4), make.run(second, 0, 3))
+    switch.send(talker, make.batch(number, 0, 4), make.batch(second, 0, 3))
     switch.leave(talker)
     switch.leave(listener)
     stats = collect(0, [switch.router])
     assert (stats.queued, stats.lost_on_break, stats.accounted) == (0, 7, 7)
-    assert all(way.lane.empty for way in switch.router.topics.ways())
+    assert all(peer_queue.queue.empty for peer_queue in switch.router.topics.peer_queues())
 
 
 def test_a_gid_names_a_publisher_of_one_topic() -> None:
@@ -208,11 +208,11 @@ def test_a_gid_names_a_publisher_of_one_topic() -> None:
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.send(listener, make.subscription(2, "/other"))
-    switch.send(talker, make.run(number, 0, 5))
+    switch.send(talker, make.batch(number, 0, 5))
     switch.leave(talker)
     another = switch.join("/another")
     second = switch.publisher(another, make.publisher(1, "/other"))
-    switch.send(another, make.run(second, 0))
+    switch.send(another, make.batch(second, 0))
     _, topics = switch.router.topics.tallies()
     assert {topic.name: tally.queued for topic, tally in topics.items()} == {"/t": 5, "/other": 1}
 
@@ -224,7 +224,7 @@ def test_a_link_that_is_taken_over_loses_what_waited_for_it() -> None:
     listener = switch.join("/listener", instance=b"i" * 16)
     switch.send(listener, make.subscription(1))
     number = switch.publisher(talker, make.publisher(1))
-    switch.send(talker, make.run(number, 0, 4))
+    switch.send(talker, make.batch(number, 0, 4))
     switch.join("/listener", instance=b"i" * 16)
     stats = collect(0, [switch.router])
     assert (stats.lost_on_break, stats.abandoned) == (4, 0)

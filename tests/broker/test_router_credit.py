@@ -74,10 +74,10 @@ def test_before_the_echo_an_overrun_is_forgiven_and_after_it_not() -> None:
     switch = Switch()
     talker, number, _ = publish_to(switch, 10)
     (credit,) = switch.read(talker, frames.Credit)
-    switch.send(talker, make.run(number, 0, 12))
+    switch.send(talker, make.batch(number, 0, 12))
     switch.send(talker, credit)
     with pytest.raises(ProtocolError) as caught:
-        switch.send(talker, make.run(number, 12))
+        switch.send(talker, make.batch(number, 12))
     assert caught.value.code is ErrorCode.CREDIT
 
 
@@ -86,9 +86,9 @@ def test_up_to_the_limit_is_allowed() -> None:
     switch = Switch()
     talker, number, _ = publish_to(switch, 10)
     (credit,) = switch.read(talker, frames.Credit)
-    switch.send(talker, credit, make.run(number, 0, 10))
+    switch.send(talker, credit, make.batch(number, 0, 10))
     with pytest.raises(ProtocolError):
-        switch.send(talker, make.run(number, 10))
+        switch.send(talker, make.batch(number, 10))
 
 
 def test_bytes_are_held_to_with_one_message_over() -> None:
@@ -99,9 +99,9 @@ def test_bytes_are_held_to_with_one_message_over() -> None:
     switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window=1000, window_bytes=25))
     (credit,) = switch.read(talker, frames.Credit)
     assert credit.byte_limit == 25
-    switch.send(talker, credit, make.run(number, 0, 3, size=10))
+    switch.send(talker, credit, make.batch(number, 0, 3, size=10))
     with pytest.raises(ProtocolError) as caught:
-        switch.send(talker, make.run(number, 3))
+        switch.send(talker, make.batch(number, 3))
     assert caught.value.code is ErrorCode.CREDIT
 
 
@@ -110,7 +110,7 @@ def test_byte_grants_count_from_the_attachment() -> None:
     switch = Switch()
     talker, reader = switch.join("/talker"), switch.join("/reader")
     number = switch.publisher(talker, make.publisher(1))
-    switch.send(talker, make.run(number, 0, 5, size=10))
+    switch.send(talker, make.batch(number, 0, 5, size=10))
     switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window_bytes=100))
     assert [credit.byte_limit for credit in switch.read(talker, frames.Credit)] == [150]
     switch.send(reader, frames.Grant(1, number, 200, 300))
@@ -126,7 +126,7 @@ def test_only_the_latest_echo_counts() -> None:
     switch.send(reader, make.subscription(2, qos=make.KEEP_ALL, window=20))
     switch.send(talker, first)
     # Sent while the publisher took itself for unlimited: it had not read the last CREDIT.
-    switch.send(talker, make.run(number, 0, 30))
+    switch.send(talker, make.batch(number, 0, 30))
     last = switch.read(talker, frames.Credit)[-1]
     assert last.sequence_limit == 20
 
@@ -135,7 +135,7 @@ def test_numbers_end_where_frames_end() -> None:
     """Whatever windows are asked for, and grants given: a limit fits its frame, and is held to."""
     switch = Switch()
     talker, number, _ = publish_to(switch)
-    switch.send(talker, make.run(number, 5))
+    switch.send(talker, make.batch(number, 5))
     greedy, modest = switch.join("/greedy"), switch.join("/modest")
     wish = make.subscription(1, qos=make.KEEP_ALL, window=limits.MAX_U64, window_bytes=limits.MAX_U64)
     switch.send(greedy, wish, frames.Grant(1, number, limits.MAX_U64, limits.MAX_U64))
@@ -146,9 +146,9 @@ def test_numbers_end_where_frames_end() -> None:
     told = switch.read(talker, frames.Credit)
     assert [credit.sequence_limit for credit in told] == [None, 8]
     switch.send(talker, told[-1])
-    switch.send(talker, make.run(number, 6, 2))
+    switch.send(talker, make.batch(number, 6, 2))
     with pytest.raises(ProtocolError, match="beyond its credit"):
-        switch.send(talker, make.run(number, 8))
+        switch.send(talker, make.batch(number, 8))
 
 
 def test_a_publisher_at_the_end_of_all_numbers() -> None:
@@ -157,11 +157,11 @@ def test_a_publisher_at_the_end_of_all_numbers() -> None:
     talker, reader = switch.join("/talker"), switch.join("/reader")
     number = switch.publisher(talker, make.publisher(1, next_sequence=limits.MAX_U64 - 1))
     with pytest.raises(ProtocolError) as caught:
-        switch.send(talker, make.run(number, limits.MAX_U64 - 1, 2))
+        switch.send(talker, make.batch(number, limits.MAX_U64 - 1, 2))
     assert caught.value.code == ErrorCode.MALFORMED
-    switch.send(talker, make.run(number, limits.MAX_U64 - 1))
+    switch.send(talker, make.batch(number, limits.MAX_U64 - 1))
     with pytest.raises(ProtocolError):
-        switch.send(talker, make.run(number, limits.MAX_U64))
+        switch.send(talker, make.batch(number, limits.MAX_U64))
     switch.send(reader, make.subscription(1, qos=make.KEEP_ALL))
     assert [frame.first_sequence for frame in switch.read(reader, frames.Attached)] == [limits.MAX_U64]
     switch.hold()
@@ -173,7 +173,7 @@ def test_a_held_publisher_stays_held_while_it_is_silent(windows: tuple[int, ...]
     """What it reads first when it is back does not let it go on."""
     switch = Switch()
     talker, number, _ = publish_to(switch, *windows)
-    switch.send(talker, make.run(number, 0, 3))
+    switch.send(talker, make.batch(number, 0, 3))
     switch.hold()
     switch.suspend(talker)
     switch.restore(talker)
@@ -196,7 +196,7 @@ def test_a_publisher_that_comes_while_the_broker_stops_is_held_at_once() -> None
     assert credits_[-1] == frames.Credit(number, 7, 0)
     switch.send(talker, *credits_)
     with pytest.raises(ProtocolError) as caught:
-        switch.send(talker, make.run(number, 7))
+        switch.send(talker, make.batch(number, 7))
     assert caught.value.code is ErrorCode.CREDIT
 
 
@@ -204,9 +204,9 @@ def test_nothing_is_dropped_for_a_keep_all_reader() -> None:
     """However full the link is, what credit allowed waits."""
     switch = Switch()
     talker, number, (reader,) = publish_to(switch, 100)
-    switch.send(talker, *(make.run(number, first, 10) for first in range(0, 100, 10)))
+    switch.send(talker, *(make.batch(number, first, 10) for first in range(0, 100, 10)))
     switch.congest(reader)
-    assert sum(run.length for run in switch.read(reader, frames.Run)) == 100
+    assert sum(batch.length for batch in switch.read(reader, frames.Batch)) == 100
 
 
 def test_credit_begins_with_the_first_message_for_the_subscription() -> None:

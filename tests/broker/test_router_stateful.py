@@ -178,7 +178,7 @@ class Routing(RuleBasedStateMachine):
         endpoint = self._one(pick, "publisher")
         if endpoint is not None:
             first = max(0, endpoint.sequence + gap)
-            self._send(endpoint.peer, make.run(endpoint.key, first, length))
+            self._send(endpoint.peer, make.batch(endpoint.key, first, length))
             self.published += length
             endpoint.sequence = max(endpoint.sequence, first + length)
 
@@ -203,8 +203,8 @@ class Routing(RuleBasedStateMachine):
                     peer.matched[frame.id] = frame.peers
                 case frames.Attached() | frames.Detached():
                     self._take_attachment(peer, frame)
-                case frames.Run():
-                    self._take_run(peer, frame)
+                case frames.Batch():
+                    self._take_batch(peer, frame)
                 case frames.Request() | frames.Cancel():
                     self._take_requests(peer, frame)
                 case frames.Reply():
@@ -222,10 +222,10 @@ class Routing(RuleBasedStateMachine):
     def _endpoint(self, peer: PeerModel, number: int) -> EndpointModel:
         return next(endpoint for endpoint in peer.endpoints if endpoint.id == number)
 
-    def _take_run(self, peer: PeerModel, run: frames.Run) -> None:
-        assert any(publisher == run.publisher for publisher, _ in peer.attached), "a run for nobody"
-        assert run.first_sequence >= peer.heard[run.publisher], "out of order, or twice"
-        peer.heard[run.publisher] = run.first_sequence + run.length
+    def _take_batch(self, peer: PeerModel, batch: frames.Batch) -> None:
+        assert any(publisher == batch.publisher for publisher, _ in peer.attached), "a run for nobody"
+        assert batch.first_sequence >= peer.heard[batch.publisher], "out of order, or twice"
+        peer.heard[batch.publisher] = batch.first_sequence + batch.length
 
     # Calls
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgpack
 import pytest
 
-from broker.records import Discard, Queue
+from broker.records import Discard, Enqueue
 from broker.router import Router
 from proto import frames, limits
 from proto.codec import decode
@@ -21,13 +21,13 @@ def test_a_run_arrives_byte_for_byte_after_its_attachment() -> None:
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(7))
     number = switch.publisher(talker, make.publisher(3, next_sequence=40))
-    sent = make.run(number, 40, 3)
+    sent = make.batch(number, 40, 3)
     switch.send(talker, sent)
     heard = switch.read_all(listener)
     assert frames.Matched(7, 1, 1) in heard
-    ordered = [frame for frame in heard if isinstance(frame, (frames.Attached, frames.Run))]
+    ordered = [frame for frame in heard if isinstance(frame, (frames.Attached, frames.Batch))]
     assert ordered[0] == frames.Attached(number, (7,), make.GID, 40, "/talker", make.QOS)
-    assert isinstance(ordered[1], frames.Run)
+    assert isinstance(ordered[1], frames.Batch)
     assert bytes(ordered[1].raw) == bytes(sent.raw)
 
 
@@ -37,8 +37,8 @@ def test_a_link_with_many_subscriptions_gets_a_run_once() -> None:
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(1), make.subscription(2, raw=True))
     number = switch.publisher(talker, make.publisher(1))
-    switch.send(talker, make.run(number, 0))
-    assert len(switch.read(listener, frames.Run)) == 1
+    switch.send(talker, make.batch(number, 0))
+    assert len(switch.read(listener, frames.Batch)) == 1
     assert switch.router.topics.copies == 1
 
 
@@ -47,7 +47,7 @@ def test_nobody_to_hear_counts_as_unmatched() -> None:
     switch = Switch()
     talker = switch.join("/talker")
     number = switch.publisher(talker, make.publisher(1))
-    switch.send(talker, make.run(number, 0, 5))
+    switch.send(talker, make.batch(number, 0, 5))
     assert switch.router.topics.unmatched == 5
     assert switch.router.topics.copies == 0
 
@@ -56,10 +56,10 @@ def test_what_was_seen_is_discarded_and_a_gap_is_not() -> None:
     """Sequence numbers only rise: an old run goes, a partly old one is cut, a gap is the publisher's loss."""
     switch = Switch()
     talker, listener, number = talk(switch)
-    switch.send(talker, make.run(number, 0, 4), make.run(number, 0, 4), make.run(number, 2, 4))
-    switch.send(talker, make.run(number, 9, 1))
-    heard = switch.read(listener, frames.Run)
-    assert [(run.first_sequence, run.length) for run in heard] == [(0, 4), (4, 2), (9, 1)]
+    switch.send(talker, make.batch(number, 0, 4), make.batch(number, 0, 4), make.batch(number, 2, 4))
+    switch.send(talker, make.batch(number, 9, 1))
+    heard = switch.read(listener, frames.Batch)
+    assert [(batch.first_sequence, batch.length) for batch in heard] == [(0, 4), (4, 2), (9, 1)]
     assert switch.router.topics.stale == 6
 
 
@@ -69,10 +69,10 @@ def test_a_busy_link_keeps_the_greatest_depth_of_its_subscriptions() -> None:
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(1, qos={"depth": 2}), make.subscription(2, qos={"depth": 5}))
     number = switch.publisher(talker, make.publisher(1))
-    switch.send(talker, *(make.run(number, first, 2) for first in range(0, 20, 2)))
+    switch.send(talker, *(make.batch(number, first, 2) for first in range(0, 20, 2)))
     switch.congest(listener)
-    heard = switch.read(listener, frames.Run)
-    assert sum(run.length for run in heard) == 5
+    heard = switch.read(listener, frames.Batch)
+    assert sum(batch.length for batch in heard) == 5
     assert heard[-1].first_sequence + heard[-1].length == 20
     assert switch.router.topics.tallies()[0].dropped == 15
 
@@ -84,19 +84,19 @@ def test_the_depth_shrinks_when_the_deeper_subscription_leaves() -> None:
     switch.send(listener, make.subscription(1, qos={"depth": 2}), make.subscription(2, qos={"depth": 5}))
     number = switch.publisher(talker, make.publisher(1))
     switch.send(listener, frames.Undeclare(2))
-    switch.send(talker, make.run(number, 0, 9))
+    switch.send(talker, make.batch(number, 0, 9))
     switch.congest(listener)
-    assert sum(run.length for run in switch.read(listener, frames.Run)) == 2
+    assert sum(batch.length for batch in switch.read(listener, frames.Batch)) == 2
 
 
 def test_a_publisher_that_goes_says_so_after_its_last_run() -> None:
     """DETACHED stands behind the runs, and the subscription has no counterpart any more."""
     switch = Switch()
     talker, listener, number = talk(switch)
-    switch.send(talker, make.run(number, 0, 2), frames.Undeclare(1))
+    switch.send(talker, make.batch(number, 0, 2), frames.Undeclare(1))
     heard = switch.read_all(listener)
     ordered = [type(frame) for frame in heard if not isinstance(frame, frames.Matched)]
-    assert ordered == [frames.Run, frames.Detached]
+    assert ordered == [frames.Batch, frames.Detached]
     assert frames.Matched(1, 0, 1) in heard
 
 
@@ -109,7 +109,7 @@ def test_a_node_takes_its_endpoints_along() -> None:
     switch.send(talker, frames.Node(9, "/talker"))
     assert switch.read(talker, frames.Accepted) == [frames.Accepted(9, 0)]
     with pytest.raises(ProtocolError) as caught:
-        switch.send(talker, make.run(number, 0))
+        switch.send(talker, make.batch(number, 0))
     assert caught.value.code is ErrorCode.UNKNOWN_ID
 
 
@@ -119,13 +119,13 @@ def test_types_that_differ_do_not_match_and_both_sides_hear_it() -> None:
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(1))
     number = switch.publisher(talker, make.publisher(2, type_hash="RIHS01_bb"))
-    switch.send(talker, make.run(number, 0))
+    switch.send(talker, make.batch(number, 0))
     heard = switch.read_all(listener)
     notices = [frame for frame in heard if isinstance(frame, frames.Notice)]
     assert [(notice.id, notice.kind) for notice in notices] == [(1, NoticeKind.INCOMPATIBLE_TYPE)]
     assert "/talker" in notices[0].text
     assert "/listener" in notices[0].text
-    assert not any(isinstance(frame, frames.Run) for frame in heard)
+    assert not any(isinstance(frame, frames.Batch) for frame in heard)
 
 
 def test_a_raw_subscription_matches_every_type() -> None:
@@ -134,8 +134,8 @@ def test_a_raw_subscription_matches_every_type() -> None:
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(1, raw=True))
     number = switch.publisher(talker, make.publisher(2, type_hash="RIHS01_bb"))
-    switch.send(talker, make.run(number, 0))
-    assert len(switch.read(listener, frames.Run)) == 1
+    switch.send(talker, make.batch(number, 0))
+    assert len(switch.read(listener, frames.Batch)) == 1
 
 
 @pytest.mark.parametrize(
@@ -152,14 +152,14 @@ def test_a_qos_mismatch_delivers_and_warns_both(
     switch.send(talker, make.publisher(2, qos=offered))
     heard = switch.read_all(talker)
     number = next(frame.number for frame in heard if isinstance(frame, frames.Accepted))
-    switch.send(talker, make.run(number, 0))
+    switch.send(talker, make.batch(number, 0))
     notices = [frame for frame in heard if isinstance(frame, frames.Notice)]
     assert [(notice.id, notice.kind) for notice in notices] == [(2, NoticeKind.INCOMPATIBLE_QOS)]
     heard = switch.read_all(listener)
     notices = [frame for frame in heard if isinstance(frame, frames.Notice)]
     assert [(notice.id, notice.kind) for notice in notices] == [(1, NoticeKind.INCOMPATIBLE_QOS)]
     assert policy in notices[0].text
-    assert any(isinstance(frame, frames.Run) for frame in heard)
+    assert any(isinstance(frame, frames.Batch) for frame in heard)
 
 
 def test_a_late_subscription_gets_the_latched_messages_then_live_ones() -> None:
@@ -167,20 +167,20 @@ def test_a_late_subscription_gets_the_latched_messages_then_live_ones() -> None:
     switch = Switch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     number = switch.publisher(talker, make.publisher(1, qos={**make.LATCHED, "depth": 6}))
-    switch.send(talker, make.run(number, 0, 4), make.run(number, 4, 4))
+    switch.send(talker, make.batch(number, 0, 4), make.batch(number, 4, 4))
     switch.send(listener, make.subscription(5, qos={**make.LATCHED, "depth": 5}))
-    switch.send(talker, make.run(number, 8))
+    switch.send(talker, make.batch(number, 8))
     heard = switch.read_all(listener)
-    lane = [frame for frame in heard if isinstance(frame, (frames.Attached, frames.Replay, frames.Run))]
-    attached, *rest = lane
+    queue = [frame for frame in heard if isinstance(frame, (frames.Attached, frames.Replay, frames.Batch))]
+    attached, *rest = queue
     assert isinstance(attached, frames.Attached)
     assert attached.first_sequence == 8
     numbers = [
         (type(frame), frame.first_sequence, frame.length)
         for frame in rest
-        if isinstance(frame, (frames.Replay, frames.Run))
+        if isinstance(frame, (frames.Replay, frames.Batch))
     ]
-    assert numbers == [(frames.Replay, 3, 1), (frames.Replay, 4, 4), (frames.Run, 8, 1)]
+    assert numbers == [(frames.Replay, 3, 1), (frames.Replay, 4, 4), (frames.Batch, 8, 1)]
 
 
 def test_a_volatile_subscription_gets_no_latched_messages() -> None:
@@ -188,7 +188,7 @@ def test_a_volatile_subscription_gets_no_latched_messages() -> None:
     switch = Switch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     number = switch.publisher(talker, make.publisher(1, qos=make.LATCHED))
-    switch.send(talker, make.run(number, 0, 4))
+    switch.send(talker, make.batch(number, 0, 4))
     switch.send(listener, make.subscription(5))
     assert switch.read(listener, frames.Replay) == []
 
@@ -204,7 +204,7 @@ def test_latched_messages_sent_again_are_not_for_volatile_subscriptions(*, meanw
         switch.send(keen, make.subscription(5, qos=make.LATCHED))
         switch.send(plain, make.subscription(5))
     number = switch.publisher(talker, declaration)
-    switch.send(talker, make.run(number, 3, 2))
+    switch.send(talker, make.batch(number, 3, 2))
     if meanwhile:
         switch.send(keen, make.subscription(5, qos=make.LATCHED))
         switch.send(plain, make.subscription(5))
@@ -222,11 +222,11 @@ def test_a_publisher_that_does_not_say_what_is_live_has_only_live_messages() -> 
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(5), make.subscription(6, qos=make.LATCHED))
     number = switch.publisher(talker, declaration)
-    switch.send(talker, make.run(number, 3, 2))
-    attached, run = switch.read_all(listener)[-2:]
+    switch.send(talker, make.batch(number, 3, 2))
+    attached, batch = switch.read_all(listener)[-2:]
     assert isinstance(attached, frames.Attached)
     assert (attached.first_sequence, attached.subscriptions) == (3, (5, 6))
-    assert isinstance(run, frames.Run)
+    assert isinstance(batch, frames.Batch)
 
 
 def _framed(content: bytes) -> bytes:
@@ -239,7 +239,7 @@ def test_messages_of_a_publisher_that_has_sent_its_latched_ones_again_are_live()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     declaration = make.publisher(1, qos=make.LATCHED, next_sequence=3, live_sequence=8)
     number = switch.publisher(talker, declaration)
-    switch.send(talker, make.run(number, 3, 5), make.run(number, 8, 2))
+    switch.send(talker, make.batch(number, 3, 5), make.batch(number, 8, 2))
     switch.send(listener, make.subscription(5))
     assert switch.read(listener, frames.Attached)[0].first_sequence == 10
 
@@ -278,14 +278,14 @@ def test_a_suspended_subscriber_leaves_and_comes_back_at_the_present() -> None:
     talker, listener, number = talk(switch)
     switch.suspend(listener)
     assert switch.read(talker, frames.Matched) == [frames.Matched(1, 0, 1)]
-    switch.send(talker, make.run(number, 0, 5))
+    switch.send(talker, make.batch(number, 0, 5))
     assert switch.router.topics.unmatched == 5
     switch.restore(listener)
-    switch.send(talker, make.run(number, 5))
+    switch.send(talker, make.batch(number, 5))
     attached, heard = None, []
     for frame in switch.read_all(listener):
         attached = frame if isinstance(frame, frames.Attached) else attached
-        heard += [frame.first_sequence] if isinstance(frame, frames.Run) else []
+        heard += [frame.first_sequence] if isinstance(frame, frames.Batch) else []
     assert attached is not None
     assert attached.first_sequence == 5
     assert heard == [5]
@@ -296,7 +296,7 @@ def test_a_suspended_publisher_is_detached_and_its_latched_messages_stay() -> No
     switch = Switch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     number = switch.publisher(talker, make.publisher(1, qos=make.LATCHED))
-    switch.send(talker, make.run(number, 0, 3))
+    switch.send(talker, make.batch(number, 0, 3))
     switch.suspend(talker)
     switch.send(listener, make.subscription(1, qos=make.LATCHED))
     assert switch.read(listener, frames.Attached) == []
@@ -385,9 +385,9 @@ def test_nobody_publishes_under_another_links_id() -> None:
     _, listener, number = talk(switch)
     forger = switch.join("/forger")
     with pytest.raises(ProtocolError) as caught:
-        switch.send(forger, make.run(number, 0))
+        switch.send(forger, make.batch(number, 0))
     assert caught.value.code is ErrorCode.UNKNOWN_ID
-    assert switch.read(listener, frames.Run) == []
+    assert switch.read(listener, frames.Batch) == []
 
 
 def test_the_same_instance_with_its_token_takes_over() -> None:
@@ -430,7 +430,7 @@ def test_a_link_that_leaves_leaves_nothing() -> None:
     """When everybody has gone, the graph is empty and no lane is left."""
     switch = Switch()
     talker, listener, number = talk(switch)
-    switch.send(talker, make.run(number, 0, 4), make.client(8), make.service(9))
+    switch.send(talker, make.batch(number, 0, 4), make.client(8), make.service(9))
     switch.leave(listener)
     switch.leave(talker)
     assert len(switch.router.graph) == 0
@@ -477,7 +477,7 @@ def test_a_reader_that_is_suspended_hears_of_the_end_of_earlier_lives() -> None:
     talker, listener, first = talk(switch)
     lives = [first]
     for life in range(3):
-        switch.send(talker, make.run(lives[-1], 3 * life, 3))
+        switch.send(talker, make.batch(lives[-1], 3 * life, 3))
         switch.leave(talker)
         talker = switch.join("/talker")
         lives.append(switch.publisher(talker, make.publisher(1, next_sequence=3 * life + 3)))
@@ -506,11 +506,13 @@ def test_the_end_of_a_suspended_publisher_does_not_overtake_its_runs() -> None:
     """What it said before it fell silent is read before the word that it is gone."""
     switch = Switch()
     talker, listener, number = talk(switch)
-    switch.send(talker, make.run(number, 0, 3))
+    switch.send(talker, make.batch(number, 0, 3))
     switch.suspend(talker)
     switch.leave(talker)
-    order = [frame for frame in switch.read_all(listener) if isinstance(frame, (frames.Run, frames.Detached))]
-    assert isinstance(order[0], frames.Run)
+    order = [
+        frame for frame in switch.read_all(listener) if isinstance(frame, (frames.Batch, frames.Detached))
+    ]
+    assert isinstance(order[0], frames.Batch)
     assert [frame.reason for frame in order[1:] if isinstance(frame, frames.Detached)] == [1, 0]
 
 
@@ -559,5 +561,5 @@ def test_what_a_link_is_told_by_its_own_publisher_as_it_goes_is_discarded() -> N
     switch.send(peer, make.subscription(2))
     switch.read_all(peer)
     _, deliveries = switch.router.connect(b"i" * 16, b"t" * 16)
-    of_lanes = [delivery for delivery in deliveries if isinstance(delivery, Queue | Discard)]
-    assert [type(delivery) for delivery in of_lanes] == [Queue, Discard]
+    of_queues = [delivery for delivery in deliveries if isinstance(delivery, Enqueue | Discard)]
+    assert [type(delivery) for delivery in of_queues] == [Enqueue, Discard]

@@ -39,9 +39,9 @@ async def test_messages_and_calls_go_through(broker: Broker) -> None:
         await b.synchronise()
         a.send(make.publisher(1), make.client(2))
         number = (await a.next(frames.Accepted)).number
-        a.send(make.run(number, 0, 3), make.request(2, 9))
+        a.send(make.batch(number, 0, 3), make.request(2, 9))
         (entry,) = (await b.next(frames.Request)).entries
-        assert (await b.next(frames.Run)).length == 3
+        assert (await b.next(frames.Batch)).length == 3
         b.send(make.reply(2, entry.call))
         assert (await a.next(frames.Reply)).entries[0].call == 9
         stats = broker.stats()
@@ -69,7 +69,7 @@ async def test_domains_are_disjoint(broker: Broker) -> None:
         await one.synchronise()
         two.send(make.publisher(1))
         number = (await two.next(frames.Accepted)).number
-        two.send(make.run(number, 0))
+        two.send(make.batch(number, 0))
         await two.synchronise()
         await one.synchronise()
         assert broker.stats().unmatched == 1
@@ -92,9 +92,9 @@ async def test_a_large_message_passes_in_fragments_and_holds_up_nobody(broker: B
         await b.synchronise()
         a.send(make.publisher(1))
         number = (await a.next(frames.Accepted)).number
-        a.send(make.run(number, 0, 1, size=2**24))
+        a.send(make.batch(number, 0, 1, size=2**24))
         await a.synchronise()
-        run = await b.next(frames.Run)
+        run = await b.next(frames.Batch)
         assert len(run.payload) == 2**24 + 5
 
 
@@ -353,7 +353,7 @@ async def test_who_breaks_the_protocol_leaves_at_once(broker: Broker) -> None:
         number = (await a.next(frames.Accepted)).number
         await server.synchronise()
         server.stop_reading()
-        a.send(*(make.run(number, count, size=60_000) for count in range(200)))
+        a.send(*(make.batch(number, count, size=60_000) for count in range(200)))
         await a.synchronise()
         asker.send(make.client(1), make.request(1, 7))
         await asker.synchronise()

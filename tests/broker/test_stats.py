@@ -12,7 +12,7 @@ from broker import Broker, BrokerOptions
 from broker.stats import answer
 from proto import frames, limits
 from proto.codec import encode
-from proto.lane import Lane
+from proto.publisher_queue import PublisherQueue
 from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
@@ -56,7 +56,7 @@ async def test_each_topic_and_each_link_has_its_own_numbers(broker: Broker) -> N
             reader.send(make.subscription(1, "/x"))
             await reader.synchronise()
         x, y = await publisher(a, make.publisher(1, "/x")), await publisher(a, make.publisher(2, "/y"))
-        a.send(make.run(x, 0, 3, size=10), make.run(y, 0, 5, size=20), make.run(x, 1, 4, size=10))
+        a.send(make.batch(x, 0, 3, size=10), make.batch(y, 0, 5, size=20), make.batch(x, 1, 4, size=10))
         for each in (a, b, c):
             await each.synchronise()
         by_name = topics(broker)
@@ -86,9 +86,9 @@ async def test_a_slow_link_shows_what_waits_for_it_and_what_it_lost(broker: Brok
         slow.stop_reading()
         sent = 0
         while not links(broker)["/slow"].dropped:
-            a.send(make.run(number, sent, 1, size=100_000))
+            a.send(make.batch(number, sent, 1, size=100_000))
             sent += 1
-            await quick.next(frames.Run)
+            await quick.next(frames.Batch)
         (topic,) = broker.topic_stats()
         by_node, stats = links(broker), broker.stats()
         assert (topic.messages, topic.bytes) == (sent, 100_000 * sent)
@@ -135,7 +135,7 @@ async def test_latched_messages_and_definitions_are_counted_while_they_are_kept(
     async with link(broker, "/a") as a:
         declared = make.publisher(1, qos={"durability": 1, "depth": 3})
         number = await publisher(a, declared._replace(definition=b"definition"))
-        a.send(make.run(number, 0, 5, size=10))
+        a.send(make.batch(number, 0, 5, size=10))
         await a.synchronise()
         stats = broker.stats()
         assert (stats.latched, stats.latched_bytes) == (3, 30)
@@ -164,7 +164,7 @@ async def test_two_looks_give_rates(broker: Broker) -> None:
     async with link(broker, "/a") as a:
         number = await publisher(a, make.publisher(1))
         before = broker.stats()
-        a.send(make.run(number, 0, 50))
+        a.send(make.batch(number, 0, 50))
         await a.synchronise()
         after = broker.stats()
         rates = after.rates_since(before)
@@ -196,8 +196,8 @@ async def test_a_thousand_looks_change_nothing(broker: Broker) -> None:
         b.send(make.subscription(1, qos={"history": 2}, window=5))
         await b.synchronise()
         number = await publisher(a, make.publisher(1))
-        a.send(make.run(number, 0, 5))
-        await b.next(frames.Run)
+        a.send(make.batch(number, 0, 5))
+        await b.next(frames.Batch)
         await a.synchronise()
         first = broker.stats(), broker.topic_stats()
         for _ in range(1000):
@@ -288,9 +288,9 @@ async def test_what_waits_for_a_link_is_all_that_is_not_a_run(broker: Broker) ->
         for raw in frames_waiting:
             outbox.put_calls(raw)
         detached = encode(frames.Detached(1, (1,), 0))
-        replay = frames.Replay(1, *make.run(1, 0, size=1000)[:-1])
+        replay = frames.Replay(1, *make.batch(1, 0, size=1000)[:-1])
         for item in (detached, replay):
-            outbox.put_lane(Lane(1, 1), item)
+            outbox.enqueue(PublisherQueue(1, 1), item)
         waiting = sum(map(len, (*frames_waiting, detached, replay.payload)))
         totals = broker.stats()
         assert links(broker)["/reader"].waiting_bytes == waiting

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from proto.batches import BatchBuilder
 from proto.codec import encode
-from proto.frames import Request, RequestEntry, Run
-from proto.runs import RunBuilder
+from proto.frames import Batch, Request, RequestEntry
 
 if TYPE_CHECKING:
     from proto.outbox import Outbox
 
 
-def make_run(first: int, parts: list[bytes], publisher: int = 1) -> Run:
+def make_batch(first: int, parts: list[bytes], publisher: int = 1) -> Batch:
     """Build a run of these messages."""
-    builder = RunBuilder(first)
+    builder = BatchBuilder(first)
     for part in parts:
         builder.add(part)
     return builder.take(publisher, 0)

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proto import frames, kinds, limits
+from proto import field_kinds as kinds
+from proto import frames, limits
 from proto.codec import array_head, decode, encode, ends_from_bytes, ends_to_bytes
 from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
@@ -93,8 +94,8 @@ OPS = sorted(SPECS)
 
 
 @st.composite
-def run_frames(draw: st.DrawFn) -> Frame:
-    """Make a RUN or REPLAY whose table and payload fit."""
+def batch_frames(draw: st.DrawFn) -> Frame:
+    """Make a BATCH or REPLAY whose table and payload fit."""
     messages = draw(st.lists(st.binary(min_size=1, max_size=12), min_size=1, max_size=8))
     ends = array("I")
     for message in messages:
@@ -104,7 +105,7 @@ def run_frames(draw: st.DrawFn) -> Frame:
     attributes = draw(st.none() | FLAT_MAP)
     fields = (draw(U64), draw(U64), draw(U64), len(messages), table, attributes, payload)
     if draw(st.booleans()):
-        return frames.Run(*fields, b"")
+        return frames.Batch(*fields, b"")
     return frames.Replay(draw(U32), *fields)
 
 
@@ -117,7 +118,7 @@ def plain_frames(op: int) -> st.SearchStrategy[Frame]:
     return cast("st.SearchStrategy[Frame]", st.builds(spec.frame, *fields))
 
 
-FRAMES = st.one_of(run_frames(), *[plain_frames(op) for op in OPS if op not in {Op.RUN, Op.REPLAY}])
+FRAMES = st.one_of(batch_frames(), *[plain_frames(op) for op in OPS if op not in {Op.BATCH, Op.REPLAY}])
 
 
 def framed(content: bytes) -> bytes:
@@ -133,13 +134,13 @@ def header_of(op: int, fields: list[object], payload: bytes = b"") -> bytes:
 def good_fields(op: int) -> tuple[list[object], bytes]:
     """Return fields and payload that make a valid frame of this opcode."""
     spec = SPECS[op]
-    payload = array_head(1) + b"\x01" if op in {Op.RUN, Op.REPLAY} else b"x" if spec.has_payload else b""
+    payload = array_head(1) + b"\x01" if op in {Op.BATCH, Op.REPLAY} else b"x" if spec.has_payload else b""
     return [GOOD[kind] for kind in spec.kinds], payload
 
 
 def comparable(frame: Frame) -> tuple[object, ...]:
     """Return a frame's fields with views as bytes, and without `raw`."""
-    fields = frame[:-1] if isinstance(frame, frames.Run) else frame
+    fields = frame[:-1] if isinstance(frame, frames.Batch) else frame
     return type(frame), *[bytes(field) if isinstance(field, memoryview) else field for field in fields]
 
 
@@ -168,17 +169,17 @@ def test_a_stock_msgpack_library_reads_the_stream() -> None:
 
 def test_a_run_keeps_its_bytes_and_copies_no_payload() -> None:
     """§6: `raw` is the very object that came in, and the payload is a view into it."""
-    raw = encode(frames.Run(1, 2, 3, 1, None, None, array_head(1) + bytes(1000), b""))
-    run = decode(raw)
-    assert isinstance(run, frames.Run)
-    assert run.raw is raw
-    assert isinstance(run.payload, memoryview)
-    assert run.payload.obj is raw
+    raw = encode(frames.Batch(1, 2, 3, 1, None, None, array_head(1) + bytes(1000), b""))
+    batch = decode(raw)
+    assert isinstance(batch, frames.Batch)
+    assert batch.raw is raw
+    assert isinstance(batch.payload, memoryview)
+    assert batch.payload.obj is raw
 
 
 def test_decoding_a_large_run_allocates_next_to_nothing() -> None:
     """A 16 MiB payload is not copied into the unpacker to read a header of 30 bytes."""
-    raw = encode(frames.Run(1, 2, 3, 1, None, None, array_head(1) + bytes(16 << 20), b""))
+    raw = encode(frames.Batch(1, 2, 3, 1, None, None, array_head(1) + bytes(16 << 20), b""))
     tracemalloc.start()
     try:
         decode(raw)
@@ -324,35 +325,35 @@ def test_the_last_of_duplicate_keys_counts() -> None:
     assert frame == frames.Hello(1, {"k": 2})
 
 
-RUN_PARTS: tuple[int, bytes | None, bytes] = (2, ends_to_bytes(array("I", [1, 3])), array_head(2) + b"abc")
+BATCH_PARTS: tuple[int, bytes | None, bytes] = (2, ends_to_bytes(array("I", [1, 3])), array_head(2) + b"abc")
 
 
 @pytest.mark.parametrize(
     ("count", "ends", "payload"),
     [
-        (3, RUN_PARTS[1], RUN_PARTS[2]),
-        (2, None, RUN_PARTS[2]),
-        (2, b"", RUN_PARTS[2]),
-        (2, b"\x01\0\0\0", RUN_PARTS[2]),
-        (2, ends_to_bytes(array("I", [1, 2])), RUN_PARTS[2]),
-        (2, ends_to_bytes(array("I", [3, 1])), RUN_PARTS[2]),
-        (2, ends_to_bytes(array("I", [3, 3])), RUN_PARTS[2]),
-        (2, ends_to_bytes(array("I", [0, 3])), RUN_PARTS[2]),
-        (2, ends_to_bytes(array("I", [2**32 - 1, 3])), RUN_PARTS[2]),
-        (2, RUN_PARTS[1], b"\x92abc"),
-        (2, RUN_PARTS[1], b""),
+        (3, BATCH_PARTS[1], BATCH_PARTS[2]),
+        (2, None, BATCH_PARTS[2]),
+        (2, b"", BATCH_PARTS[2]),
+        (2, b"\x01\0\0\0", BATCH_PARTS[2]),
+        (2, ends_to_bytes(array("I", [1, 2])), BATCH_PARTS[2]),
+        (2, ends_to_bytes(array("I", [3, 1])), BATCH_PARTS[2]),
+        (2, ends_to_bytes(array("I", [3, 3])), BATCH_PARTS[2]),
+        (2, ends_to_bytes(array("I", [0, 3])), BATCH_PARTS[2]),
+        (2, ends_to_bytes(array("I", [2**32 - 1, 3])), BATCH_PARTS[2]),
+        (2, BATCH_PARTS[1], b"\x92abc"),
+        (2, BATCH_PARTS[1], b""),
         (1, None, array_head(1)),
         (1, ends_to_bytes(array("I", [1])), array_head(1) + b"a"),
         (0, None, array_head(0)),
-        (limits.MAX_RUN_COUNT + 1, None, array_head(limits.MAX_RUN_COUNT + 1)),
+        (limits.MAX_BATCH_COUNT + 1, None, array_head(limits.MAX_BATCH_COUNT + 1)),
     ],
 )
-@pytest.mark.parametrize("op", [Op.RUN, Op.REPLAY])
+@pytest.mark.parametrize("op", [Op.BATCH, Op.REPLAY])
 def test_runs_that_could_not_be_cut(op: int, count: int, ends: bytes | None, payload: bytes) -> None:
     """§6: count, ends and payload that do not fit together are MALFORMED."""
     head: list[object] = [1] if op == Op.REPLAY else []
     refused(header_of(op, [*head, 1, 2, 3, count, ends, None], payload))
-    count, ends, payload = RUN_PARTS
+    count, ends, payload = BATCH_PARTS
     decode(header_of(op, [*head, 1, 2, 3, count, ends, None], payload))
 
 
@@ -368,7 +369,7 @@ def test_ends_survive_the_trip(offsets: list[int]) -> None:
 def test_a_header_beyond_its_limit_is_refused() -> None:
     """§3.3: the header of a frame with payload ends within MAX_HEADER_BYTES."""
     attributes = {str(i): b"x" * 1024 for i in range(64)}
-    error = refused(header_of(Op.RUN, [1, 2, 3, 1, None, attributes], array_head(1) + b"\x01"))
+    error = refused(header_of(Op.BATCH, [1, 2, 3, 1, None, attributes], array_head(1) + b"\x01"))
     assert error.code is ErrorCode.MALFORMED
 
 

@@ -6,11 +6,12 @@ from typing import cast, get_args
 
 import pytest
 
-from proto import frames, kinds, limits
+from proto import field_kinds as kinds
+from proto import frames, limits
 from proto.codes import Op
 from proto.frames import OPCODES, SPECS, Frame
 
-PAYLOADS = {Op.RUN: ("payload", "raw"), Op.REPLAY: ("payload",), Op.FRAGMENT: ("payload",)}
+PAYLOADS = {Op.BATCH: ("payload", "raw"), Op.REPLAY: ("payload",), Op.FRAGMENT: ("payload",)}
 
 
 def test_every_opcode_has_a_spec_and_every_frame_an_opcode() -> None:
@@ -49,11 +50,11 @@ def test_every_kind_is_used() -> None:
 
 def test_limits_fit_together() -> None:
     """What we send stays below what we accept."""
-    assert limits.RUN_FLUSH_COUNT <= limits.MAX_RUN_COUNT
-    assert limits.RUN_FLUSH_BYTES + 4 * limits.RUN_FLUSH_COUNT < limits.MAX_FRAME_BYTES
+    assert limits.BATCH_FLUSH_COUNT <= limits.MAX_BATCH_COUNT
+    assert limits.BATCH_FLUSH_BYTES + 4 * limits.BATCH_FLUSH_COUNT < limits.MAX_FRAME_BYTES
     assert limits.FRAGMENT_BYTES < limits.MAX_FRAME_BYTES
     assert limits.MAX_CALLS_PER_FRAME <= limits.MAX_HEADER_ARRAY
-    assert 4 * limits.MAX_RUN_COUNT < limits.MAX_HEADER_BYTES <= limits.MAX_FRAME_BYTES
+    assert 4 * limits.MAX_BATCH_COUNT < limits.MAX_HEADER_BYTES <= limits.MAX_FRAME_BYTES
     assert 4 * limits.MAX_ERROR_TEXT <= limits.MAX_HEADER_STRING_BYTES
     assert limits.LOW_WATER_BYTES < limits.HIGH_WATER_BYTES
     assert limits.MAX_FRAME_BYTES < limits.MAX_MESSAGE_BYTES

@@ -12,15 +12,15 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from proto import limits
+from proto.batches import messages
 from proto.codec import decode, encode
 from proto.codes import Op
 from proto.fragments import Reassembler, is_large
-from proto.frames import Abort, Detached, Fragment, Ping, Replay, Run, Undeclare
-from proto.lane import Lane
+from proto.frames import Abort, Batch, Detached, Fragment, Ping, Replay, Undeclare
 from proto.outbox import Outbox
-from proto.runs import messages
-from tests.proto.outboxes import make_run, request, take_one
-from tests.simulation.structure import of_lane
+from proto.publisher_queue import PublisherQueue
+from tests.proto.outboxes import make_batch, request, take_one
+from tests.simulation.structure import of_queue
 
 SIZES = st.lists(st.one_of(st.integers(1, 20), st.integers(100, 250)), min_size=1, max_size=5)
 """Of the messages of a run."""
@@ -47,11 +47,11 @@ def _size(item: Message | bytes) -> int:
 
 
 @dataclass
-class ModelLane:
+class ModelQueue:
     """What a lane must hold: messages, and encoded frames in order with them."""
 
     index: int
-    lane: Lane
+    queue: PublisherQueue
     waiting: list[Message | bytes] = field(default_factory=list)
     leaving: list[Message | bytes] = field(default_factory=list)
     next_put: int = 0
@@ -65,12 +65,12 @@ class ModelLane:
     new_from: int = 0
     """Those below have left, or were dropped, on earlier links: losing them again is no loss."""
 
-    def make(self, first: int, sizes: list[int]) -> tuple[Run, list[Message | bytes]]:
+    def make(self, first: int, sizes: list[int]) -> tuple[Batch, list[Message | bytes]]:
         """Return a run of messages that are going to be put, and those."""
         parts = [bytes([(first + index) % 251]) * size for index, size in enumerate(sizes)]
         self.put += len(parts)
         new: list[Message | bytes] = [Message(first + index, part) for index, part in enumerate(parts)]
-        return make_run(first, parts, publisher=self.index), new
+        return make_batch(first, parts, publisher=self.index), new
 
     @property
     def messages(self) -> list[Message]:
@@ -89,8 +89,8 @@ class ModelLane:
 
     def trim(self) -> None:
         """Drop the oldest messages beyond the depth."""
-        if self.lane.depth is not None:
-            excess = max(0, len(self.messages) - self.lane.depth)
+        if self.queue.depth is not None:
+            excess = max(0, len(self.messages) - self.queue.depth)
             gone = self.messages[:excess]
             self.waiting = [item for item in self.waiting if item not in gone]
             again = sum(message.sequence < self.new_from for message in gone)
@@ -101,32 +101,32 @@ class ModelLane:
         """Begin on another link, without what waited to be sent again."""
         waiting = [item for item in (*self.leaving, *self.waiting) if isinstance(item, Message)]
         self.leaving = []
-        self.lane.restart(publisher)
-        self.new_from = self.lane.new_from
+        self.queue.restart(publisher)
+        self.new_from = self.queue.new_from
         assert self.new_from >= self.left_to
         new = [item for item in waiting if item.sequence >= self.new_from]
         self.abandoned += len(waiting) - len(new)
         self.waiting = [*new]
-        assert self.lane.first_sequence == (new[0].sequence if new else None)
+        assert self.queue.first_sequence == (new[0].sequence if new else None)
         self.sent_bytes = 0
         self.next_sent = new[0].sequence if new else self.next_put
 
-    def trim_lane(self) -> None:
+    def trim_queue(self) -> None:
         """The same, while there is no link."""
-        self.lane.trim()
+        self.queue.trim()
         self.trim()
 
     def drop_larger(self, most: int) -> None:
         """Drop the runs with more bytes. Only the lane knows how it has cut what had begun to leave."""
         gone: set[int] = set()
-        for run in self.lane._queue:
-            if isinstance(run, Run):
-                numbers = range(run.first_sequence, run.first_sequence + run.length)
+        for batch in self.queue._queue:
+            if isinstance(batch, Batch):
+                numbers = range(batch.first_sequence, batch.first_sequence + batch.length)
                 left = {message.sequence: len(message.body) for message in self.messages}
                 sizes = {number: left[number] for number in numbers if number in left}
                 if sum(sizes.values()) > most:
                     gone |= sizes.keys()
-        assert self.lane.drop_larger(most) == len(gone)
+        assert self.queue.drop_larger(most) == len(gone)
         self.waiting = [
             item for item in self.waiting if not (isinstance(item, Message) and item.sequence in gone)
         ]
@@ -138,10 +138,10 @@ class ModelLane:
         sizes = sizes[:first]
         if not sizes:
             return
-        run, again = self.make(first - len(sizes), sizes)
-        self.lane.put_front(run)
+        batch, again = self.make(first - len(sizes), sizes)
+        self.queue.put_front(batch)
         self.waiting = [*again, *self.waiting]
-        self.next_sent = min(self.next_sent, run.first_sequence)
+        self.next_sent = min(self.next_sent, batch.first_sequence)
 
     def leave(self, count: int) -> None:
         """Messages have begun to leave: credit must allow each of them."""
@@ -149,16 +149,18 @@ class ModelLane:
         before, sent = self.next_sent, self.sent_bytes
         for message in self.leaving:
             assert isinstance(message, Message)
-            limit = self.lane.sequence_limit
+            limit = self.queue.sequence_limit
             assert limit is None or before < limit
-            assert self.lane.byte_limit is None or sent < self.lane.byte_limit
+            assert self.queue.byte_limit is None or sent < self.queue.byte_limit
             before = message.sequence + 1
             sent += len(message.body)
 
-    def arrive(self, run: Run) -> None:
+    def arrive(self, batch: Batch) -> None:
         """A run has come whole: it holds what began to leave, in order and once."""
-        assert run.publisher == self.lane.publisher
-        got = [Message(run.first_sequence + index, bytes(body)) for index, body in enumerate(messages(run))]
+        assert batch.publisher == self.queue.publisher
+        got = [
+            Message(batch.first_sequence + index, bytes(body)) for index, body in enumerate(messages(batch))
+        ]
         assert got == self.leaving
         self.sent_bytes += sum(len(message.body) for message in got)
         self.next_sent = got[-1].sequence + 1
@@ -176,7 +178,9 @@ class OutboxMachine(RuleBasedStateMachine):
         self.patch.setattr(limits, "FRAGMENT_BYTES", 100)
         self.patch.setattr(limits, "MAX_TRANSFERS", 2)
         self.links = 0
-        self.models = [ModelLane(index, Lane(index, depth)) for index, depth in enumerate((1, 3, None))]
+        self.models = [
+            ModelQueue(index, PublisherQueue(index, depth)) for index, depth in enumerate((1, 3, None))
+        ]
         self.next_token = 0
         self.connect()
 
@@ -207,21 +211,21 @@ class OutboxMachine(RuleBasedStateMachine):
     def finish(self) -> None:
         """Take everything that is left."""
         for model in self.models:
-            model.lane.sequence_limit = model.lane.byte_limit = None
-            self.outbox.wake(model.lane)
+            model.queue.sequence_limit = model.queue.byte_limit = None
+            self.outbox.wake(model.queue)
         while self.pull():
             pass
-        assert all(model.lane.empty and not model.waiting and not model.leaving for model in self.models)
-        assert all(model.lane.pending_bytes == 0 for model in self.models)
+        assert all(model.queue.empty and not model.waiting and not model.leaving for model in self.models)
+        assert all(model.queue.pending_bytes == 0 for model in self.models)
         self.outbox.trim()
         assert (self.outbox.urgent_bytes, self.outbox.ordered_bytes, self.outbox.held_bytes) == (0, 0, 0)
 
     @rule(which=st.integers(0, 2), sizes=SIZES)
-    def put_run(self, which: int, sizes: list[int]) -> None:
+    def put_batch(self, which: int, sizes: list[int]) -> None:
         """Publish some messages."""
         model = self.models[which]
-        run, new = model.make(model.next_put, sizes)
-        self.outbox.put_lane(model.lane, run)
+        batch, new = model.make(model.next_put, sizes)
+        self.outbox.enqueue(model.queue, batch)
         model.waiting += new
         model.next_put += len(sizes)
         self.counted.add(which)
@@ -232,10 +236,10 @@ class OutboxMachine(RuleBasedStateMachine):
         self.next_token += 1
         item: Replay | bytes = encode(Detached(which, (self.next_token,), 0))
         if size:
-            item = Replay(self.next_token, which, *make_run(0, [bytes(size)])[1:7])
+            item = Replay(self.next_token, which, *make_batch(0, [bytes(size)])[1:7])
         raw = encode(item) if isinstance(item, Replay) else item
         model = self.models[which]
-        self.outbox.put_lane(model.lane, item, first=first)
+        self.outbox.enqueue(model.queue, item, first=first)
         model.waiting.insert(0 if first else len(model.waiting), raw)
 
     @rule()
@@ -287,13 +291,13 @@ class OutboxMachine(RuleBasedStateMachine):
         self.abort({(Op.REQUEST, call)})
 
     @rule(which=st.integers(0, 2))
-    def drop_lane(self, which: int) -> None:
+    def drop_queue(self, which: int) -> None:
         """Nobody wants any more what waits in a lane."""
         model = self.models[which]
-        assert self.outbox.drop_lane(model.lane) == len(model.messages)
+        assert self.outbox.drop_queue(model.queue) == len(model.messages)
         model.abandoned += sum(isinstance(item, Message) for item in (*model.leaving, *model.waiting))
         model.waiting, model.leaving = [], []
-        self.abort({(Op.RUN, which), (Op.REPLAY, which)})
+        self.abort({(Op.BATCH, which), (Op.REPLAY, which)})
 
     def abort(self, gone: set[tuple[int, int]]) -> None:
         """Expect an ABORT for each of these that is leaving in pieces."""
@@ -307,9 +311,9 @@ class OutboxMachine(RuleBasedStateMachine):
     def grant(self, which: int, ahead: int, room: int) -> None:
         """Set a lane's credit, which may also end."""
         model = self.models[which]
-        model.lane.sequence_limit = model.next_sent + ahead if ahead else None
-        model.lane.byte_limit = model.lane.sent_bytes + room if room else None
-        self.outbox.wake(model.lane)
+        model.queue.sequence_limit = model.next_sent + ahead if ahead else None
+        model.queue.byte_limit = model.queue.sent_bytes + room if room else None
+        self.outbox.wake(model.queue)
 
     @rule()
     def trim(self) -> None:
@@ -317,7 +321,7 @@ class OutboxMachine(RuleBasedStateMachine):
         self.outbox.trim()
         for model in self.models:
             model.trim()
-        assert self.outbox.held_bytes == sum(self.models[which].lane.held_bytes for which in self.counted)
+        assert self.outbox.held_bytes == sum(self.models[which].queue.held_bytes for which in self.counted)
 
     @precondition(lambda self: self.links < 3)
     @rule(largest=st.none() | st.integers(0, 400), again=st.just([]) | SIZES)
@@ -327,12 +331,12 @@ class OutboxMachine(RuleBasedStateMachine):
         self.connect()
         for index, model in enumerate(self.models):
             model.restart(10 * self.links + index)
-            model.trim_lane()
+            model.trim_queue()
             if largest is not None:
                 model.drop_larger(largest)
             model.put_front(again)
-            model.trim_lane()
-            self.outbox.wake(model.lane)
+            model.trim_queue()
+            self.outbox.wake(model.queue)
 
     @rule(count=st.integers(1, 6))
     def pull_some(self, count: int) -> None:
@@ -360,17 +364,17 @@ class OutboxMachine(RuleBasedStateMachine):
         if isinstance(frame, Fragment):
             self.take_fragment(frame)
             return True
-        if isinstance(frame, Run):
-            model = self.begin_run(frame.publisher, frame.length)
+        if isinstance(frame, Batch):
+            model = self.begin_batch(frame.publisher, frame.length)
             model.arrive(frame)
         else:
             assert isinstance(frame, Detached | Replay)
             assert self.models[frame.publisher].waiting.pop(0) == raw
         return True
 
-    def begin_run(self, publisher: int, count: int) -> ModelLane:
+    def begin_batch(self, publisher: int, count: int) -> ModelQueue:
         """A run begins to leave."""
-        model = next(model for model in self.models if model.lane.publisher == publisher)
+        model = next(model for model in self.models if model.queue.publisher == publisher)
         assert not model.leaving
         model.leave(count)
         return model
@@ -382,9 +386,9 @@ class OutboxMachine(RuleBasedStateMachine):
             unpacker.feed(frame.payload[5:])
             unpacker.read_array_header()
             op, key = unpacker.unpack(), unpacker.unpack()
-            if op == Op.RUN:
+            if op == Op.BATCH:
                 _, _, length = (unpacker.unpack() for _ in range(3))
-                key = self.begin_run(key, length).index
+                key = self.begin_batch(key, length).index
             elif op == Op.REPLAY:
                 key = unpacker.unpack()
                 self.models[key].leaving = [self.models[key].waiting.pop(0)]
@@ -398,7 +402,7 @@ class OutboxMachine(RuleBasedStateMachine):
             return
         op, key = self.transfers.pop(frame.transfer)
         arrived = decode(whole)
-        if isinstance(arrived, Run):
+        if isinstance(arrived, Batch):
             self.models[key].arrive(arrived)
         elif isinstance(arrived, Replay):
             assert self.models[key].leaving == [bytes(whole)]
@@ -414,32 +418,32 @@ class OutboxMachine(RuleBasedStateMachine):
             assert not model.leaving
             if model.waiting:
                 assert isinstance(model.waiting[0], Message)
-                lane = model.lane
-                assert (lane.sequence_limit is not None and model.next_sent >= lane.sequence_limit) or (
-                    lane.byte_limit is not None and model.sent_bytes >= lane.byte_limit
+                queue = model.queue
+                assert (queue.sequence_limit is not None and model.next_sent >= queue.sequence_limit) or (
+                    queue.byte_limit is not None and model.sent_bytes >= queue.byte_limit
                 )
 
     @invariant()
     def counts_are_right(self) -> None:
         """Every number an owner looks at is the model's."""
         for model in self.models:
-            assert model.lane.pending == len(model.messages)
-            assert model.lane.dropped == model.dropped
-            assert model.lane.abandoned == model.abandoned
-            known = model.dropped + model.abandoned + len(model.messages) + model.lane.leaving
-            assert model.lane.sent == model.put - known
-            assert model.lane.sent_bytes == model.sent_bytes
-            assert model.lane.leaving == sum(isinstance(item, Message) for item in model.leaving)
-            assert model.lane.empty == (not model.waiting and not model.leaving)
-            assert model.lane.pending_bytes >= sum(len(message.body) for message in model.messages)
-            assert not list(of_lane(model.lane))
+            assert model.queue.pending == len(model.messages)
+            assert model.queue.dropped == model.dropped
+            assert model.queue.abandoned == model.abandoned
+            known = model.dropped + model.abandoned + len(model.messages) + model.queue.leaving
+            assert model.queue.sent == model.put - known
+            assert model.queue.sent_bytes == model.sent_bytes
+            assert model.queue.leaving == sum(isinstance(item, Message) for item in model.leaving)
+            assert model.queue.empty == (not model.waiting and not model.leaving)
+            assert model.queue.pending_bytes >= sum(len(message.body) for message in model.messages)
+            assert not list(of_queue(model.queue))
         large = [raw for _, raw in self.large.values()]
         urgent = [*self.control, *self.calls, *self.behind.values(), *large]
         assert self.outbox.urgent_bytes == sum(map(len, urgent))
         assert self.outbox.ordered_bytes == sum(model.ordered_bytes for model in self.models)
         replayed = sum(model.replay_bytes for model in self.models)
         assert self.outbox.bulk_bytes == sum(map(len, large)) + replayed
-        assert self.outbox.held_bytes == sum(model.lane.counted_bytes for model in self.models)
+        assert self.outbox.held_bytes == sum(model.queue.counted_bytes for model in self.models)
 
 
 TestOutboxMachine = OutboxMachine.TestCase

@@ -19,11 +19,11 @@ from actors.interfaces.arrays import ARRAYS
 from actors.interfaces.message import type_hash, type_name
 from actors.interfaces.std_msgs.msg import String
 from proto import codes, errors, frames, limits
+from proto.batches import BatchBuilder
 from proto.codec import decode, encode
 from proto.codes import Op
+from proto.field_kinds import KINDS
 from proto.frames import SPECS, Frame
-from proto.kinds import KINDS
-from proto.runs import RunBuilder
 from proto.session import FROM_BROKER, FROM_CLIENT, Role, Session, diagram
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ KIND_TEXTS = {
     "u64": "integer from 0 to 2⁶⁴ - 1",
     "u64?": "u64 or nil",
     "u64s": "array of u64",
-    "length": "integer from 1 to MAX_RUN_COUNT",
+    "length": "integer from 1 to MAX_BATCH_COUNT",
     "bool": "boolean",
     "str": "text (UTF-8)",
     "str?": "str or nil",
@@ -154,9 +154,9 @@ def example() -> list[tuple[str, Frame]]:
         "agent": "broker", "broker": b"\x33" * 16, "session": 1, "keepalive_ms": 3000,
         "max_message_bytes": limits.MAX_MESSAGE_BYTES,
     }  # fmt: skip
-    builder = RunBuilder(0)
+    builder = BatchBuilder(0)
     builder.add(msgpack.packb({"data": "Hi"}))
-    run = builder.take(1, 1_700_000_000_000_000_000)
+    batch = builder.take(1, 1_700_000_000_000_000_000)
     return [
         ("client: HELLO", frames.Hello(limits.PROTOCOL_VERSION, hello)),
         ("broker: WELCOME", frames.Welcome(limits.PROTOCOL_VERSION, welcome)),
@@ -169,7 +169,7 @@ def example() -> list[tuple[str, Frame]]:
             ),
         ),
         ("broker: ACCEPTED, id 2, and the broker-wide publisher id 1", frames.Accepted(2, 1)),
-        ("client: RUN of publisher 1 with one message, number 0", run),
+        ("client: BATCH of publisher 1 with one message, number 0", batch),
     ]
 
 
@@ -253,8 +253,8 @@ def test_the_example_is_a_legal_session() -> None:
 
 def test_the_example_is_what_ros_2_calls_it() -> None:
     """§10: the example's message, name and hash are the standard type's."""
-    run = cast("frames.Run", example()[-1][1])
-    assert msgpack.unpackb(bytes(run.payload)) == [{"data": "Hi"}]
+    batch = cast("frames.Batch", example()[-1][1])
+    assert msgpack.unpackb(bytes(batch.payload)) == [{"data": "Hi"}]
     assert type_name(String) == "std_msgs/msg/String"
     assert type_hash(String) == STRING_HASH
 

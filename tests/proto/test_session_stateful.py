@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from proto import frames
-from proto.aio import Channel
+from proto.aio.channel import Channel
 from proto.codec import decode, encode
 from proto.errors import ErrorCode, ProtocolError
 from proto.session import TABLE, Role, State
@@ -99,7 +99,7 @@ class End:
     def frame_received(self, frame: Frame) -> None:
         self.taken.append(frame)
 
-    def batch_received(self) -> None:
+    def read_finished(self) -> None:
         pass
 
     def room(self) -> None:

@@ -13,25 +13,25 @@ import broker.attachments
 import broker.latched
 import broker.server
 import broker.topics
-from actors.core import Core
-from actors.deadlines import Deadlines
-from actors.entities.client import Client
-from actors.entities.grants import Grants
-from actors.entities.publisher import Publisher
-from actors.entities.service import Service
-from actors.entities.subscription import Subscription
+from actors.callbacks.deadlines import Deadlines
+from actors.endpoints.client.client import Client
+from actors.endpoints.context import NodeContext
+from actors.endpoints.flow_control.credit import CreditGrants
+from actors.endpoints.publisher.publisher import Publisher
+from actors.endpoints.service.service import Service
+from actors.endpoints.subscription.subscription import Subscription
+from broker.departed_queues import DepartedQueues
 from broker.drain import Drain
 from broker.graph import Graph
-from broker.lanes import DepartedLanes
-from broker.records import Queue, Route
+from broker.records import Enqueue, Route
 from broker.router import Router
 from broker.server import Broker
 from broker.services import Services
 from broker.topics import Topics
 from proto.frames import Replay, ReplyEntry
-from proto.lane import Lane
 from proto.liveness import Finding, Liveness
 from proto.outbox import Outbox
+from proto.publisher_queue import PublisherQueue
 from tests.simulation import faults
 from tests.simulation.histories import History, live
 
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from contextlib import AbstractContextManager
 
-    from actors.feeds import Inflow
+    from actors.session.attachments import Attachment
     from broker.records import Endpoint, Peer
-    from proto.frames import Run
+    from proto.frames import Batch
     from tests.simulation.faults import Fault
 
 
@@ -70,14 +70,14 @@ def among(
 @contextmanager
 def drops_in_silence() -> Iterator[None]:
     """A lane does not count what it drops."""
-    trim = Lane.trim
+    trim = PublisherQueue.trim
 
-    def silent(lane: Lane) -> None:
-        dropped = lane.dropped
-        trim(lane)
-        lane.dropped = dropped
+    def silent(queue: PublisherQueue) -> None:
+        dropped = queue.dropped
+        trim(queue)
+        queue.dropped = dropped
 
-    with mock.patch.object(Lane, "trim", silent):
+    with mock.patch.object(PublisherQueue, "trim", silent):
         yield
 
 
@@ -88,7 +88,7 @@ def forwards_twice() -> Iterator[None]:
 
     def twice(connection: Any, outbox: Outbox, delivery: Any) -> None:
         put(connection, outbox, delivery)
-        if isinstance(delivery, Queue) and not isinstance(delivery.item, bytes):
+        if isinstance(delivery, Enqueue) and not isinstance(delivery.item, bytes):
             put(connection, outbox, delivery)
 
     with mock.patch.object(broker.server, "_put", twice):
@@ -100,10 +100,10 @@ def takes_what_it_has_seen() -> Iterator[None]:
     """A subscription forgets what it has had from a publisher that comes back."""
     attached = Subscription.attached
 
-    def forgetful(subscription: Subscription[Any], inflow: Inflow) -> None:
-        subscription._ledger.known.pop(inflow.gid, None)
-        subscription._ledger.inflows.pop(inflow.gid, None)
-        attached(subscription, inflow)
+    def forgetful(subscription: Subscription[Any], attachment: Attachment) -> None:
+        subscription._tracker.known.pop(attachment.gid, None)
+        subscription._tracker.attachments.pop(attachment.gid, None)
+        attached(subscription, attachment)
 
     with mock.patch.object(Subscription, "attached", forgetful):
         yield
@@ -126,14 +126,14 @@ def answers_somebody_else() -> Iterator[None]:
 @contextmanager
 def answers_twice() -> Iterator[None]:
     """The broker gives a request to its server twice."""
-    requested = Core._requested
+    requested = NodeContext._requested
 
-    def twice(core: Core, frame: Any) -> None:
+    def twice(context: NodeContext, frame: Any) -> None:
         again = tuple(entry._replace(call=entry.call + 2**40) for entry in frame.entries)
-        requested(core, frame)
-        requested(core, frame._replace(entries=again))
+        requested(context, frame)
+        requested(context, frame._replace(entries=again))
 
-    with mock.patch.object(Core, "_requested", twice):
+    with mock.patch.object(NodeContext, "_requested", twice):
         yield
 
 
@@ -153,9 +153,9 @@ def latches_too_little() -> Iterator[None]:
     """A late joiner does not get the first of the latched messages."""
     receive = Subscription.receive
 
-    def deaf(subscription: Subscription[Any], inflow: Inflow, run: Run | Replay) -> None:
-        if not isinstance(run, Replay):
-            receive(subscription, inflow, run)
+    def deaf(subscription: Subscription[Any], attachment: Attachment, batch: Batch | Replay) -> None:
+        if not isinstance(batch, Replay):
+            receive(subscription, attachment, batch)
 
     with mock.patch.object(Subscription, "receive", deaf):
         yield
@@ -179,7 +179,7 @@ def keeps_all_like_one() -> Iterator[None]:
     """The broker keeps one message, whatever a subscription asks for."""
 
     def shallow(route: Route) -> None:
-        route.lane.depth = 1
+        route.queue.depth = 1
 
     with mock.patch.object(Route, "_deepen", shallow):
         yield
@@ -222,10 +222,10 @@ def miscounts_a_break() -> Iterator[None]:
     """A subscription does not count what a broken link has cost."""
     attached = Subscription.attached
 
-    def silent(subscription: Subscription[Any], inflow: Inflow) -> None:
+    def silent(subscription: Subscription[Any], attachment: Attachment) -> None:
         before = subscription.lost_on_break
-        attached(subscription, inflow)
-        subscription._ledger.lost_on_break = before
+        attached(subscription, attachment)
+        subscription._tracker.lost_on_break = before
 
     with mock.patch.object(Subscription, "attached", silent):
         yield
@@ -236,10 +236,10 @@ def overlooks_a_gap() -> Iterator[None]:
     """A subscription does not count what the broker has dropped."""
     receive = Subscription.receive
 
-    def silent(subscription: Subscription[Any], inflow: Inflow, run: Run | Replay) -> None:
+    def silent(subscription: Subscription[Any], attachment: Attachment, batch: Batch | Replay) -> None:
         before = subscription.lost
-        receive(subscription, inflow, run)
-        subscription._ledger.lost = before
+        receive(subscription, attachment, batch)
+        subscription._tracker.lost = before
 
     with mock.patch.object(Subscription, "receive", silent):
         yield
@@ -383,14 +383,14 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "at most once": (forwards_twice, True),
     "at most once across a reconnect": (takes_what_it_has_seen, False),
     "drops are counted": (drops_in_silence, False),
-    "depth in the broker and the publisher": (does_nothing(Lane, "trim"), False),
+    "depth in the broker and the publisher": (does_nothing(PublisherQueue, "trim"), False),
     "links have a ceiling": (has_no_ceiling, False),
     "depth in the node": (does_nothing(Subscription, "_trim"), True),
     "KEEP_ALL loses nothing": (keeps_all_like_one, True),
     "gaps are counted": (overlooks_a_gap, False),
     "breaks are counted": (miscounts_a_break, False),
     "links that end are accounted for": (does_nothing(broker.server, "lose"), False),
-    "credit comes": (does_nothing(Grants, "taken"), True),
+    "credit comes": (does_nothing(CreditGrants, "taken"), True),
     "replies go to their caller": (answers_somebody_else, True),
     "requests come once": (answers_twice, True),
     "deadlines end calls": (does_nothing(Deadlines, "_ring"), True),
@@ -402,10 +402,10 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "matching is pushed": (does_nothing(Topics, "flush"), True),
     "servers are pushed": (does_nothing(Services, "flush"), True),
     "callbacks run one at a time": (runs_beside, True),
-    "errors of callbacks are counted": (does_nothing(Core, "callback_failed"), True),
+    "errors of callbacks are counted": (does_nothing(NodeContext, "callback_failed"), True),
     "links that are gone are forgotten": (relies_on_the_gone, True),
     "suspensions are forgotten": (remembers_suspensions, False),
-    "lanes that are empty are forgotten": (does_nothing(DepartedLanes, "_is_over"), True),
+    "queues that are empty are forgotten": (does_nothing(DepartedQueues, "_is_over"), True),
     "a stopped broker leaves nothing": (leaves_its_ticker, True),
     "the suspended come back": (among(restores_nobody, faults.freeze, faults.stop), False),
     "those that are gone are not waited for": (says_that_all_are_silent, False),

@@ -12,8 +12,8 @@ from tests.simulation.records import Ask, keep_all
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from actors.entities.service import Service
-    from actors.entities.subscription import Subscription
+    from actors.endpoints.service.service import Service
+    from actors.endpoints.subscription.subscription import Subscription
     from tests.simulation.member import Member
     from tests.simulation.records import Heard, Note, Told
     from tests.simulation.world import World
@@ -91,8 +91,8 @@ def _unsettled(world: World) -> Iterator[str]:
 def _waiting(member: Member) -> Iterator[tuple[str, int]]:
     for told in member.told:
         yield told.name, told.publisher.queued
-    for lane in member.node._core.departing:
-        yield f"{member.host}: a destroyed publisher", lane.pending
+    for queue in member.node._context.departing:
+        yield f"{member.host}: a destroyed publisher", queue.pending
     for heard in member.heard:
         yield heard.name, heard.subscription.queued
     for service in member.services:
@@ -129,7 +129,7 @@ async def _publish_fresh(world: World, told: Told, readers: list[Heard]) -> tupl
     """
 
     def excuses() -> list[int]:
-        links = [told.publisher.core.link, *(heard.subscription.core.link for heard in readers)]
+        links = [told.publisher.context.link, *(heard.subscription.context.link for heard in readers)]
         return [*(link.connections for link in links), *(heard.subscription.expired for heard in readers)]
 
     def unheard() -> str:
@@ -221,9 +221,9 @@ def _adds_up(world: World, heard: Heard) -> None:
     subscription = heard.subscription
     by_gid = {told.publisher.gid: told for told in world.journal.told}
     for gid, first in heard.first.items():
-        told, inflow = by_gid[gid], subscription._ledger.inflows.get(gid)
-        if not told.gone and (inflow is None or inflow.expected != told.published):
-            covered = None if inflow is None else inflow.expected
+        told, attachment = by_gid[gid], subscription._tracker.attachments.get(gid)
+        if not told.gone and (attachment is None or attachment.expected != told.published):
+            covered = None if attachment is None else attachment.expected
             world.complain(f"{heard.name} covers {told.name} up to {covered}, not {told.published}")
         numbers = heard.numbers.get(told.name, [])
         lossless = keep_all(subscription.qos_profile) and keep_all(told.publisher.qos_profile)
@@ -259,7 +259,7 @@ def _nothing_waits_in_outboxes(world: World) -> None:
     """At rest every outbox is empty, in fact and by its own counters."""
     assert world.home.broker is not None
     channels = [connection.channel for connection in world.home.broker._connections]
-    for channel in (*channels, *(member.node._core.link.channel for member in world.members)):
+    for channel in (*channels, *(member.node._context.link.channel for member in world.members)):
         assert channel is not None
         outbox = channel.outbox
         held = (
@@ -283,7 +283,7 @@ def _broker_forgets(world: World) -> None:
     for router, joined in world.home.broker._joined.items():
         if joined:
             world.complain(f"without nodes {len(joined)} links are joined")
-        waiting = sum(not way.lane.empty for way in router.topics.ways())
+        waiting = sum(not peer_queue.queue.empty for peer_queue in router.topics.peer_queues())
         if waiting:
             world.complain(f"without nodes something waits in {waiting} lanes")
         departed = router.topics._departed

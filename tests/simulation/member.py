@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Iterator
     from random import Random
 
-    from actors.entities.service import Service
+    from actors.endpoints.service.service import Service
     from tests.simulation.world import World
 
 TOPICS: Final = ("red", "green", "blue")

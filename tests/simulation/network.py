@@ -49,7 +49,7 @@ def on_host(name: str) -> Iterator[None]:
 
 
 @dataclass(kw_only=True)
-class Weather:
+class LinkFaults:
     """How a pipe treats its bytes. Times in seconds, sizes in bytes."""
 
     delay: float = 0.0005
@@ -75,12 +75,12 @@ class Pipe:
     """One direction of a connection.
 
     Attributes:
-        weather: How it treats its bytes; may be changed at any time.
+        link_faults: How it treats its bytes; may be changed at any time.
         unsent: The sender's write buffer.
     """
 
-    def __init__(self, network: Network, name: str, weather: Weather) -> None:
-        self.weather = weather
+    def __init__(self, network: Network, name: str, link_faults: LinkFaults) -> None:
+        self.link_faults = link_faults
         self.name = name
         self.source: MemoryTransport
         self.target: MemoryTransport
@@ -107,11 +107,11 @@ class Pipe:
     def pump(self) -> None:
         """Move unsent bytes into the window, in segments that arrive one after the other."""
         while self.unsent and self._ended is None:
-            room = self.weather.window - self._in_flight - len(self._arrived)
+            room = self.link_faults.window - self._in_flight - len(self._arrived)
             if room <= 0:
                 return
             self._segments += 1
-            most = self.weather.segment if self._segments < _FINE else _COARSE
+            most = self.link_faults.segment if self._segments < _FINE else _COARSE
             size = min(room, len(self.unsent), 1 + int(self._random.random() * most))
             segment = bytes(self.unsent[:size])
             del self.unsent[:size]
@@ -131,8 +131,8 @@ class Pipe:
         self._send(kind)
 
     def _send(self, item: bytes | str) -> None:
-        weather = self.weather
-        delay = weather.delay + self._random.random() * weather.jitter
+        link_faults = self.link_faults
+        delay = link_faults.delay + self._random.random() * link_faults.jitter
         self._last_arrival = max(self._last_arrival, self._loop.time() + delay)
         self._flight.append(item)
         self._due.append(self._last_arrival)
@@ -169,13 +169,13 @@ class Pipe:
 
     def _read(self) -> None:
         self._read_due = False
-        self._read_at = self._loop.time() + self.weather.read_pause
+        self._read_at = self._loop.time() + self.link_faults.read_pause
         if not self.target.reading:
             return
         if self._arrived:
             self._reads += 1
-            coarse = self._reads > _FINE and not self.weather.read_pause
-            most = max(_COARSE, self.weather.read) if coarse else self.weather.read
+            coarse = self._reads > _FINE and not self.link_faults.read_pause
+            most = max(_COARSE, self.link_faults.read) if coarse else self.link_faults.read
             size = self.target.take(self._arrived, 1 + int(self._random.random() * most))
             self._network.note(self.name, size)
             if self.unsent:
@@ -438,7 +438,7 @@ class Network:
         self.seed = seed
         self.open: dict[MemoryTransport, None] = {}
         self.connections = 0
-        self.choose_weather: Callable[[Random], Weather] = lambda _: Weather()
+        self.choose_link_faults: Callable[[Random], LinkFaults] = lambda _: LinkFaults()
         self._random = Random(f"{seed} network")
         self._listeners: dict[str, MemoryServer] = {}
         self._pipes: list[Pipe] = []
@@ -510,8 +510,8 @@ class Network:
     def _pair(self, here: str, server: MemoryServer) -> tuple[MemoryTransport, MemoryTransport]:
         number, there = self.connections, server.host
         self.connections += 1
-        up = Pipe(self, f"{number} {here}>{there}", self.choose_weather(self._random))
-        down = Pipe(self, f"{number} {there}>{here}", self.choose_weather(self._random))
+        up = Pipe(self, f"{number} {here}>{there}", self.choose_link_faults(self._random))
+        down = Pipe(self, f"{number} {there}>{here}", self.choose_link_faults(self._random))
         self._pipes += [up, down]
         client = MemoryTransport(self, up, down, there, copy_context())
         accepted = MemoryTransport(self, down, up, here, server.context.copy())
@@ -579,13 +579,13 @@ class Network:
         self.note("slow", host)
         for pipe in self._pipes:
             if pipe.target.host == host:
-                pipe.weather.read, pipe.weather.read_pause = read, pause
+                pipe.link_faults.read, pipe.link_faults.read_pause = read, pause
 
     def heal(self) -> None:
         """No more black holes, no more slow readers."""
         self.note("heal")
         self._holes.clear()
         for pipe in self._pipes:
-            pipe.weather.read, pipe.weather.read_pause = Weather.read, 0.0
+            pipe.link_faults.read, pipe.link_faults.read_pause = LinkFaults.read, 0.0
             pipe.arrive()
         self._changed()

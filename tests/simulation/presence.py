@@ -9,7 +9,7 @@ from tests.simulation.network import BROKER
 
 if TYPE_CHECKING:
     from broker.connection import Connection
-    from proto.aio import Channel
+    from proto.aio.channel import Channel
     from tests.simulation.member import Member
     from tests.simulation.world import World
 
@@ -53,7 +53,7 @@ def _relied_on(world: World, member: Member) -> Connection | None:
 
 def _relying(member: Member) -> Channel | None:
     """Return a member's end of its link to the first broker, if it is matched with somebody."""
-    link = member.node._core.link
+    link = member.node._context.link
     channel = link.channel
     if channel is None or not link._matched or channel._transport is None:
         return None

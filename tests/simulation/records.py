@@ -13,9 +13,9 @@ from proto.frames import Replay
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from actors.entities.subscription import Subscription
-    from actors.feeds import Inflow
-    from proto.frames import Run
+    from actors.endpoints.subscription.subscription import Subscription
+    from actors.session.attachments import Attachment
+    from proto.frames import Batch
 
 
 class Note(actors.Message, type_name="simulation/msg/Note"):
@@ -59,12 +59,12 @@ class Told:
 
     def __post_init__(self) -> None:
         publisher = self.publisher
-        resend, lane = publisher._resend_retained, publisher._lane
+        resend, queue = publisher._resend_retained, publisher._queue
 
         def noting_resend() -> None:
-            before = lane.pending
+            before = queue.pending
             resend()
-            self.resent += lane.pending - before
+            self.resent += queue.pending - before
 
         publisher._resend_retained = noting_resend  # type: ignore[method-assign]
 
@@ -112,23 +112,23 @@ class Heard:
     def __post_init__(self) -> None:
         attached, receive = self.subscription.attached, self.subscription.receive
 
-        def noting_attached(inflow: Inflow) -> None:
-            self.first.setdefault(inflow.gid, inflow.first_sequence)
+        def noting_attached(attachment: Attachment) -> None:
+            self.first.setdefault(attachment.gid, attachment.first_sequence)
             self.moved = True
-            attached(inflow)
-            self.first[inflow.gid] = min(self.first[inflow.gid], inflow.due)
-            self.ends[inflow.gid] = inflow.expected
+            attached(attachment)
+            self.first[attachment.gid] = min(self.first[attachment.gid], attachment.due)
+            self.ends[attachment.gid] = attachment.expected
 
-        def noting_receive(inflow: Inflow, run: Run | Replay) -> None:
+        def noting_receive(attachment: Attachment, batch: Batch | Replay) -> None:
             self.moved = True
-            if self.subscription._ledger.counts(inflow):
-                seen = inflow.received if isinstance(run, Replay) else inflow.expected
-                start = max(run.first_sequence, seen)
-                end = min(run.first_sequence + run.length, self.first[inflow.gid])
-                self.early.setdefault(inflow.gid, set()).update(range(start, end))
-            receive(inflow, run)
-            if self.subscription._ledger.counts(inflow):
-                self.ends[inflow.gid] = inflow.expected
+            if self.subscription._tracker.counts(attachment):
+                seen = attachment.received if isinstance(batch, Replay) else attachment.expected
+                start = max(batch.first_sequence, seen)
+                end = min(batch.first_sequence + batch.length, self.first[attachment.gid])
+                self.early.setdefault(attachment.gid, set()).update(range(start, end))
+            receive(attachment, batch)
+            if self.subscription._tracker.counts(attachment):
+                self.ends[attachment.gid] = attachment.expected
 
         self.subscription.attached = noting_attached  # type: ignore[method-assign]
         self.subscription.receive = noting_receive  # type: ignore[method-assign]

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 from unittest import mock
 
 from broker.server import Broker
-from proto.aio import Channel
+from proto.aio.channel import Channel
 from proto.session import Role
 from tests.simulation import structure
 from tests.simulation.talk import Talk
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from broker.options import BrokerOptions
     from broker.records import Delivery
     from broker.router import Router
-    from proto.lane import Lane
+    from proto.publisher_queue import PublisherQueue
     from tests.simulation.records import Heard, Told
     from tests.simulation.world import World
 
@@ -56,7 +56,7 @@ class Steps:
         self._brokers_moved = self._nodes_moved = False
         self._told: dict[Told, None] = {}
         self._heard: dict[Heard, None] = {}
-        self._depths: dict[Lane, float] = {}
+        self._depths: dict[PublisherQueue, float] = {}
         """By lane with messages in it, the greatest depth it has had since it last kept its depth."""
         self._talk = Talk(world)
         self.looks = 0
@@ -147,24 +147,24 @@ class Steps:
         """Each copy is delivered, dropped, abandoned, lost with its link, on its way or queued."""
         topics = router.topics
         tally, _ = topics.tallies()
-        for lane, *_ in topics.ways():
-            self._keeps_its_depth(host, lane)
+        for queue, *_ in topics.peer_queues():
+            self._keeps_its_depth(host, queue)
         known = tally.delivered + tally.dropped + tally.abandoned + tally.lost_on_break
         if topics.copies != known + tally.leaving + tally.queued:
             self._world.complain(f"{host}: {topics.copies} copies were made, and there are {tally}")
 
-    def _keeps_its_depth(self, host: str, lane: Lane) -> None:
+    def _keeps_its_depth(self, host: str, queue: PublisherQueue) -> None:
         """What waits is no more than the depth, or the depth it had when that came."""
-        depth = math.inf if lane.depth is None else lane.depth
-        if lane.pending <= depth:
-            if lane.pending:
-                self._depths[lane] = depth
+        depth = math.inf if queue.depth is None else queue.depth
+        if queue.pending <= depth:
+            if queue.pending:
+                self._depths[queue] = depth
             else:
-                self._depths.pop(lane, None)
+                self._depths.pop(queue, None)
             return
-        most = self._depths[lane] = max(depth, self._depths.get(lane, 0))
-        if lane.pending > most:
-            self._world.complain(f"{host}: {lane.pending} messages wait where {most} may")
+        most = self._depths[queue] = max(depth, self._depths.get(queue, 0))
+        if queue.pending > most:
+            self._world.complain(f"{host}: {queue.pending} messages wait where {most} may")
 
     def _keeps_its_ceilings(self, host: str, channel: Channel, options: BrokerOptions) -> None:
         """More than may does not wait on a link that goes on."""
@@ -184,17 +184,17 @@ class Steps:
 
         What waits to be sent again when that link breaks, too, is abandoned.
         """
-        publisher, lane = told.publisher, told.publisher._lane
-        known = lane.sent + lane.leaving + lane.abandoned + publisher.queued + publisher.dropped
+        publisher, queue = told.publisher, told.publisher._queue
+        known = queue.sent + queue.leaving + queue.abandoned + publisher.queued + publisher.dropped
         if publisher.published + told.resent != known:
             self._world.complain(
-                f"{told.name}: published {publisher.published}, {told.resent} again; sent {lane.sent},"
-                f" leaving {lane.leaving}, abandoned {lane.abandoned}, queued {publisher.queued},"
+                f"{told.name}: published {publisher.published}, {told.resent} again; sent {queue.sent},"
+                f" leaving {queue.leaving}, abandoned {queue.abandoned}, queued {publisher.queued},"
                 f" dropped {publisher.dropped}"
             )
         # What a destroyed publisher has still to send is held to the depth at the end of the next turn.
-        if lane.depth is not None and lane.pending > lane.depth and not publisher.destroyed:
-            self._world.complain(f"{told.name}: {lane.pending} messages wait where {lane.depth} may")
+        if queue.depth is not None and queue.pending > queue.depth and not publisher.destroyed:
+            self._world.complain(f"{told.name}: {queue.pending} messages wait where {queue.depth} may")
         if told.gone:
             del self._told[told]
 
@@ -213,9 +213,9 @@ class Steps:
             self._world.complain(f"{heard.name}: {due} messages were due, and there are {counts}")
         # What latched messages may still make good is not told yet.
         told = subscription._events.message_lost.counts[0]
-        ledger = subscription._ledger
-        away = (known.missed for gid, known in ledger.known.items() if gid not in ledger.inflows)
-        open_ = sum(inflow.missed for inflow in ledger.inflows.values()) + sum(away)
+        tracker = subscription._tracker
+        away = (known.missed for gid, known in tracker.known.items() if gid not in tracker.attachments)
+        open_ = sum(attachment.missed for attachment in tracker.attachments.values()) + sum(away)
         if told + open_ != subscription.dropped + subscription.lost + subscription.lost_on_break:
             counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
             self._world.complain(f"{heard.name}: {told} lost messages were told, {open_} are open: {counts}")

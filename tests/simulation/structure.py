@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeAlias
 
 from broker.records import ClientRecord, PublisherRecord, ServiceRecord, SubscriptionRecord
+from proto.batches import message_bytes
 from proto.fragments import is_large
-from proto.frames import Replay, Run
-from proto.runs import message_bytes
+from proto.frames import Batch, Replay
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from broker.records import Endpoint, Peer
     from broker.router import Router
     from broker.server import Broker
-    from proto.lane import Lane
     from proto.outbox import Outbox
+    from proto.publisher_queue import PublisherQueue
 
 Wrongs: TypeAlias = "Iterator[str]"
 
@@ -33,13 +33,13 @@ def of_broker(broker: Broker) -> Wrongs:
         outbox = connection.channel.outbox
         yield from of_outbox(outbox)
         # In a broker no credit holds a lane back: each that is not empty waits for its turn.
-        held = sum(lane.counted_bytes for lane in outbox._ready)
+        held = sum(queue.counted_bytes for queue in outbox._ready)
         if outbox.held_bytes != held:
             yield f"an outbox counts {outbox.held_bytes} bytes of messages, its lanes {held}"
         if connection.channel.connected:
-            for lane in outbox._ready:  # what its ceiling was compared with is what waits
-                if lane.counted_bytes != lane.held_bytes:
-                    yield f"a lane counts for {lane.counted_bytes} bytes and holds {lane.held_bytes}"
+            for queue in outbox._ready:  # what its ceiling was compared with is what waits
+                if queue.counted_bytes != queue.held_bytes:
+                    yield f"a lane counts for {queue.counted_bytes} bytes and holds {queue.held_bytes}"
 
 
 def of_suspensions(broker: Broker) -> Wrongs:
@@ -53,7 +53,7 @@ def of_suspensions(broker: Broker) -> Wrongs:
 
 def of_node(node: actors.Node) -> Wrongs:
     """Look at a node: what waits on its link."""
-    channel = node._core.link.channel
+    channel = node._context.link.channel
     if channel is not None:
         yield from of_outbox(channel.outbox)
 
@@ -70,8 +70,8 @@ def of_router(router: Router) -> Wrongs:
     for peer in peers:
         yield from _of_peer(peer)
     yield from _of_calls(router, endpoints)
-    for lane, *_ in router.topics.ways():
-        yield from of_lane(lane)
+    for queue, *_ in router.topics.peer_queues():
+        yield from of_queue(queue)
 
 
 def _of_endpoint(endpoint: Endpoint) -> Wrongs:
@@ -81,7 +81,7 @@ def _of_endpoint(endpoint: Endpoint) -> Wrongs:
         if readers != routed:
             yield f"publisher {endpoint.key} is matched with {readers} and sends to {routed}"
         kept = endpoint.latched
-        held = sum(map(message_bytes, kept)), sum(run.length for run in kept)
+        held = sum(map(message_bytes, kept)), sum(batch.length for batch in kept)
         if held != (endpoint.latched_bytes, endpoint.latched_messages):
             yield f"publisher {endpoint.key} keeps {held}, not {endpoint.latched_bytes} bytes"
     if isinstance(endpoint, PublisherRecord | SubscriptionRecord):
@@ -114,31 +114,31 @@ def _of_calls(router: Router, endpoints: list[Endpoint]) -> Wrongs:
         yield f"{router.services.pending} calls are pending: clients know of {asked}, servers of {owed}"
 
 
-def of_lane(lane: Lane) -> Wrongs:
+def of_queue(queue: PublisherQueue) -> Wrongs:
     """Look at a lane: its counters are those of its queue."""
-    runs = [item for item in lane._queue if isinstance(item, Run)]
-    pending = sum(run.length for run in runs) - lane._skip
-    if lane.pending != pending:
-        yield f"a lane counts {lane.pending} messages and holds {pending}"
-    size = sum(map(message_bytes, runs))
-    if lane.pending_bytes != size:
-        yield f"a lane counts {lane.pending_bytes} bytes of messages and holds {size}"
+    batches = [item for item in queue._queue if isinstance(item, Batch)]
+    pending = sum(batch.length for batch in batches) - queue._skip
+    if queue.pending != pending:
+        yield f"a lane counts {queue.pending} messages and holds {pending}"
+    size = sum(map(message_bytes, batches))
+    if queue.pending_bytes != size:
+        yield f"a lane counts {queue.pending_bytes} bytes of messages and holds {size}"
     others = [
         item.payload if isinstance(item, Replay) else item
-        for item in (*lane._front, *lane._queue, lane._leaving or b"")
-        if not isinstance(item, Run)
+        for item in (*queue._front, *queue._queue, queue._leaving or b"")
+        if not isinstance(item, Batch)
     ]
-    if lane.control_bytes != sum(map(len, others)):
-        yield f"a lane counts {lane.control_bytes} bytes of control frames and holds {sum(map(len, others))}"
-    count = sum(isinstance(item, Run) for item in lane._queue)
-    if lane._runs != count:
-        yield f"a lane counts {lane._runs} runs in its queue and holds {count}"
+    if queue.control_bytes != sum(map(len, others)):
+        yield f"a lane counts {queue.control_bytes} bytes of control frames and holds {sum(map(len, others))}"
+    count = sum(isinstance(item, Batch) for item in queue._queue)
+    if queue._batches != count:
+        yield f"a lane counts {queue._batches} runs in its queue and holds {count}"
     large = sum(len(item) for item in others if is_large(item))
-    if not large <= lane.bulk_bytes <= lane.control_bytes:
-        yield f"a lane counts {lane.bulk_bytes} of {lane.control_bytes} bytes as large, and holds {large}"
+    if not large <= queue.bulk_bytes <= queue.control_bytes:
+        yield f"a lane counts {queue.bulk_bytes} of {queue.control_bytes} bytes as large, and holds {large}"
     number = 0
-    for item in lane._queue:
-        if not isinstance(item, Run):
+    for item in queue._queue:
+        if not isinstance(item, Batch):
             number = 0  # behind an ATTACHED a publisher that is back may say again what it said before
         elif item.first_sequence < number:
             yield f"a lane holds {item.first_sequence} behind {number}"
@@ -148,11 +148,11 @@ def of_lane(lane: Lane) -> Wrongs:
 
 def of_outbox(outbox: Outbox) -> Wrongs:
     """Look at what waits on a link, lanes aside."""
-    large = sum(lane.control_bytes for lane in outbox._large_calls.values())
+    large = sum(queue.control_bytes for queue in outbox._large_calls.values())
     small = sum(map(len, outbox._control)) + sum(map(len, outbox._calls))
     # A large answer without a name is in no table, only in the queue for its turn.
     unnamed = sum(
-        lane.control_bytes for lane in outbox._ready if getattr(lane, "key", 0) is None and not lane.empty
+        queue.control_bytes for queue in outbox._ready if getattr(queue, "key", 0) is None and not queue.empty
     )
     behind = sum(map(len, outbox._behind_calls.values()))
     urgent = small + large + unnamed + behind
@@ -163,9 +163,9 @@ def of_outbox(outbox: Outbox) -> Wrongs:
     if outbox._behind_calls.keys() - {endpoint for endpoint, _ in outbox._large_calls}:
         yield "the last word of an endpoint waits for nothing"
     # Lanes that hold latched messages are a broker's, which have no credit: those in turn are all there are.
-    bulk = sum(lane.bulk_bytes for lane in outbox._ready)
+    bulk = sum(queue.bulk_bytes for queue in outbox._ready)
     if outbox.bulk_bytes != bulk or outbox.firm_bytes < 0:
         yield f"an outbox counts {outbox.bulk_bytes} bytes as large and holds {bulk}"
-    for lane in outbox._ready:
-        if not lane.scheduled:
-            yield "a lane waits for its turn and does not know it"
+    for queue in outbox._ready:
+        if not queue.scheduled:
+            yield "a queue waits for its turn and does not know it"

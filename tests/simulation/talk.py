@@ -9,16 +9,16 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
-from actors.core import Core
+from actors.endpoints.context import NodeContext
 from broker.drain import Drain
-from broker.records import Queue, Send, ServiceRecord
+from broker.records import Enqueue, Send, ServiceRecord
 from broker.router import Router
 from proto import frames, limits
-from proto.aio import Channel
+from proto.aio.channel import Channel
+from proto.batches import message_bytes
 from proto.codec import decode
 from proto.codes import DetachReason, Op
 from proto.errors import ErrorCode
-from proto.runs import message_bytes
 from proto.session import State
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from broker.connection import Connection
     from broker.records import Delivery
-    from proto.lane import Lane
+    from proto.publisher_queue import PublisherQueue
     from tests.simulation.world import World
 
 CALLED_FOR_A_PEER: Final = ("disconnect", "suspend", "restore")
@@ -52,26 +52,26 @@ class Talk:
 
         Of one that is declared later a little may come: it is accepted before it is held.
         """
-        self._departing: list[Lane] = []
+        self._departing: list[PublisherQueue] = []
         """Of publishers that have been destroyed: what is in them still goes out."""
 
     @contextmanager
     def heard(self) -> Iterator[None]:
         """Listen, while inside."""
-        send, departs = Channel.send, Core.departs
+        send, departs = Channel.send, NodeContext.departs
 
         def noting_send(channel: Channel, frame: frames.Frame) -> None:
             if isinstance(frame, frames.Retire):
                 self._said_so.add((channel, frame.id))
             send(channel, frame)
 
-        def noting_departs(core: Core, lane: Lane) -> None:
-            self._departing.append(lane)
-            departs(core, lane)
+        def noting_departs(context: NodeContext, queue: PublisherQueue) -> None:
+            self._departing.append(queue)
+            departs(context, queue)
 
         with (
             mock.patch.object(Channel, "send", noting_send),
-            mock.patch.object(Core, "departs", noting_departs),
+            mock.patch.object(NodeContext, "departs", noting_departs),
             self._routers_heard(),
             self._drains_heard(),
         ):
@@ -82,7 +82,7 @@ class Talk:
         handle, connect = Router.handle, Router.connect
 
         def noting_handle(router: Router, peer: int, frame: frames.Frame) -> list[Delivery]:
-            if isinstance(frame, frames.Run):
+            if isinstance(frame, frames.Batch):
                 self._is_not_held(router, peer, frame)
             gives_way = isinstance(frame, frames.Node) and _is_suspended(router, frame.name)
             out = handle(router, peer, frame)
@@ -90,7 +90,7 @@ class Talk:
                 self._world.complain(f"{frame} is refused for the sake of a suspended node")
             if isinstance(frame, frames.Retire):
                 self._note_retired(router, peer, frame)
-            if isinstance(frame, frames.Run):
+            if isinstance(frame, frames.Batch):
                 self._note_reached(router, frame)
             self._reasons_are_right(router, out)
             return out
@@ -112,7 +112,7 @@ class Talk:
 
     @contextmanager
     def _drains_heard(self) -> Iterator[None]:
-        run, hold, caught_up = Drain.run, Drain._hold, Drain.caught_up
+        batch, hold, caught_up = Drain.run, Drain._hold, Drain.caught_up
 
         def noting_hold(drain: Drain) -> None:
             for router in drain._broker.routers():
@@ -125,7 +125,7 @@ class Talk:
 
         async def noting_run(drain: Drain, timeout_sec: float) -> None:
             links = _whole(drain._connections)
-            await run(drain, timeout_sec)
+            await batch(drain, timeout_sec)
             self._goodbye_was_said(links)
 
         with (
@@ -153,9 +153,9 @@ class Talk:
         for member in self._world.members:
             if not member.alive:
                 continue
-            core = member.node._core
-            channel = core.link.channel
-            if not core.stopping or channel is None or channel.session.state is not State.OPEN:
+            context = member.node._context
+            channel = context.link.channel
+            if not context.stopping or channel is None or channel.session.state is not State.OPEN:
                 continue
             for service in member.services:
                 if service._running and not service.destroyed and (channel, service.id) not in self._said_so:
@@ -167,8 +167,8 @@ class Talk:
         if isinstance(server, ServiceRecord):
             self._retired.add(server)
 
-    def _note_reached(self, router: Router, run: frames.Run) -> None:
-        publisher = router.topics._publishers.get(run.publisher)
+    def _note_reached(self, router: Router, batch: frames.Batch) -> None:
+        publisher = router.topics._publishers.get(batch.publisher)
         if publisher is not None:
             reached = self._world.journal.reached
             reached[publisher.gid] = max(reached.get(publisher.gid, 0), publisher.next_sequence)
@@ -191,17 +191,17 @@ class Talk:
 
     # A broker that stops
 
-    def _is_not_held(self, router: Router, peer: int, run: frames.Run) -> None:
+    def _is_not_held(self, router: Router, peer: int, batch: frames.Batch) -> None:
         """Who has caught up with a stopping broker publishes no more.
 
         The rest of large messages may come, and of publishers that have been destroyed.
         """
-        small = message_bytes(run) < limits.FRAGMENT_BYTES
-        departs = any(lane.publisher == run.publisher for lane in self._departing)
-        if run.publisher in self._held.get(router, ()) and small and not departs:
+        small = message_bytes(batch) < limits.FRAGMENT_BYTES
+        departs = any(queue.publisher == batch.publisher for queue in self._departing)
+        if batch.publisher in self._held.get(router, ()) and small and not departs:
             for connection in self._caught_up:
                 if connection.router is router and connection.peer == peer:
-                    self._world.complain(f"{connection} has been held, and publishes {run.first_sequence}")
+                    self._world.complain(f"{connection} has been held, and publishes {batch.first_sequence}")
 
     def _goodbye_was_said(self, links: list[Connection]) -> None:
         """A stop leaves no link without a goodbye."""
@@ -232,7 +232,7 @@ def _detached(delivery: Delivery) -> frames.Detached | None:
     if isinstance(delivery, Send):
         return delivery.frame if isinstance(delivery.frame, frames.Detached) else None
     if (
-        isinstance(delivery, Queue)
+        isinstance(delivery, Enqueue)
         and isinstance(delivery.item, bytes)
         and delivery.item[OP_AT] == Op.DETACHED
     ):

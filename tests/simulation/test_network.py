@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 import pytest
 
 from tests.simulation.loop import SimulatedLoop, simulate
-from tests.simulation.network import BROKER, MemoryTransport, Weather, on_host
+from tests.simulation.network import BROKER, LinkFaults, MemoryTransport, on_host
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -264,7 +264,7 @@ def test_bytes_may_be_cut_anywhere() -> None:
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
         for pipe in loop.network._pipes:
-            pipe.weather = Weather(segment=3, read=2)
+            pipe.link_faults = LinkFaults(segment=3, read=2)
         client.transport.write(b"x" * 1000)
         await asyncio.sleep(5)
         assert len(server.received) == 1000

@@ -13,7 +13,7 @@ from tests.simulation.records import Ask, Note
 from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
-    from actors.entities.publisher import Publisher
+    from actors.endpoints.publisher.publisher import Publisher
 
 LATCHED = actors.DurabilityPolicy.TRANSIENT_LOCAL
 KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
@@ -458,7 +458,7 @@ def test_a_publisher_that_leaves_as_credit_comes_costs_no_link() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        sessions = talker._core.link.connections
+        sessions = talker._context.link.connections
         for step in range(30):
             publisher = talker.create_publisher(Note, "red", KEEP_ALL)
             await asyncio.sleep(0.1)
@@ -466,8 +466,8 @@ def test_a_publisher_that_leaves_as_credit_comes_costs_no_link() -> None:
             await asyncio.sleep(step * 0.0002)
             talker.destroy_publisher(publisher)
             await asyncio.sleep(0.1)
-        assert talker._core.link.connections == sessions
-        assert not talker._core.link.publishers
+        assert talker._context.link.connections == sessions
+        assert not talker._context.link.publishers
 
     play(scene)
 
@@ -517,7 +517,7 @@ def test_a_frozen_reader_forgets_a_publisher_that_left_meanwhile() -> None:
         talker.destroy_publisher(publisher)
         stage.network.heal()
         await asyncio.sleep(1)
-        assert not any(listener._core.link.feeds._inflows.values())
+        assert not any(listener._context.link.attachments._attachments.values())
 
     play(scene)
 

@@ -17,7 +17,7 @@ from tests.simulation.records import Ask
 from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
-    from actors.entities.service import Service
+    from actors.endpoints.service.service import Service
 
 SOON_SEC = 0.1
 """What a message or two takes over the stage's network, with much to spare."""
@@ -157,7 +157,7 @@ def test_a_large_request_is_taken_back_half_way(where: str) -> None:
         stage.network.slow_down(BROKER if where == "caller" else "server", read=20_000, pause=0.05)
         call = client.call_async(Ask.Request(number=1, weight=bytes(10_000_000)), 60)
         await asyncio.sleep(3)
-        channel = (client.core if where == "caller" else desk.node._core).link.channel
+        channel = (client.context if where == "caller" else desk.node._context).link.channel
         assert channel is not None
         assert 500_000 < max(channel.bytes_sent, channel.bytes_received) < 5_000_000
         call.cancel()
@@ -167,7 +167,7 @@ def test_a_large_request_is_taken_back_half_way(where: str) -> None:
         reply = await client.call(Ask.Request(number=2, weight=bytes(1_000_000)), 60)
         assert reply.number == 4
         assert set(desk.begun) == {2}
-        assert client.core.link.connections == desk.node._core.link.connections == 1
+        assert client.context.link.connections == desk.node._context.link.connections == 1
 
     play(scene)
 
@@ -333,7 +333,7 @@ def test_a_destroyed_client_leaves_nothing_of_its_large_requests(*, blocked: boo
             stage.network.block("caller", BROKER)
         calls = [client.call_async(Ask.Request(weight=bytes(2_000_000)), math.inf) for _ in range(5)]
         await asyncio.sleep(0.002)
-        link = client.core.link
+        link = client.context.link
         client.destroy()
         assert all(call.cancelled() for call in calls)
         assert link.channel is not None

@@ -31,7 +31,7 @@ async def break_while_it_sends_again(
     stage: Stage, publisher: actors.Publisher[Note], meanwhile: Callable[[], object] = lambda: None
 ) -> None:
     """Let a link end, and the next one, too, while the publisher sends again; do something between them."""
-    talker = publisher.core.link
+    talker = publisher.context.link
     await stage.crash_broker()
     await stage.until(lambda: talker.channel is None)
     await stage.start_broker()

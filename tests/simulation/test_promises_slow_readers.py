@@ -9,7 +9,7 @@ import pytest
 
 from broker.options import BrokerOptions
 from proto import limits
-from tests.simulation.network import Weather
+from tests.simulation.network import LinkFaults
 from tests.simulation.records import Ask, Note
 from tests.simulation.stage import Stage, play
 from tests.simulation.test_promises import KEEP_ALL, matched
@@ -27,7 +27,7 @@ PAUSE: Final = 0.1
 RATE: Final = READ / 2 / PAUSE
 """What a slow link takes in a second, on average: reads are of all sizes up to the greatest."""
 
-TRANSIT: Final = limits.HIGH_WATER_BYTES + Weather.window
+TRANSIT: Final = limits.HIGH_WATER_BYTES + LinkFaults.window
 """What has left the broker's queues at most, and is not read: in the transport, in the kernels."""
 
 CROWD: Final = 1000
@@ -51,7 +51,7 @@ class Meter:
 
     def leads_to(self, node: actors.Node) -> bool:
         """Whether it takes callbacks of a node."""
-        return self._reader.core is node._core
+        return self._reader.context is node._context
 
     async def ready(self) -> None:
         """Return when both ends have met."""
@@ -85,7 +85,7 @@ def assert_alike(one: list[float], other: list[float]) -> None:
     On a busy way the network is a little slower: no segment arrives before those that left before it.
     """
     assert len(one) == len(other) == SAMPLES
-    one_way = Weather.delay + Weather.jitter
+    one_way = LinkFaults.delay + LinkFaults.jitter
     for part in (0.5, 0.99):
         assert percentile(one, part) == pytest.approx(percentile(other, part), abs=one_way)
 
@@ -103,7 +103,7 @@ def watch_links(stage: Stage) -> Callable[[], int]:
 
 
 def all_links_hold(*nodes: actors.Node) -> bool:
-    return all(node.connected and node._core.link.connections == 1 for node in nodes)
+    return all(node.connected and node._context.link.connections == 1 for node in nodes)
 
 
 async def ask_and_publish(stage: Stage, stuck: str) -> dict[str, list[float]]:
@@ -141,7 +141,7 @@ async def ask_and_publish(stage: Stage, stuck: str) -> dict[str, list[float]]:
             for _ in range(20):
                 publisher.publish(Note(number=number, weight=bytes(8 * KIB)))
             began = stage.loop.time()
-            await listener._core.link.round_trip()
+            await listener._context.link.round_trip()
             pings.append(stage.loop.time() - began)
             await asyncio.sleep(began + 0.3 - stage.loop.time())
 
@@ -337,8 +337,8 @@ def test_many_keep_all_publishers_share_what_may_wait(
     """Their windows fit under the ceiling, of few and of many: they are pushed back, and nothing is lost."""
     ceiling = 36 * 2**20
     if count == CROWD:
-        monkeypatch.setattr("actors.entities.window.LEAST_BYTES", 4 * KIB)
-        monkeypatch.setattr("actors.entities.window.SHARED_BYTES", 2**20)
+        monkeypatch.setattr("actors.endpoints.flow_control.window.LEAST_BYTES", 4 * KIB)
+        monkeypatch.setattr("actors.endpoints.flow_control.window.SHARED_BYTES", 2**20)
         ceiling = CROWD * (4 + 1 + 3) * KIB  # a window, the message that overruns it, and each run's own cost
 
     async def scene(stage: Stage) -> None:
@@ -402,7 +402,7 @@ def test_a_reader_that_stops_for_a_flood_gets_the_newest(
 def test_publishers_that_come_and_go_add_nothing_to_what_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     """KEEP_ALL: a stuck reader holds what one of them may send; when it goes on, it gets everything."""
     window, lives = 100, 30
-    monkeypatch.setattr("actors.entities.window.WINDOW_MESSAGES", window)
+    monkeypatch.setattr("actors.endpoints.flow_control.window.WINDOW_MESSAGES", window)
     each = window - 10  # so that a publisher can send all it has, and leave
 
     async def scene(stage: Stage) -> None:

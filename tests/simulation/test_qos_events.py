@@ -15,7 +15,7 @@ from tests.simulation.test_promises import matched
 from tests.simulation.world import determined
 
 if TYPE_CHECKING:
-    from actors.entities.publisher import Publisher
+    from actors.endpoints.publisher.publisher import Publisher
 
 MANUAL = actors.LivelinessPolicy.MANUAL_BY_TOPIC
 LATCHED = actors.DurabilityPolicy.TRANSIENT_LOCAL

@@ -14,12 +14,13 @@ from random import Random
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
-from actors.entities import room, window
+from actors.endpoints.flow_control import queue_limits as room
+from actors.endpoints.flow_control import window
 from broker.options import BrokerOptions
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
 from tests.simulation.member import Member
-from tests.simulation.network import BROKER, Weather
+from tests.simulation.network import BROKER, LinkFaults
 from tests.simulation.records import Journal
 from tests.simulation.steps import Steps
 
@@ -34,13 +35,13 @@ CHAOS_SEC: Final = 15.0
 CEILINGS: Final = (65_536, 200_000)
 """Bytes that may wait for one link, in some troubled histories: queues lose messages, and links end."""
 
-WEATHERS: Final = (
-    Weather(),
-    Weather(delay=0.0001, jitter=0.0),
-    Weather(delay=0.02, jitter=0.03, segment=1500),
-    Weather(segment=7, read=64, window=4096),
-    Weather(segment=1500, window=2000),
-    Weather(delay=0.005, jitter=0.1, segment=20_000, read=5_000),
+LINK_FAULTS: Final = (
+    LinkFaults(),
+    LinkFaults(delay=0.0001, jitter=0.0),
+    LinkFaults(delay=0.02, jitter=0.03, segment=1500),
+    LinkFaults(segment=7, read=64, window=4096),
+    LinkFaults(segment=1500, window=2000),
+    LinkFaults(delay=0.005, jitter=0.1, segment=20_000, read=5_000),
 )
 """Pipes' manners: from a fast wire to a slow one that hands out single bytes."""
 
@@ -89,7 +90,7 @@ class World:
     def __init__(self, loop: SimulatedLoop, seed: int, *, calm: bool) -> None:
         self.loop = loop
         self.network = loop.network
-        self.network.choose_weather = lambda random: Weather(**vars(random.choice(WEATHERS)))
+        self.network.choose_link_faults = lambda random: LinkFaults(**vars(random.choice(LINK_FAULTS)))
         self.calm = calm
         self.alone = True
         self.seed = seed

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.bench.roles.parent import Load
 from proto import frames, limits
-from proto.aio import Channel
+from proto.aio.channel import Channel
 from proto.session import Role
 from proto.url import parse_urls
 
@@ -44,7 +44,7 @@ class IdleLink:
         if isinstance(frame, frames.Welcome):
             self.welcome.set_result(None)
 
-    def batch_received(self) -> None:
+    def read_finished(self) -> None:
         """ChannelHandler: nothing to do."""
 
     def room(self) -> None:

@@ -18,7 +18,7 @@ from actors.cli.top_view.echo import EchoPane
 from actors.cli.top_view.help import HelpScreen
 from actors.cli.top_view.rows import RowsTable, look_of
 from actors.errors import BrokerUnreachable
-from actors.picture import GraphPicture
+from actors.graph.snapshot import GraphSnapshot
 from actors.tools.overview import Looks
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class TopApp(App[None]):
             "services": RowsTable(SERVICES, sorted_by=0, id="services-table"),
         }
         self._looks = Looks()
-        self._picture = GraphPicture()
+        self._snapshot = GraphSnapshot()
         self._seen: Overview | None = None
 
     def compose(self) -> ComposeResult:
@@ -135,7 +135,7 @@ class TopApp(App[None]):
             banner.add_class("open")
             return False
         banner.remove_class("open")
-        self._picture = look.picture
+        self._snapshot = look.snapshot
         self._seen = self._looks.add(look)
         self._show()
         return True
@@ -225,7 +225,7 @@ class TopApp(App[None]):
     async def _topic_chosen(self, event: DataTable.RowSelected) -> None:
         topic = event.row_key.value
         if topic is not None and topic != self._echo.topic:
-            await self._echo.open(topic, await self._source.listen(topic, self._picture))
+            await self._echo.open(topic, await self._source.listen(topic, self._snapshot))
             self._show()
 
     def _focus_table(self) -> None:

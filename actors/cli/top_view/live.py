@@ -14,7 +14,7 @@ from actors.cli.place import place_of
 from actors.cli.session import session
 from actors.cli.top_view.app import TopApp
 from actors.cli.top_view.source import NodeSource
-from actors.logger import LoggingSeverity
+from actors.logging.logger import LoggingSeverity
 
 if TYPE_CHECKING:
     import argparse

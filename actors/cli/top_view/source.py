@@ -19,11 +19,11 @@ from actors.tools.percentiles import Percentiles
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
-    from actors.entities.backlog import MessageInfo
-    from actors.entities.subscription import Subscription
+    from actors.endpoints.subscription.backlog import MessageInfo
+    from actors.endpoints.subscription.subscription import Subscription
+    from actors.graph.snapshot import GraphSnapshot
     from actors.interfaces.message import Message
-    from actors.node import Node
-    from actors.picture import GraphPicture
+    from actors.node.node import Node
 
 T = TypeVar("T")
 SHOWN_AT_ONCE: Final = 5
@@ -90,7 +90,7 @@ class Source(Protocol):
         """
         ...
 
-    async def listen(self, topic: str, picture: GraphPicture) -> Ear:
+    async def listen(self, topic: str, snapshot: GraphSnapshot) -> Ear:
         """Begin to hear a topic."""
         ...
 
@@ -119,9 +119,9 @@ class NodeSource:
             raise BrokerUnreachable(f"No broker at {self.place}")
         return Look(await graph_of(self._node), await self._node.get_broker_stats())
 
-    async def listen(self, topic: str, picture: GraphPicture) -> Ear:
+    async def listen(self, topic: str, snapshot: GraphSnapshot) -> Ear:
         """Begin to hear a topic."""
-        ear = NodeEar(self._node, self._loop, topic, picture)
+        ear = NodeEar(self._node, self._loop, topic, snapshot)
         await ear.open()
         return ear
 
@@ -133,17 +133,17 @@ class NodeEar:
         node: Hears it.
         loop: The node's.
         topic: Its full name.
-        picture: Who is there.
+        snapshot: Who is there.
     """
 
     def __init__(
-        self, node: Node, loop: asyncio.AbstractEventLoop, topic: str, picture: GraphPicture
+        self, node: Node, loop: asyncio.AbstractEventLoop, topic: str, snapshot: GraphSnapshot
     ) -> None:
         self._node = node
         self._loop = loop
         self._topic = topic
-        self._decode = decoder_of(picture, topic)
-        self._profile = profile_of(picture, topic, depth=DEPTH)
+        self._decode = decoder_of(snapshot, topic)
+        self._profile = profile_of(snapshot, topic, depth=DEPTH)
         self._waiting: deque[tuple[bytes, MessageInfo]] = deque(maxlen=SHOWN_AT_ONCE)
         self._delays = Percentiles()
         self._known = 0

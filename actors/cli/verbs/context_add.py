@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.parsing import domain
-from actors.environment import MAX_DOMAIN
+from actors.config.environment import MAX_DOMAIN
 
 if TYPE_CHECKING:
     import argparse

@@ -1,6 +1,6 @@
 """The graph of nodes, topics and services as a picture: in a terminal, as SVG, DOT, Mermaid or data.
 
-    from actors.inspector import Inspector
+    from actors.graph.inspector import Inspector
     from actors.tools.graph_drawing.model import model_of
     from actors.tools.graph_drawing.svg import svg_of
 

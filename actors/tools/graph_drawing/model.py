@@ -17,7 +17,7 @@ from proto.names import is_hidden
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
     from proto.frames import GraphEntry
 
 
@@ -128,7 +128,7 @@ _OF_TOPICS: Final = {Relation.PUBLISHES, Relation.SUBSCRIBES}
 _OUTWARD: Final = {Relation.PUBLISHES, Relation.CALLS}
 
 
-def model_of(picture: GraphPicture, chosen: GraphFilter | None = None) -> GraphModel:
+def model_of(snapshot: GraphSnapshot, chosen: GraphFilter | None = None) -> GraphModel:
     """Return what of a graph is to be drawn.
 
     A topic or service none of whose nodes is shown is not shown either.
@@ -137,8 +137,8 @@ def model_of(picture: GraphPicture, chosen: GraphFilter | None = None) -> GraphM
         DrawingTooLargeError: There are more than `MAX_DIRECT_EDGES` arrows from node to node.
     """
     chosen = chosen or GraphFilter()
-    nodes = {name for name in picture.nodes() if _shows_node(name, chosen)}
-    shown = [entry for entry in picture.entries.values() if entry.node in nodes and _shows(entry, chosen)]
+    nodes = {name for name in snapshot.nodes() if _shows_node(name, chosen)}
+    shown = [entry for entry in snapshot.entries.values() if entry.node in nodes and _shows(entry, chosen)]
     links = {_edge(entry) for entry in shown if entry.kind in _RELATIONS}
     links -= _unwanted(links, chosen)
     types: dict[Vertex, set[str]] = {}

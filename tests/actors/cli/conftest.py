@@ -59,7 +59,7 @@ class Desk:
 
     async def matched(self, publisher: actors.Publisher[Any]) -> None:
         """Wait until a publisher has a subscription."""
-        await publisher.core.wait_until(lambda: publisher.get_subscription_count() > 0, "Matching", 20.0)
+        await publisher.context.wait_until(lambda: publisher.get_subscription_count() > 0, "Matching", 20.0)
 
 
 @pytest.fixture(autouse=True)

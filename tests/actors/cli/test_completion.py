@@ -15,9 +15,9 @@ from actors.cli.completion import FILES, Offer, offers, split_line
 from actors.cli.completion_scripts import SCRIPTS
 from actors.cli.main import main
 from actors.cli.table import VERBS
+from actors.config.contexts import Context, Contexts
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
-from actors.tools.contexts import Context, Contexts
 
 if TYPE_CHECKING:
     from tests.actors.cli.conftest import Desk
@@ -147,7 +147,7 @@ def test_completing_loads_little() -> None:
     code = (
         "import sys; from actors.cli.main import main;"
         "main(['completion', 'bash', '--line', 'callboard topic echo ']);"
-        "sys.exit(bool({'asyncio', 'msgspec', 'yaml', 'actors.node', 'broker'} & set(sys.modules)))"
+        "sys.exit(bool({'asyncio', 'msgspec', 'yaml', 'actors.node.node', 'broker'} & set(sys.modules)))"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=50)
 

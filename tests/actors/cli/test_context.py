@@ -13,7 +13,7 @@ import pytest
 from actors.cli.main import main
 from actors.cli.parsing import Parser, add_broker_options
 from actors.cli.place import tell_children
-from actors.tools.contexts import Contexts, contexts_file
+from actors.config.contexts import Contexts, contexts_file
 
 if TYPE_CHECKING:
     from tests.actors.cli.conftest import Desk

@@ -157,7 +157,7 @@ def test_help_loads_neither_asyncio_nor_the_nodes() -> None:
     """So that it starts fast."""
     code = (
         "import sys; from actors.cli.main import main; main(['topic', 'pub', '--help']);"
-        "sys.exit(bool({'asyncio', 'msgspec', 'yaml', 'actors.node', 'broker'} & set(sys.modules)))"
+        "sys.exit(bool({'asyncio', 'msgspec', 'yaml', 'actors.node.node', 'broker'} & set(sys.modules)))"
     )
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL, timeout=50)
 
@@ -188,7 +188,7 @@ async def test_what_only_asks_loads_no_node(arguments: list[str], broker: Broker
     """A question to the broker needs neither asyncio nor message classes, whatever the answer."""
     code = (
         "import sys; from actors.cli.main import main; main(sys.argv[1:]);"
-        "print(*{'asyncio', 'msgspec', 'yaml', 'actors.node', 'broker'} & set(sys.modules), file=sys.stderr)"
+        "print(*{'asyncio', 'msgspec', 'yaml', 'actors.node.node', 'broker'} & set(sys.modules), file=sys.stderr)"
     )
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-c", code, *arguments),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.cli.main import main
-from actors.inspector import Inspector
+from actors.graph.inspector import Inspector
 from actors.interfaces.action import action_types
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String

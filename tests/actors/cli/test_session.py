@@ -14,7 +14,7 @@ import pytest
 from actors.cli.main import main
 from actors.cli.place import missing_broker
 from actors.cli.session import graph_of, session
-from actors.tools.contexts import find_place
+from actors.config.contexts import find_place
 from proto.names import is_hidden
 from proto.url import parse_urls
 

@@ -13,9 +13,9 @@ import pytest
 
 from actors.cli import top
 from actors.cli.main import main
+from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
-from actors.picture import GraphPicture
 from tests.actors.tools.made_up import look
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def test_json_goes_on_until_nobody_reads(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """One document a line, for each look after the first."""
-    looks = [look(float(second), GraphPicture(), routed=10 * second) for second in range(4)]
+    looks = [look(float(second), GraphSnapshot(), routed=10 * second) for second in range(4)]
     monkeypatch.setattr(top, "inspector", lambda options: FakeInspector(looks))
     monkeypatch.setattr(time, "sleep", lambda seconds: None)
     assert main(["top", "--json"]) == 141
@@ -113,7 +113,7 @@ class FakeInspector:
 
     def graph(self) -> object:
         """The picture of this look."""
-        return self._look.picture
+        return self._look.snapshot
 
     def report(self) -> object:
         """The numbers of this look."""

@@ -20,7 +20,7 @@ from actors.cli.top_columns import (
 )
 from actors.tools.overview import Looks
 from proto.codes import EntryKind
-from tests.actors.tools.made_up import entry, link, look, picture, topic
+from tests.actors.tools.made_up import entry, link, look, snapshot, topic
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def test_no_rate_is_no_zero() -> None:
     assert (rate(None), rate(0.0)) == ("-", "0")
 
 
-GRAPH = picture(
+GRAPH = snapshot(
     *(entry(EntryKind.NODE, name) for name in ("/a", "/b")),
     *(entry(EntryKind.PUBLISHER, "/a", name) for name in ("/fast", "/slow", "/also_slow")),
     entry(EntryKind.SUBSCRIPTION, "/b", "/slow", "std_msgs/msg/Int32"),

@@ -9,7 +9,7 @@ import pytest
 
 from actors.interfaces.message import type_hash
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.qos import QoSProfile
+from actors.qos.profile import QoSProfile
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.broker_report import BrokerReport
 from actors.cli import topic_hz, topic_hz_heard
 from actors.cli.counters import Looks, Watched, ticks
 from actors.cli.place import inspector
 from actors.cli.topic_bw import shown_bytes
 from actors.errors import BrokerUnreachable
-from actors.inspector import Inspector
+from actors.graph.broker_report import BrokerReport
+from actors.graph.inspector import Inspector
 from actors.interfaces.codec import codec_for
 from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_msgs.msg import String

@@ -13,7 +13,7 @@ from actors.cli.values import message_from_text, named_message, named_service, p
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.std_msgs.msg import String
-from actors.qos import (
+from actors.qos.profile import (
     DurabilityPolicy,
     HistoryPolicy,
     LivelinessPolicy,
@@ -22,7 +22,7 @@ from actors.qos import (
     ReliabilityPolicy,
     qos_profile_sensor_data,
 )
-from actors.time_types import Duration
+from actors.time.types import Duration
 
 
 def test_types_are_found_by_name() -> None:

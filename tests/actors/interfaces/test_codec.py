@@ -100,14 +100,14 @@ def test_any_valid_message_survives(message: All) -> None:
     data = CODEC.encode(message)
     assert CODEC.decode(data) == message
     assert CODEC.decode(memoryview(b"head" + data)[4:]) == message
-    assert CODEC.decode_run(b"\xdd" + struct.pack(">I", 2) + data * 2) == [message, message]
+    assert CODEC.decode_batch(b"\xdd" + struct.pack(">I", 2) + data * 2) == [message, message]
     assert list(decode_untyped(data)) == list(All.__struct_fields__)
 
 
 @given(st.binary() | MESSAGES.map(lambda message: bytes(_damaged(CODEC.encode(message)))), st.integers())
 def test_hostile_bytes_raise_one_error(data: bytes, seed: int) -> None:
     """Whatever arrives is a message or an InvalidMessageError."""
-    for decode in (CODEC.decode, CODEC.decode_run, decode_untyped):
+    for decode in (CODEC.decode, CODEC.decode_batch, decode_untyped):
         try:
             decode(data)
         except InvalidMessageError:

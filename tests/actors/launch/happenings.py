@@ -9,7 +9,7 @@ from actors.launch.steps import ProcessSpec
 from actors.supervision.outcome import outcome_of_exit
 
 if TYPE_CHECKING:
-    from actors.node import Node
+    from actors.node.node import Node
 
 
 def spec(label: str = "talker-1", **fields: Any) -> ProcessSpec:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from actors.launch.description import LaunchDescription
-    from actors.programs import Factory
+    from actors.runtime.programs import Factory
 
 
 class Shelf:

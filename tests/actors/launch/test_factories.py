@@ -18,21 +18,30 @@ if TYPE_CHECKING:
 
 def test_a_class_is_found() -> None:
     """By its module and its name there; also one within a class."""
-    found: list[object] = [find_factory("actors.node:Node"), Files().factory("actors.node:Node.get_name")]
+    found: list[object] = [
+        find_factory("actors.node.node:Node"),
+        Files().factory("actors.node.node:Node.get_name"),
+    ]
     assert found == [actors.Node, actors.Node.get_name]
 
 
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("actors.node.Node", "'actors.node.Node' names no node: write it as node='package.module:Class'"),
+        (
+            "actors.node.node.Node",
+            "'actors.node.node.Node' names no node: write it as node='package.module:Class'",
+        ),
         (":Node", "':Node' names no node"),
         ("actors..node:Node", "names no node"),
-        ("actors.node:", "names no node"),
-        ("actors.node:Noddy", "Module 'actors.node' has no 'Noddy'"),
-        ("actors.node:Node.x.y", "Module 'actors.node' has no 'Node.x.y'"),
+        ("actors.node.node:", "names no node"),
+        ("actors.node.node:Noddy", "Module 'actors.node.node' has no 'Noddy'"),
+        ("actors.node.node:Node.x.y", "Module 'actors.node.node' has no 'Node.x.y'"),
         ("no_such_module:Node", "Module 'no_such_module' cannot be imported: ModuleNotFoundError: No module"),
-        ("actors.node:__name__", "actors.node:__name__ is no class and no function, but 'actors.node'"),
+        (
+            "actors.node.node:__name__",
+            "actors.node.node:__name__ is no class and no function, but 'actors.node.node'",
+        ),
     ],
 )
 def test_what_is_wrong_is_said(name: str, text: str) -> None:

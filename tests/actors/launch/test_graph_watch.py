@@ -8,12 +8,12 @@ import os
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
+from actors.config.contexts import find_place
+from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.launch.graph_watch import Presences, graph_watch
 from actors.launch.presence import Presence, PresenceKind, presence_of
-from actors.picture import GraphPicture
-from actors.tools.contexts import find_place
 from proto.codes import EntryKind
 from proto.frames import GraphEntry
 from tests.actors.meeting import until
@@ -198,14 +198,14 @@ def test_the_same_as_from_the_whole_picture() -> None:
         entry(5, EntryKind.PUBLISHER, "/a", "/t"),
         entry(6, EntryKind.SUBSCRIPTION, "/a", "/u"),
     )
-    picture = GraphPicture({each.key: each for each in entries})
-    assert known.follow(picture)
+    snapshot = GraphSnapshot({each.key: each for each in entries})
+    assert known.follow(snapshot)
     assert known.now == {Presence(PresenceKind.NODE, "/a"), Presence(PresenceKind.TOPIC, "/t")}
     first = known.now
-    assert not known.follow(picture)
-    del picture.entries[4]
-    assert not known.follow(picture)
-    other = GraphPicture({4: entry(4, EntryKind.NODE, "/a"), 5: entry(5, EntryKind.SERVICE, "/a", "/t")})
+    assert not known.follow(snapshot)
+    del snapshot.entries[4]
+    assert not known.follow(snapshot)
+    other = GraphSnapshot({4: entry(4, EntryKind.NODE, "/a"), 5: entry(5, EntryKind.SERVICE, "/a", "/t")})
     assert known.follow(other)
     assert known.now == {presence_of(each) for each in other.entries.values()} - {None}
     assert first == {Presence(PresenceKind.NODE, "/a"), Presence(PresenceKind.TOPIC, "/t")}

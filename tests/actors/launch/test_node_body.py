@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
-from actors import environment
-from actors.arguments import process_arguments
+from actors.config import environment
+from actors.config.arguments import process_arguments
 from actors.interfaces.std_srvs.srv import Empty
 from actors.launch.events import Message, ProcessIO, Stream
 from actors.launch.node_body import NodeBody
@@ -25,7 +25,7 @@ from actors.launch.steps import ProcessSpec
 from actors.launch.voice import MAX_WAITING_BYTES, Voice
 from actors.launch.voice_logs import own_logs, voice_logs
 from actors.launch.voice_streams import voice_streams
-from actors.logger import LoggingSeverity, get_logger
+from actors.logging.logger import LoggingSeverity, get_logger
 from actors.supervision import body as body_module
 from tests.actors.meeting import until
 

@@ -18,7 +18,7 @@ from actors.launch.steps import ProcessSpec
 from actors.supervision import body, process_body
 from actors.supervision.guard import Guard
 from actors.supervision.process import Process
-from proto import process
+from proto.aio import process
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

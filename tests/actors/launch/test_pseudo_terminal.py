@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.launch.pseudo_terminal import CAN_EMULATE, open_terminal
-from proto import process
+from proto.aio import process
 
 if TYPE_CHECKING:
     from collections.abc import Callable

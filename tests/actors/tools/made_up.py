@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from actors.broker_report import BrokerReport
-from actors.picture import GraphPicture
+from actors.graph.broker_report import BrokerReport
+from actors.graph.snapshot import GraphSnapshot
 from actors.tools.overview import Look
 from proto.frames import GraphEntry
 from proto.stats import BrokerStats, LinkStats, TopicStats
@@ -21,9 +21,9 @@ def entry(kind: EntryKind, node: str, name: str = "", type_name: str = STRING) -
     return (kind, node, name, type_name if name else "", "RIHS01_0" if name else "", {})
 
 
-def picture(*entries: tuple[Any, ...]) -> GraphPicture:
+def snapshot(*entries: tuple[Any, ...]) -> GraphSnapshot:
     """Return a graph of these entries."""
-    return GraphPicture(entries={key: GraphEntry(key, *each) for key, each in enumerate(entries, 1)})
+    return GraphSnapshot(entries={key: GraphEntry(key, *each) for key, each in enumerate(entries, 1)})
 
 
 def topic(name: str, **numbers: int) -> TopicStats:
@@ -41,7 +41,7 @@ def link(session: int, *nodes: str, **numbers: Any) -> LinkStats:
 
 def look(
     at: float,
-    graph: GraphPicture,
+    graph: GraphSnapshot,
     *,
     topics: tuple[TopicStats, ...] = (),
     links: tuple[LinkStats, ...] = (),

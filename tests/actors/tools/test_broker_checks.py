@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.broker_report import BrokerReport
-from actors.picture import GraphPicture
-from actors.qos import QoSProfile, ReliabilityPolicy
+from actors.graph.broker_report import BrokerReport
+from actors.graph.snapshot import GraphSnapshot
+from actors.qos.profile import QoSProfile, ReliabilityPolicy
 from actors.tools import broker_checks
 from proto.codes import EntryKind
 from proto.frames import GraphEntry
@@ -39,9 +39,9 @@ def report(
     )
 
 
-def picture(*entries: tuple[EntryKind, str, str, str, str], **profiles: QoSProfile) -> GraphPicture:
+def snapshot(*entries: tuple[EntryKind, str, str, str, str], **profiles: QoSProfile) -> GraphSnapshot:
     """Make a graph of (kind, node, name, type, hash); a node's endpoints have its profile."""
-    made = GraphPicture()
+    made = GraphSnapshot()
     for key, (kind, node, name, type_name, type_hash) in enumerate(entries):
         qos = profiles.get(node, QoSProfile(depth=10)).to_wire()
         made.entries[key] = GraphEntry(key, kind, f"/{node}", name, type_name, type_hash, qos)
@@ -113,7 +113,7 @@ def test_losses_are_told_by_topic() -> None:
 
 def test_types_that_do_not_meet_are_wrong() -> None:
     """Two names on a topic, two definitions of a service's type; a raw subscription takes any."""
-    graph = picture(
+    graph = snapshot(
         (EntryKind.PUBLISHER, "talker", "/chatter", "std_msgs/msg/String", "a"),
         (EntryKind.SUBSCRIPTION, "listener", "/chatter", "std_msgs/msg/Int32", "b"),
         (EntryKind.SUBSCRIPTION, "recorder", "/chatter", "", ""),
@@ -132,7 +132,7 @@ def test_types_that_do_not_meet_are_wrong() -> None:
 
 def test_types_that_meet_are_fine() -> None:
     """A topic and a service may have the same name and different types."""
-    graph = picture(
+    graph = snapshot(
         (EntryKind.PUBLISHER, "talker", "/x", "std_msgs/msg/String", "a"),
         (EntryKind.SUBSCRIPTION, "recorder", "/x", "", ""),
         (EntryKind.SERVICE, "server", "/x", "demo/srv/Add", "b"),
@@ -144,7 +144,7 @@ def test_profiles_that_disagree_are_said_once() -> None:
     """However many publishers have the same profile."""
     hasty = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
     string = ("/chatter", "std_msgs/msg/String", "a")
-    graph = picture(
+    graph = snapshot(
         (EntryKind.PUBLISHER, "talker", *string),
         (EntryKind.PUBLISHER, "second", *string),
         (EntryKind.SUBSCRIPTION, "listener", *string),

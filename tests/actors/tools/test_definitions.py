@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 import actors
-from actors.inspector import Inspector
+from actors.graph.inspector import Inspector
 from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.message import Message, Service
 from actors.interfaces.std_msgs.msg import String

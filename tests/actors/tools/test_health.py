@@ -9,7 +9,7 @@ import threading
 import pytest
 
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.node import Node
+from actors.node.node import Node
 from actors.tools.check import Check
 from actors.tools.health import all_good, examine
 from broker import Broker, BrokerOptions

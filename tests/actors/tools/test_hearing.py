@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
+from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.codec import codec_for
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.picture import GraphPicture
 from actors.tools.hearing import decoder_of, profile_of
 from proto.codes import EntryKind
 from proto.frames import GraphEntry
@@ -38,14 +38,14 @@ def test_what_is_not_known_for_certain_is_read_as_dicts(types: list[str]) -> Non
         GraphEntry(key, EntryKind.PUBLISHER, "/n", "/t", name, "RIHS01_0", {})
         for key, name in enumerate(types)
     ]
-    picture = GraphPicture(entries={entry.key: entry for entry in entries})
-    assert decoder_of(picture, "/t")(HELLO) == {"data": "hello"}
+    snapshot = GraphSnapshot(entries={entry.key: entry for entry in entries})
+    assert decoder_of(snapshot, "/t")(HELLO) == {"data": "hello"}
 
 
 def test_another_definition_of_a_known_type_is_read_as_dicts() -> None:
     """The class at hand has the name, and not the hash."""
     entry = GraphEntry(1, EntryKind.PUBLISHER, "/n", "/t", "std_msgs/msg/String", "RIHS01_0", {})
-    assert decoder_of(GraphPicture(entries={1: entry}), "/t")(HELLO) == {"data": "hello"}
+    assert decoder_of(GraphSnapshot(entries={1: entry}), "/t")(HELLO) == {"data": "hello"}
 
 
 async def test_the_profile_takes_what_is_offered(meeting: Meeting) -> None:
@@ -59,10 +59,10 @@ async def test_the_profile_takes_what_is_offered(meeting: Meeting) -> None:
     ]
     for topic, qos in offers:
         node.create_publisher(String, topic, qos)
-    picture = await node.get_graph()
+    snapshot = await node.get_graph()
 
     def policies(topic: str) -> tuple[int, str, str]:
-        profile = profile_of(picture, topic, depth=7)
+        profile = profile_of(snapshot, topic, depth=7)
         return profile.depth, profile.reliability.name, profile.durability.name
 
     assert policies("/plain") == policies("/nowhere") == (7, "RELIABLE", "VOLATILE")

@@ -9,9 +9,9 @@ from pathlib import Path
 import msgpack
 import pytest
 
+from actors.config.contexts import Context, Contexts, contexts_file
 from actors.tools import machine_checks
 from actors.tools.check import Check
-from actors.tools.contexts import Context, Contexts, contexts_file
 
 
 @pytest.fixture(autouse=True)

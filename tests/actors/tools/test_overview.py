@@ -5,19 +5,19 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
+from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
-from actors.picture import GraphPicture
 from actors.tools.overview import Look, Looks, Overview
 from proto.codes import EntryKind
 from tests.actors.meeting import matched, until
-from tests.actors.tools.made_up import STRING, entry, link, look, picture, topic
+from tests.actors.tools.made_up import STRING, entry, link, look, snapshot, topic
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
 
 NODE, PUBLISHER, SUBSCRIPTION, SERVICE, CLIENT = EntryKind
-PAIR = picture(
+PAIR = snapshot(
     entry(NODE, "/talker"),
     entry(PUBLISHER, "/talker", "/chatter"),
     entry(NODE, "/listener"),
@@ -123,7 +123,7 @@ def test_a_suspended_node_is_shown() -> None:
 
 def test_services_owe_what_their_nodes_owe() -> None:
     """Each server's link once, however many services it has under the name."""
-    graph = picture(
+    graph = snapshot(
         *(entry(SERVICE, node, "/add", "example_interfaces/srv/AddTwoInts") for node in ("/a", "/a", "/b")),
         entry(CLIENT, "/c", "/add", "std_srvs/srv/Empty"),
         entry(CLIENT, "/c", "/nowhere", "std_srvs/srv/Empty"),
@@ -137,7 +137,7 @@ def test_services_owe_what_their_nodes_owe() -> None:
 
 def test_hidden_names_can_be_left_out() -> None:
     """Topics, nodes and services with a token that starts with an underscore."""
-    graph = picture(
+    graph = snapshot(
         *(entry(NODE, name) for name in ("/_tool", "/node")),
         *(entry(PUBLISHER, "/node", name) for name in ("/a/_feedback", "/topic")),
         *(entry(SERVICE, "/node", name) for name in ("/_get", "/service")),
@@ -158,7 +158,7 @@ def test_an_overview_is_json() -> None:
 
 def test_nobody_there() -> None:
     """An empty graph."""
-    assert names(Looks().add(look(1.0, GraphPicture()))) == [[], [], []]
+    assert names(Looks().add(look(1.0, GraphSnapshot()))) == [[], [], []]
 
 
 async def test_a_real_broker_is_seen_as_it_is(meeting: Meeting) -> None:

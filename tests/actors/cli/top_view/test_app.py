@@ -13,7 +13,7 @@ from actors.cli.top_view.rows import SHOWN_ROWS, RowsTable
 from actors.cli.top_view.source import Heard, HeardMessage
 from actors.errors import BrokerUnreachable
 from proto.codes import EntryKind
-from tests.actors.tools.made_up import entry, link, look, picture, topic
+from tests.actors.tools.made_up import entry, link, look, snapshot, topic
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
     import pytest
     from textual.pilot import Pilot
 
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
     from actors.tools.overview import Look
 
 NEVER: Final = 10_000.0
 """The view looks when the test says so."""
-GRAPH: Final = picture(
+GRAPH: Final = snapshot(
     *(entry(EntryKind.NODE, name) for name in ("/a", "/b", "/_tool")),
     *(entry(EntryKind.PUBLISHER, "/a", name) for name in ("/fast", "/slow", "/_hidden", "/idle")),
     entry(EntryKind.SERVICE, "/a", "/add", "example_interfaces/srv/AddTwoInts"),
 )
 
 
-def at_second(second: int, graph: GraphPicture = GRAPH, *, fast: int = 100) -> Look:
+def at_second(second: int, graph: GraphSnapshot = GRAPH, *, fast: int = 100) -> Look:
     """Return a look at a broker that works steadily."""
     return look(
         float(second),
@@ -74,9 +74,9 @@ class FakeSource:
             raise BrokerUnreachable("No broker")
         return self.shown
 
-    async def listen(self, topic: str, picture: GraphPicture) -> FakeEar:
+    async def listen(self, topic: str, snapshot: GraphSnapshot) -> FakeEar:
         """Lend an ear."""
-        assert picture is GRAPH
+        assert snapshot is GRAPH
         self.ears[topic] = FakeEar()
         return self.ears[topic]
 
@@ -201,7 +201,7 @@ async def test_the_cursor_stays_on_its_row() -> None:
         assert here.selected() == "/fast"
         await here.looks(at_second(7), at_second(8), at_second(9), at_second(10))
         assert (here.names()[0], here.selected()) == ("/fast", "/fast")
-        gone = picture(*(entry(EntryKind.PUBLISHER, "/a", name) for name in ("/slow", "/idle")))
+        gone = snapshot(*(entry(EntryKind.PUBLISHER, "/a", name) for name in ("/slow", "/idle")))
         await here.looks(at_second(11, gone))
         assert (here.names(), here.selected()) == (["/slow", "/idle"], "/slow")
 
@@ -248,7 +248,7 @@ async def test_a_topic_is_heard() -> None:
         await here.pilot.pause()
         assert "  /a  0.4 ms\ndata: hi [b]there[/b]" in here.log()
         assert here.text("#heard-of").endswith("delay p50 0.5 ms, p99 21 ms of the last 99  1,234 not shown")
-        await here.looks(at_second(3, picture()))
+        await here.looks(at_second(3, snapshot()))
         assert "  the topic is gone  " in here.text("#heard-of")
         await here.press("escape")
         assert ear.closed
@@ -315,7 +315,7 @@ async def test_no_broker_at_first() -> None:
 
 async def test_more_rows_than_anybody_reads_are_cut() -> None:
     """The filter still finds each of them; the tab says how many there are."""
-    crowd = picture(*(entry(EntryKind.PUBLISHER, "/a", f"/t{number}") for number in range(SHOWN_ROWS + 50)))
+    crowd = snapshot(*(entry(EntryKind.PUBLISHER, "/a", f"/t{number}") for number in range(SHOWN_ROWS + 50)))
     async with screen() as here:
         await here.looks(at_second(3, crowd))
         assert len(here.names()) == SHOWN_ROWS

@@ -30,8 +30,8 @@ async def test_a_lookout_sees_and_hears_from_another_thread(desk: Desk) -> None:
         async with Lookout(options(desk.url)) as source:
             assert source.place == desk.url
             look = await source.look()
-            assert look.picture.nodes() == ["/talker"]
-            ear = await source.listen("/chatter", look.picture)
+            assert look.snapshot.nodes() == ["/talker"]
+            ear = await source.listen("/chatter", look.snapshot)
             await desk.matched(publisher)
             publisher.publish(String(data="hello"))
             async with asyncio.timeout(20):

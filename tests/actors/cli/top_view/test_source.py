@@ -44,8 +44,8 @@ async def test_a_look_is_of_the_others(meeting: Meeting) -> None:
     source = NodeSource(looker, "here")
     ear = await source.listen("/chatter", await looker.get_graph())
     look = await source.look()
-    assert look.picture.nodes() == ["/talker"]
-    assert {entry.node for entry in look.picture.entries.values()} == {"/talker"}
+    assert look.snapshot.nodes() == ["/talker"]
+    assert {entry.node for entry in look.snapshot.entries.values()} == {"/talker"}
     assert look.report.totals.connections == 2
     await ear.close()
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.picture import GraphPicture
+from actors.graph.snapshot import GraphSnapshot
 from proto.codes import EntryKind
 from proto.frames import GraphEntry
 
@@ -55,9 +55,9 @@ GRAPHS = {
 }
 
 
-def picture(text: str) -> GraphPicture:
+def snapshot(text: str) -> GraphSnapshot:
     """Return a graph: a line for each node, with >topic, <topic, ?called and !served."""
-    result = GraphPicture()
+    result = GraphSnapshot()
     for line in text.strip().splitlines():
         node, *endpoints = line.split()
         _add(result, EntryKind.NODE, node, "", "")
@@ -67,15 +67,15 @@ def picture(text: str) -> GraphPicture:
     return result
 
 
-def _add(result: GraphPicture, kind: EntryKind, node: str, name: str, type_name: str) -> None:
+def _add(result: GraphSnapshot, kind: EntryKind, node: str, name: str, type_name: str) -> None:
     key = len(result.entries) + 1
     result.entries[key] = GraphEntry(key, kind, node, name, type_name, "", {})
 
 
 @pytest.fixture
-def graph() -> Callable[[str], GraphPicture]:
+def graph() -> Callable[[str], GraphSnapshot]:
     """Make a graph of a name or of a text."""
-    return lambda text: picture(GRAPHS.get(text, text))
+    return lambda text: snapshot(GRAPHS.get(text, text))
 
 
 @pytest.fixture

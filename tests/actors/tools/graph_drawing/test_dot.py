@@ -13,19 +13,19 @@ from actors.tools.graph_drawing.model import GraphFilter, model_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
 
 
 @pytest.mark.parametrize("nodes_only", [False, True], ids=["all", "nodes"])
 def test_drawings(
-    nodes_only: bool, graph: Callable[[str], GraphPicture], golden: Callable[[str], str]
+    nodes_only: bool, graph: Callable[[str], GraphSnapshot], golden: Callable[[str], str]
 ) -> None:
     """Vertices with labels, edges by their numbers."""
     model = model_of(graph("course"), GraphFilter(nodes_only=nodes_only))
     assert dot_of(model) == golden(f"course_{'nodes' if nodes_only else 'all'}.dot")
 
 
-def test_names_stay_within_their_quotes(graph: Callable[[str], GraphPicture]) -> None:
+def test_names_stay_within_their_quotes(graph: Callable[[str], GraphSnapshot]) -> None:
     """Quotes, backslashes and line ends are escaped."""
     text = dot_of(model_of(graph('/"];evil[label="\\ >/x\x07')))
     labels = re.findall(r'label="((?:[^"\\]|\\.)*)", shape', text)

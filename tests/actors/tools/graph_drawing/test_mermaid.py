@@ -13,19 +13,19 @@ from actors.tools.graph_drawing.model import GraphFilter, model_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
 
 
 @pytest.mark.parametrize("nodes_only", [False, True], ids=["all", "nodes"])
 def test_drawings(
-    nodes_only: bool, graph: Callable[[str], GraphPicture], golden: Callable[[str], str]
+    nodes_only: bool, graph: Callable[[str], GraphSnapshot], golden: Callable[[str], str]
 ) -> None:
     """Vertices with shapes, edges by their numbers."""
     model = model_of(graph("course"), GraphFilter(nodes_only=nodes_only))
     assert mermaid_of(model) == golden(f"course_{'nodes' if nodes_only else 'all'}.mmd")
 
 
-def test_names_stay_within_their_quotes(graph: Callable[[str], GraphPicture]) -> None:
+def test_names_stay_within_their_quotes(graph: Callable[[str], GraphSnapshot]) -> None:
     """What means something to Mermaid, or to the HTML that it makes, becomes a number."""
     (line,) = [each for each in mermaid_of(model_of(graph('/"<b>`#x\\;%%'))).splitlines() if "/" in each]
     label = re.fullmatch(r'  node0\(\["([^"]*)"\]\):::nodes', line)

@@ -21,15 +21,15 @@ from actors.tools.graph_drawing.model import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
 
 
-def names(graph: GraphPicture, **chosen: Any) -> set[str]:
+def names(graph: GraphSnapshot, **chosen: Any) -> set[str]:
     """Return the names of what is drawn."""
     return {vertex.name for vertex in model_of(graph, GraphFilter(**chosen)).vertices}
 
 
-def test_edges_go_the_way_data_goes(graph: Callable[[str], GraphPicture]) -> None:
+def test_edges_go_the_way_data_goes(graph: Callable[[str], GraphSnapshot]) -> None:
     """From publishers and clients to topics and services, from there to subscriptions and servers."""
     found = model_of(graph("/a >/x ?/s\n/b </x !/s")).edges
     a, b = Vertex(Kind.NODE, "/a"), Vertex(Kind.NODE, "/b")
@@ -43,12 +43,12 @@ def test_edges_go_the_way_data_goes(graph: Callable[[str], GraphPicture]) -> Non
     assert list(found) == sorted(found)
 
 
-def test_a_service_and_a_node_may_have_one_name(graph: Callable[[str], GraphPicture]) -> None:
+def test_a_service_and_a_node_may_have_one_name(graph: Callable[[str], GraphSnapshot]) -> None:
     """They are two vertices."""
     assert [vertex.kind for vertex in model_of(graph("/x !/x")).vertices] == [Kind.NODE, Kind.SERVICE]
 
 
-def test_two_publishers_of_a_node_are_one_arrow(graph: Callable[[str], GraphPicture]) -> None:
+def test_two_publishers_of_a_node_are_one_arrow(graph: Callable[[str], GraphSnapshot]) -> None:
     """A picture says who talks to whom, not how often they have said so."""
     assert len(model_of(graph("/a >/x >/x")).edges) == 1
 
@@ -67,7 +67,7 @@ def test_two_publishers_of_a_node_are_one_arrow(graph: Callable[[str], GraphPict
     ids=str,
 )
 def test_what_is_left_out(
-    chosen: dict[str, bool], expected: str, graph: Callable[[str], GraphPicture]
+    chosen: dict[str, bool], expected: str, graph: Callable[[str], GraphSnapshot]
 ) -> None:
     """Hidden names and what serves debugging, unless it is asked for; the rest only if asked for."""
     drawn = graph(
@@ -76,24 +76,24 @@ def test_what_is_left_out(
     assert names(drawn, **chosen) == set(expected.split())
 
 
-def test_a_leaf_may_have_a_subscription_only(graph: Callable[[str], GraphPicture]) -> None:
+def test_a_leaf_may_have_a_subscription_only(graph: Callable[[str], GraphSnapshot]) -> None:
     """A topic that nobody publishes on is no dead sink, but a leaf."""
     assert names(graph("/a </x"), dead_sinks=False) == {"/a", "/x"}
     assert names(graph("/a </x"), leaf_topics=False) == {"/a"}
 
 
-def test_nodes_of_command_lines_serve_debugging(graph: Callable[[str], GraphPicture]) -> None:
+def test_nodes_of_command_lines_serve_debugging(graph: Callable[[str], GraphSnapshot]) -> None:
     """They are left out although hidden names are asked for."""
     assert names(graph("/_callboard_cli_1 </x\n/a >/x"), hidden=True) == {"/a", "/x"}
 
 
-def test_a_namespace_is_whole_tokens(graph: Callable[[str], GraphPicture]) -> None:
+def test_a_namespace_is_whole_tokens(graph: Callable[[str], GraphSnapshot]) -> None:
     """Topics outside it are drawn if a node inside has to do with them."""
     drawn = graph("/r1/a >/x\n/r1/deep/b >/y\n/r10/c </x\n/d </y >/z")
     assert names(drawn, namespace="/r1") == {"/r1/a", "/r1/deep/b", "/x", "/y"}
 
 
-def test_nodes_only_names_topics_at_the_arrows(graph: Callable[[str], GraphPicture]) -> None:
+def test_nodes_only_names_topics_at_the_arrows(graph: Callable[[str], GraphSnapshot]) -> None:
     """One arrow for each pair and kind; a topic with one end makes none."""
     drawn = graph("/a >/x >/y ?/s >/dead\n/b </x </y !/s >/y")
     a, b = Vertex(Kind.NODE, "/a"), Vertex(Kind.NODE, "/b")
@@ -105,7 +105,7 @@ def test_nodes_only_names_topics_at_the_arrows(graph: Callable[[str], GraphPictu
 
 
 def test_too_many_arrows_are_refused(
-    graph: Callable[[str], GraphPicture], monkeypatch: pytest.MonkeyPatch
+    graph: Callable[[str], GraphSnapshot], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Before they are made."""
     monkeypatch.setattr(model_module, "MAX_DIRECT_EDGES", 3)
@@ -115,7 +115,7 @@ def test_too_many_arrows_are_refused(
         model_of(drawn, GraphFilter(nodes_only=True))
 
 
-def test_document(graph: Callable[[str], GraphPicture]) -> None:
+def test_document(graph: Callable[[str], GraphSnapshot]) -> None:
     """Plain data with types; names at the arrows with nodes only."""
     drawn = graph("/a >/x\n/b </x !/s")
     assert document_of(model_of(drawn)) == {

@@ -15,7 +15,7 @@ from actors.tools.graph_drawing.svg import svg_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -33,7 +33,7 @@ def shapes(text: str, kind: str) -> dict[str, tuple[float, float, float, float]]
 
 @pytest.mark.parametrize("nodes_only", [False, True], ids=["all", "nodes"])
 def test_drawings(
-    nodes_only: bool, graph: Callable[[str], GraphPicture], golden: Callable[[str], str]
+    nodes_only: bool, graph: Callable[[str], GraphSnapshot], golden: Callable[[str], str]
 ) -> None:
     """They look as they have been looked at."""
     model = model_of(graph("course"), GraphFilter(nodes_only=nodes_only))
@@ -41,7 +41,7 @@ def test_drawings(
 
 
 @pytest.mark.parametrize("name", ["course", "circle", "robot", "empty"])
-def test_everything_is_there_once(name: str, graph: Callable[[str], GraphPicture]) -> None:
+def test_everything_is_there_once(name: str, graph: Callable[[str], GraphSnapshot]) -> None:
     """It is XML, each name is on it once, and those who cannot see it are told how much there is."""
     model = model_of(graph(name))
     root = ET.fromstring(svg_of(model))
@@ -52,7 +52,7 @@ def test_everything_is_there_once(name: str, graph: Callable[[str], GraphPicture
     assert str(told.text).startswith(f"{len(model.of_kind(Kind.NODE))} node")
 
 
-def test_boxes_do_not_overlap(graph: Callable[[str], GraphPicture]) -> None:
+def test_boxes_do_not_overlap(graph: Callable[[str], GraphSnapshot]) -> None:
     """Those of the nodes and topics of a connected graph, and they are within the picture."""
     text = svg_of(model_of(graph("robot"), GraphFilter(services=False)))
     boxes = shapes(text, "node") | shapes(text, "topic")
@@ -67,7 +67,7 @@ def test_boxes_do_not_overlap(graph: Callable[[str], GraphPicture]) -> None:
     assert all(box[0] >= 0 and box[2] <= width for box in placed)
 
 
-def test_names_are_escaped(graph: Callable[[str], GraphPicture]) -> None:
+def test_names_are_escaped(graph: Callable[[str], GraphSnapshot]) -> None:
     """Whatever they are, they are texts: no markup, and nothing that XML forbids."""
     text = svg_of(model_of(graph("/<script>&\"' >/]]>\x00\ud800\n/\uffff")))
     labels = {label.text for label in ET.fromstring(text).iter(f"{SVG}text")}
@@ -75,12 +75,12 @@ def test_names_are_escaped(graph: Callable[[str], GraphPicture]) -> None:
     assert "<script" not in text
 
 
-def test_types_are_told_at_a_topic(graph: Callable[[str], GraphPicture]) -> None:
+def test_types_are_told_at_a_topic(graph: Callable[[str], GraphSnapshot]) -> None:
     """By a title, which a browser shows where one points."""
     assert "<title>/x [example_msgs/msg/Publisher]</title>" in svg_of(model_of(graph("/a >/x")))
 
 
-def test_a_long_chain_is_folded(graph: Callable[[str], GraphPicture]) -> None:
+def test_a_long_chain_is_folded(graph: Callable[[str], GraphSnapshot]) -> None:
     """A picture is not wider than what can be looked at."""
     chain = "\n".join(f"/node_number_{at} </topic_{at} >/topic_{at + 1}" for at in range(12))
     width = re.search(r' width="([\d.]+)"', svg_of(model_of(graph(chain))))
@@ -88,14 +88,14 @@ def test_a_long_chain_is_folded(graph: Callable[[str], GraphPicture]) -> None:
     assert float(width[1]) < 1700
 
 
-def test_the_legend_shows_what_is_there(graph: Callable[[str], GraphPicture]) -> None:
+def test_the_legend_shows_what_is_there(graph: Callable[[str], GraphSnapshot]) -> None:
     """No service, no sample of one."""
     text = svg_of(model_of(graph("/a >/x")))
     assert '<text x="30">topic</text>' in text
     assert '<text x="30">service</text>' not in text
 
 
-def test_too_much_is_refused(graph: Callable[[str], GraphPicture], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_much_is_refused(graph: Callable[[str], GraphSnapshot], monkeypatch: pytest.MonkeyPatch) -> None:
     """Before it is laid out."""
     model = model_of(graph("/a >/x"))
     monkeypatch.setattr(svg_module, "MAX_DRAWN", 2)

@@ -14,13 +14,13 @@ from actors.tools.graph_drawing.text import listing_of, text_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.picture import GraphPicture
+    from actors.graph.snapshot import GraphSnapshot
 
 
 @pytest.mark.parametrize("name", ["course", "circle", "robot", "empty"])
 @pytest.mark.parametrize("nodes_only", [False, True], ids=["all", "nodes"])
 def test_drawings(
-    name: str, nodes_only: bool, graph: Callable[[str], GraphPicture], golden: Callable[[str], str]
+    name: str, nodes_only: bool, graph: Callable[[str], GraphSnapshot], golden: Callable[[str], str]
 ) -> None:
     """They look as they have been looked at."""
     model = model_of(graph(name), GraphFilter(nodes_only=nodes_only))
@@ -29,7 +29,7 @@ def test_drawings(
 
 @pytest.mark.parametrize("width", [95, 130])
 def test_a_drawing_is_folded_until_it_fits(
-    width: int, graph: Callable[[str], GraphPicture], golden: Callable[[str], str]
+    width: int, graph: Callable[[str], GraphSnapshot], golden: Callable[[str], str]
 ) -> None:
     """It is as wide as there are columns at most, and shows all names all the same."""
     model = model_of(graph("robot"))
@@ -39,7 +39,7 @@ def test_a_drawing_is_folded_until_it_fits(
     assert all(vertex.name in text for vertex in model.vertices)
 
 
-def test_what_does_not_fit_is_listed(graph: Callable[[str], GraphPicture]) -> None:
+def test_what_does_not_fit_is_listed(graph: Callable[[str], GraphSnapshot]) -> None:
     """Whatever the width, also if the one thing that is too wide is a node without a topic."""
     model = model_of(graph("course"))
     assert text_of(model, width=40) == listing_of(model)
@@ -49,7 +49,7 @@ def test_what_does_not_fit_is_listed(graph: Callable[[str], GraphPicture]) -> No
 
 
 def test_what_is_too_large_is_listed(
-    graph: Callable[[str], GraphPicture], monkeypatch: pytest.MonkeyPatch
+    graph: Callable[[str], GraphSnapshot], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Lines of very many nodes cannot be followed."""
     model = model_of(graph("circle"))
@@ -60,7 +60,7 @@ def test_what_is_too_large_is_listed(
 
 
 def test_too_many_lines_are_listed(
-    graph: Callable[[str], GraphPicture], monkeypatch: pytest.MonkeyPatch
+    graph: Callable[[str], GraphSnapshot], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also of few nodes: each arrow from node to node has a label, which takes the place of a vertex."""
     names = [f"/n{number:02}" for number in range(25)]
@@ -73,7 +73,7 @@ def test_too_many_lines_are_listed(
     assert text_of(model_of(mesh)) == listing_of(model_of(mesh))
 
 
-def test_listing(graph: Callable[[str], GraphPicture]) -> None:
+def test_listing(graph: Callable[[str], GraphSnapshot]) -> None:
     """Each node, and what it does."""
     drawn = graph("/a >/x ?/s\n/b </x !/s\n/c")
     assert listing_of(model_of(drawn)).splitlines() == [
@@ -94,7 +94,7 @@ def test_listing(graph: Callable[[str], GraphPicture]) -> None:
     ]
 
 
-def test_ascii(graph: Callable[[str], GraphPicture]) -> None:
+def test_ascii(graph: Callable[[str], GraphSnapshot]) -> None:
     """The same drawing without box characters."""
     model = model_of(graph("robot"))
     plain, boxed = text_of(model, ascii_only=True), text_of(model)
@@ -103,7 +103,7 @@ def test_ascii(graph: Callable[[str], GraphPicture]) -> None:
     assert "| /lidar  +--> /scan" in plain
 
 
-def test_color_changes_no_character(graph: Callable[[str], GraphPicture]) -> None:
+def test_color_changes_no_character(graph: Callable[[str], GraphSnapshot]) -> None:
     """A topic's lines have its colour, whichever of its sides they are on; every line ends plain."""
     model = model_of(graph("robot"))
     colored = text_of(model, color=True)
@@ -111,7 +111,7 @@ def test_color_changes_no_character(graph: Callable[[str], GraphPicture]) -> Non
     assert all(line.rfind("\x1b[0m") == line.rfind("\x1b") for line in colored.splitlines() if line)
 
 
-def test_names_cannot_steer_a_terminal(graph: Callable[[str], GraphPicture]) -> None:
+def test_names_cannot_steer_a_terminal(graph: Callable[[str], GraphSnapshot]) -> None:
     """They are escaped, and boxes have room for what they become."""
     text = text_of(model_of(graph("/a\x1b[2J >/\u202ex\n/ü漢")))
     assert "\x1b" not in text

@@ -1,0 +1,178 @@
+"""A turn: a coroutine callback on its way through the mailbox, which it lets go of while it waits for a call.
+
+The calls find their turn through a context variable, which child tasks inherit.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.callbacks.functions import ENDS_PROGRAM
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine, Generator
+
+    from actors.callbacks.mailbox import Mailbox
+    from actors.callbacks.timing import CallbackTiming
+
+current_callback_task: Final[ContextVar[CallbackTask | None]] = ContextVar("callboard_turn", default=None)
+
+
+class CallbackTask:
+    """One coroutine callback on its way through the mailbox.
+
+    Args:
+        mailbox: Where it runs.
+        coroutine: What the callback returned.
+        ended: Called with the result, or with the exception that the callback raised.
+        timing: Gets what its steps take.
+        beside: Run whether or not the mailbox is free (`concurrent=True`).
+    """
+
+    __slots__ = (
+        "_calls",
+        "_cancelled",
+        "_coroutine",
+        "_ended",
+        "_mailbox",
+        "_suspended",
+        "_task",
+        "_timing",
+        "beside",
+        "holding",
+    )
+
+    def __init__(
+        self,
+        mailbox: Mailbox,
+        coroutine: Coroutine[Any, Any, Any],
+        ended: Callable[[Any, BaseException | None], None],
+        *,
+        timing: CallbackTiming,
+        beside: bool = False,
+    ) -> None:
+        self._mailbox = mailbox
+        self._coroutine = coroutine
+        self._ended = ended
+        self._timing = timing
+        self.beside = beside
+        self._calls = 0
+        self._suspended = False
+        self._cancelled = False
+        self._task: asyncio.Task[Any] | None = None
+        self.holding = False
+
+    def call_started(self) -> None:
+        """A callboard call made in this turn is in flight."""
+        self._calls += 1
+        if self._suspended:
+            self._let_go()
+
+    def call_ended(self) -> None:
+        """That call is over."""
+        self._calls -= 1
+
+    def cancel(self) -> None:
+        """Cancel the callback; its coroutine sees CancelledError."""
+        if not self._cancelled:
+            self._cancelled = True
+            if self._task is not None:
+                self._task.cancel()
+
+    @property
+    def task(self) -> asyncio.Task[Any] | None:
+        """The task it runs in; None before and after."""
+        return self._task
+
+    @property
+    def name(self) -> str:
+        """The callback's name, for messages."""
+        return getattr(self._coroutine, "__qualname__", None) or repr(self._coroutine)
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether `cancel` was called: a CancelledError without it is an error of the callback's."""
+        return self._cancelled
+
+    def discard(self) -> None:
+        """The turn will never run."""
+        self._cancelled = True
+        self._coroutine.close()
+        self._mailbox.turn_ended(self)
+
+    def _let_go(self) -> None:
+        if self.holding:
+            self.holding = False
+            self._mailbox.release()
+
+    async def run(self) -> None:
+        """Run the callback to its end in the current task."""
+        task = self._task = asyncio.current_task()
+        assert task is not None
+        current_callback_task.set(self)
+        result: Any = None
+        failure: BaseException | None = None
+        try:
+            if self._cancelled:
+                self._coroutine.close()
+                raise asyncio.CancelledError
+            result = await self
+        except asyncio.CancelledError as error:
+            if task.cancelling() and self._mailbox.closed:
+                raise
+            # Otherwise the callback was to be cancelled, or something that it awaited was, or it cancelled
+            # the task it found itself in: all end the callback, none the worker.
+            failure = error
+        except SystemExit as error:
+            if not self._mailbox.exited(error):
+                raise
+            return
+        except (*ENDS_PROGRAM, GeneratorExit):  # the last: the loop has closed under this task
+            raise
+        except BaseException as error:  # noqa: BLE001 - the owner of the callback decides what an error means
+            failure = error
+        finally:
+            current_callback_task.set(
+                None
+            )  # not reset: an abandoned turn is ended in whatever context there is
+            self._task = None
+            self._mailbox.turn_ended(self)
+        while task.cancelling() and not self._mailbox.closed:
+            task.uncancel()
+        self._ended(result, failure)
+
+    def __await__(self) -> Generator[Any, Any, Any]:
+        """Drive the coroutine, letting go of the mailbox at each suspension with a call in flight."""
+        error: BaseException | None = None
+        value: Any = None
+        timing, clock = self._timing, self._timing.clock
+        first = began = clock()
+        while True:
+            try:
+                waiting = self._coroutine.send(value) if error is None else self._coroutine.throw(error)
+            except StopIteration as stop:
+                return stop.value
+            finally:
+                now = clock()
+                timing.stepped(now - began, now - first)
+            self._suspended = True
+            if self._calls:
+                self._let_go()
+            value = error = None
+            try:
+                value = yield waiting
+            except GeneratorExit:  # abandoned: nobody runs this any more
+                self._coroutine.close()
+                raise
+            except BaseException as thrown:  # noqa: BLE001 - handed on to the coroutine unchanged
+                error = thrown
+            self._suspended = False
+            # A cancellation does not let it go on beside another callback: it waits for its turn, too.
+            while not (self.holding or self.beside or self._mailbox.closed):
+                try:
+                    yield from self._mailbox.take(self).__await__()
+                except asyncio.CancelledError as thrown:
+                    error = thrown  # as in any task, it outranks what was awaited
+            began = clock()

@@ -1,0 +1,198 @@
+"""ROS 2's command-line arguments: what stands between `--ros-args` and `--`."""
+
+from __future__ import annotations
+
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from actors.config.remapping import RemapRule
+from actors.logging.logger import LoggingSeverity, severity_from_name
+from actors.parameters.overrides import ParameterOverride, load_parameter_file, overrides_for
+from proto.errors import CallboardError, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from actors.parameters.types import ParameterValue
+
+
+class InvalidRosArgumentError(CallboardError, ValueError):
+    """An argument after `--ros-args` is unknown, incomplete or wrong.
+
+    Attributes:
+        argument: The offending text.
+    """
+
+    def __init__(self, argument: str, reason: str) -> None:
+        lines = [shown(line) for line in reason.splitlines()]
+        super().__init__(
+            "\n".join([f"Failed to parse ROS arguments: '{shown(argument)}': {lines[0]}", *lines[1:]])
+        )
+        self.argument = argument
+
+
+@dataclass(frozen=True, kw_only=True)
+class RosArguments:
+    """What a command line says to the nodes of a process."""
+
+    remap_rules: tuple[RemapRule, ...] = ()
+    """In the order given; the first that matches is applied."""
+    parameter_overrides: tuple[ParameterOverride, ...] = ()
+    """From `-p` and from files, in the order given; the last that matches wins."""
+    log_level: LoggingSeverity | None = None
+    """For all loggers."""
+    logger_levels: tuple[tuple[str, LoggingSeverity], ...] = ()
+    """For single loggers, in the order given."""
+    log_config_file: str | None = None
+    """Accepted; nothing reads it yet."""
+    log_file_name: str | None = None
+    """Accepted; nothing reads it yet."""
+    enclave: str | None = None
+    """Accepted; nothing reads it yet."""
+    rosout_logs: bool = True
+    """Accepted; nothing publishes /rosout yet."""
+    stdout_logs: bool = True
+    """Whether the script's log lines go to the terminal."""
+    external_lib_logs: bool = True
+    """Accepted; there is no external logging library."""
+    remaining: tuple[str, ...] = ()
+    """All that is not for ROS, in order."""
+
+    def parameters_for(self, full_node_name: str) -> dict[str, ParameterValue]:
+        """Return the parameter values for one node."""
+        return overrides_for(self.parameter_overrides, full_node_name)
+
+
+process_arguments: Final[ContextVar[RosArguments | None]] = ContextVar(
+    "callboard_process_arguments", default=None
+)
+"""What `actors.run` found on the command line; nodes take it unless `use_global_arguments=False`."""
+
+
+class _Builder:
+    def __init__(self) -> None:
+        self.rules: list[RemapRule] = []
+        self.overrides: list[ParameterOverride] = []
+        self.level: LoggingSeverity | None = None
+        self.logger_levels: list[tuple[str, LoggingSeverity]] = []
+        self.texts: dict[str, str] = {}
+        self.switches = {"rosout": True, "stdout": True, "external-lib": True}
+        self.remaining: list[str] = []
+        self.unknown: list[str] = []
+
+    def build(self) -> RosArguments:
+        return RosArguments(
+            remap_rules=tuple(self.rules),
+            parameter_overrides=tuple(self.overrides),
+            log_level=self.level,
+            logger_levels=tuple(self.logger_levels),
+            log_config_file=self.texts.get("--log-config-file"),
+            log_file_name=self.texts.get("--log-file-name"),
+            enclave=self.texts.get("--enclave"),
+            rosout_logs=self.switches["rosout"],
+            stdout_logs=self.switches["stdout"],
+            external_lib_logs=self.switches["external-lib"],
+            remaining=tuple(self.remaining),
+        )
+
+    def remap(self, text: str) -> None:
+        self.rules.append(RemapRule.parse(text))
+
+    def param(self, text: str) -> None:
+        self.overrides.append(ParameterOverride.parse(text))
+
+    def params_file(self, path: str) -> None:
+        self.overrides.extend(load_parameter_file(path))
+
+    def log_level(self, text: str) -> None:
+        name, separator, word = text.rpartition(":=")
+        if not separator:
+            self.level = severity_from_name(word)
+        elif name:
+            self.logger_levels.append((name, severity_from_name(word)))
+        else:
+            raise ValueError("expected level or logger:=level, such as DEBUG or talker:=DEBUG")
+
+    def text(self, flag: str) -> Callable[[str], None]:
+        def keep(text: str) -> None:
+            self.texts[flag] = text
+
+        return keep
+
+
+_ALIASES: Final = {"-r": "--remap", "-p": "--param", "-e": "--enclave"}
+_EXPECTED: Final = {
+    "--remap": "from:=to",
+    "--param": "name:=value",
+    "--params-file": "a YAML file",
+    "--log-level": "a level, such as DEBUG",
+    "--log-config-file": "a file name",
+    "--log-file-name": "a file name",
+    "--enclave": "an enclave name",
+}
+
+
+def parse_ros_arguments(argv: Sequence[str]) -> RosArguments:
+    """Read a command line, with or without the program's name at its start.
+
+    Only what stands between `--ros-args` and the next `--` (or the end) is for ROS; there may be several such
+    sections. The rest, with further `--`, is kept for the program.
+
+    Raises:
+        InvalidRosArgumentError: Something in a section is unknown, lacks its value, or has a wrong one; a
+            parameter file cannot be used.
+    """
+    builder = _Builder()
+    handlers = _handlers(builder)
+    arguments = iter(argv)
+    for argument in arguments:
+        if argument == "--ros-args":
+            _parse_section(arguments, builder, handlers)
+        else:
+            builder.remaining.append(argument)
+    if builder.unknown:
+        hint = "a remap rule needs -r before it, a parameter -p"
+        raise InvalidRosArgumentError(" ".join(builder.unknown), f"Found unknown ROS arguments; {hint}")
+    return builder.build()
+
+
+def _parse_section(
+    arguments: Iterator[str], builder: _Builder, handlers: dict[str, Callable[[str], None]]
+) -> None:
+    for argument in arguments:
+        if argument == "--":
+            return
+        flag = _ALIASES.get(argument, argument)
+        if flag in handlers:
+            _apply(argument, handlers[flag], next(arguments, None), _EXPECTED[flag])
+        elif not _switch(flag, builder) and flag != "--ros-args":
+            builder.unknown.append(argument)
+
+
+def _apply(argument: str, handler: Callable[[str], None], value: str | None, expected: str) -> None:
+    if value is None:
+        raise InvalidRosArgumentError(argument, f"a value is missing, expected {expected}")
+    try:
+        handler(value)
+    except ValueError as error:
+        raise InvalidRosArgumentError(f"{argument} {value}", str(error)) from error
+
+
+def _switch(flag: str, builder: _Builder) -> bool:
+    for verb in ("enable", "disable"):
+        name = flag.removeprefix(f"--{verb}-").removesuffix("-logs")
+        if flag == f"--{verb}-{name}-logs" and name in builder.switches:
+            builder.switches[name] = verb == "enable"
+            return True
+    return False
+
+
+def _handlers(builder: _Builder) -> dict[str, Callable[[str], None]]:
+    return {
+        "--remap": builder.remap,
+        "--param": builder.param,
+        "--params-file": builder.params_file,
+        "--log-level": builder.log_level,
+        **{flag: builder.text(flag) for flag in ("--log-config-file", "--log-file-name", "--enclave")},
+    }

@@ -1,0 +1,361 @@
+"""Named brokers, and which one is meant when nobody says.
+
+    with Contexts.changing() as contexts:
+        contexts.add("robot", Context(url="callboard://robot:7411", domain=3))
+        contexts.use("robot")
+    find_place()  # where nodes and commands go now
+
+They stand in `callboard/contexts.toml` in the XDG configuration directory. A broker asks for no credentials
+yet; the file is readable by its owner only, so that it can keep them some day.
+
+Where to go is decided in this order: what the caller says (`--url`, `--domain`), the context that the caller
+names (`--context`), CALLBOARD_URL and CALLBOARD_DOMAIN, the context that CALLBOARD_CONTEXT names, the one in
+use, the default. A context that the environment or the file chooses has no say when a URL is given: its
+domain belongs to its broker.
+"""
+
+# Every command and node asks here: importing pathlib would take it some milliseconds.
+# ruff: noqa: PTH103, PTH105, PTH118, PTH120, PTH123
+from __future__ import annotations
+
+import os
+import re
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
+
+from actors.config import environment
+from proto.errors import CallboardError, shown
+from proto.limits import MAX_DOMAIN
+from proto.url import DEFAULT_URL, parse_urls
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterable
+    from typing import Self
+
+    from proto.url import BrokerUrl
+
+DEFAULT: Final = "default"
+"""The context that is always there: the default URL and no domain of its own."""
+
+T = TypeVar("T")
+
+MAX_CONTEXTS: Final = 1000
+LOCK_TIMEOUT_SEC: Final = 5.0
+LOCK_RETRY_SEC: Final = 0.01
+MAX_FILE_BYTES: Final = 1024 * 1024
+_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+_HEADER: Final = "# Written by `callboard context`, which keeps no comments.\n"
+
+
+class ContextError(CallboardError, ValueError):
+    """There is no such context, it cannot be made, or the file is broken; the text says which and where."""
+
+
+class UnknownContextError(ContextError):
+    """There is no context of that name.
+
+    Attributes:
+        name: The name that was asked for.
+        known: The names of those that there are.
+    """
+
+    def __init__(self, name: str, known: tuple[str, ...], source: str = "") -> None:
+        super().__init__(f"No context '{shown(name)}'{f' ({source})' if source else ''}")
+        self.name = name
+        self.known = known
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Context:
+    """One named broker.
+
+    Attributes:
+        url: Where it is; several with commas.
+        domain: Which of its graphs, 0 to 232; None leaves it to CALLBOARD_DOMAIN.
+        description: For people: one line.
+    """
+
+    url: str = DEFAULT_URL
+    domain: int | None = None
+    description: str = ""
+
+
+class Place(NamedTuple):
+    """Where to go.
+
+    Attributes:
+        urls: The brokers, in the order in which to try them.
+        domain: Which graph.
+        url_from: What the URL comes from, for people: "--url", "CALLBOARD_URL", "context 'robot'", "default".
+        domain_from: The same of the domain.
+    """
+
+    urls: tuple[BrokerUrl, ...]
+    domain: int
+    url_from: str
+    domain_from: str
+
+    @property
+    def url(self) -> str:
+        """The URLs as one text."""
+        return ",".join(map(str, self.urls))
+
+
+def contexts_file() -> str:
+    """Return the path where the contexts stand, whether there is such a file or not."""
+    return os.path.join(environment.config_folder(), "contexts.toml")
+
+
+@dataclass(slots=True)
+class Contexts:
+    """All named brokers, and the one in use. Changes are kept by `changing`, or by `save`."""
+
+    named: dict[str, Context] = field(default_factory=dict[str, Context])
+    current: str = DEFAULT
+
+    @classmethod
+    @contextmanager
+    def changing(cls) -> Generator[Self]:
+        """Read the file, and write it at the end, if nothing is raised; meanwhile nobody else changes it.
+
+        Raises:
+            ContextError: The file is broken or cannot be written, or others have held it for 5 s.
+        """
+        with _locked(contexts_file()):
+            contexts = cls.load()
+            yield contexts
+            contexts.save()
+
+    @classmethod
+    def load(cls) -> Self:
+        """Read the file; without one there is only the default.
+
+        Raises:
+            ContextError: The file is broken; the text names it, and the line or the key.
+        """
+        file = contexts_file()
+        try:
+            with open(file, "rb") as stream:
+                content = stream.read(MAX_FILE_BYTES + 1)
+        except FileNotFoundError:
+            return cls()
+        except OSError as error:
+            raise ContextError(f"Cannot read {file}: {error.strerror}") from error
+        if len(content) > MAX_FILE_BYTES:
+            raise ContextError(f"{file} is longer than {MAX_FILE_BYTES} bytes")
+        try:
+            return cls(*_read(content))
+        except ValueError as error:
+            raise ContextError(f"{file}: {shown(str(error))}") from error
+
+    def save(self) -> None:
+        """Write the file, whole or not at all, for its owner only.
+
+        Raises:
+            ContextError: It cannot be written.
+        """
+        file = contexts_file()
+        new = f"{file}.{os.getpid()}.new"
+        try:
+            os.makedirs(os.path.dirname(file), mode=0o700, exist_ok=True)
+            with open(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as stream:
+                stream.write(self._text().encode())
+            os.replace(new, file)
+        except OSError as error:
+            raise ContextError(f"Cannot write {file}: {error.strerror}") from error
+
+    def names(self) -> tuple[str, ...]:
+        """Return all names, the default first."""
+        return (DEFAULT, *sorted(self.named))
+
+    def get(self, name: str, source: str = "") -> Context:
+        """Return a context.
+
+        Raises:
+            UnknownContextError: There is none; the text says that `source` has asked for it.
+        """
+        if name == DEFAULT:
+            return Context(description="callboard's default")
+        if name not in self.named:
+            raise UnknownContextError(name, self.names(), source)
+        return self.named[name]
+
+    def add(self, name: str, context: Context, *, replace: bool = False) -> None:
+        """Take in a context.
+
+        Raises:
+            ContextError: The name is taken or cannot be one, or there are too many.
+            InvalidUrlError: The URL cannot be read.
+        """
+        _check_name(name)
+        if name in self.named and not replace:
+            raise ContextError(f"There is a context '{name}' already")
+        if name not in self.named and len(self.named) >= MAX_CONTEXTS:
+            raise ContextError(f"There are {MAX_CONTEXTS} contexts: remove one")
+        self.named[name] = _checked(context)
+
+    def remove(self, name: str) -> None:
+        """Forget a context; if it is in use, the default is from now on.
+
+        Raises:
+            ContextError: There is none, or it is the default.
+        """
+        if name == DEFAULT:
+            raise ContextError(f"The context '{DEFAULT}' is always there")
+        self.get(name)
+        del self.named[name]
+        if self.current == name:
+            self.current = DEFAULT
+
+    def use(self, name: str) -> None:
+        """Take a context for whoever says nothing else.
+
+        Raises:
+            UnknownContextError: There is none.
+        """
+        self.get(name)
+        self.current = name
+
+    def _text(self) -> str:
+        lines = [_HEADER, f"current = {_quoted(self.current)}\n"]
+        for name, context in sorted(self.named.items()):
+            lines.append(f"\n[contexts.{name}]\nurl = {_quoted(context.url)}\n")
+            if context.domain is not None:
+                lines.append(f"domain = {context.domain}\n")
+            if context.description:
+                lines.append(f"description = {_quoted(context.description)}\n")
+        return "".join(lines)
+
+
+@contextmanager
+def _locked(file: str) -> Generator[None]:
+    """Be the only process that changes a file; the lock goes with the process that holds it."""
+    try:
+        import fcntl  # noqa: PLC0415 - only for changes
+    except ImportError:  # Windows: whoever writes last wins
+        yield
+        return
+    try:
+        os.makedirs(os.path.dirname(file), mode=0o700, exist_ok=True)
+        lock = os.open(f"{file}.lock", os.O_RDWR | os.O_CREAT, 0o600)
+    except OSError as error:
+        raise ContextError(f"Cannot write {file}: {error.strerror}") from error
+    try:
+        deadline = time.monotonic() + LOCK_TIMEOUT_SEC
+        while True:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                if time.monotonic() > deadline:
+                    raise ContextError(f"Another process is changing {file}: try again") from None
+            time.sleep(LOCK_RETRY_SEC)
+        yield
+    finally:
+        os.close(lock)
+
+
+def find_place(url: str | None = None, domain: int | None = None, context: str | None = None) -> Place:
+    """Return where to go; None is what the caller leaves open.
+
+    The file of contexts is read only if a context has a say.
+
+    Raises:
+        InvalidUrlError: The URL that counts cannot be read.
+        InvalidEnvironmentError: CALLBOARD_DOMAIN is wrong.
+        ContextError: No such context, or a broken file.
+    """
+    variable = environment.broker_url()
+    name, chosen = context, Contexts.load().get(context) if context is not None else None
+    if url is None and chosen is None and variable is None:
+        name, chosen = _ambient()
+    source = DEFAULT if name == DEFAULT else f"context '{name}'"
+    text, url_from = _first(
+        ((url, "--url"), (chosen.url if chosen else None, source), (variable, "CALLBOARD_URL")),
+        otherwise=DEFAULT_URL,
+    )
+    own = (chosen.domain if chosen else None, source)
+    general = (environment.domain_id(), "CALLBOARD_DOMAIN")
+    further = (general, own) if context is None else (own, general)
+    graph, domain_from = _first(((domain, "--domain"), *further), otherwise=0)
+    return Place(parse_urls(text), graph, url_from, domain_from)
+
+
+def _first(offers: Iterable[tuple[T | None, str]], *, otherwise: T) -> tuple[T, str]:
+    """Return the first offer that says something."""
+    for offer, source in offers:
+        if offer is not None:
+            return offer, source
+    return otherwise, DEFAULT
+
+
+def _ambient() -> tuple[str, Context]:
+    """Return the context that the environment or the file chooses."""
+    name = environment.context_name()
+    if name == DEFAULT:
+        return DEFAULT, Context()
+    contexts = Contexts.load()
+    if name is None:
+        return contexts.current, contexts.get(contexts.current, f"in use in {contexts_file()}")
+    return name, contexts.get(name, "CALLBOARD_CONTEXT")
+
+
+def _check_name(name: str) -> None:
+    if not _NAME.fullmatch(name):
+        raise ContextError(
+            f"A context cannot be called '{shown(name)}': use at most 64 letters, digits, - and _"
+        )
+    if name == DEFAULT:
+        raise ContextError(f"The context '{DEFAULT}' is callboard's own: take another name")
+
+
+def _checked(context: Context) -> Context:
+    parse_urls(context.url)
+    if context.domain is not None and not 0 <= context.domain <= MAX_DOMAIN:
+        raise ContextError(f"domain must be an integer from 0 to {MAX_DOMAIN}, not {context.domain}")
+    if not context.description.isprintable():
+        raise ContextError("description must be one line of printable text")
+    return context
+
+
+def _quoted(text: str) -> str:
+    """Return a TOML string; what TOML forbids in one has been refused before."""
+    import json  # noqa: PLC0415 - nodes only read
+
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _read(content: bytes) -> tuple[dict[str, Context], str]:
+    """Return what a file says.
+
+    Raises:
+        ValueError: The text says what is wrong in it.
+    """
+    import tomllib  # noqa: PLC0415 - most have no such file
+
+    data: dict[str, Any] = tomllib.loads(content.decode())
+    _only(data, {"current": str, "contexts": dict}, "")
+    named: dict[str, Context] = {}
+    entries: dict[str, Any] = data.get("contexts", {})
+    for name, entry in entries.items():
+        _check_name(name)
+        where = f"contexts.{name}"
+        if not isinstance(entry, dict) or "url" not in entry:
+            raise ContextError(f"{where} needs a url")
+        fields = cast("dict[str, Any]", entry)
+        _only(fields, {"url": str, "domain": int, "description": str}, f"{where}.")
+        try:
+            named[name] = _checked(Context(**fields))
+        except CallboardError as error:
+            raise ContextError(f"{where}: {error}") from error
+    return named, data.get("current") or DEFAULT
+
+
+def _only(table: dict[str, Any], kinds: dict[str, type], where: str) -> None:
+    for key, value in table.items():
+        if key not in kinds:
+            raise ContextError(f"no key '{where}{key}' is known; there is {', '.join(kinds)}")
+        if type(value) is not kinds[key]:
+            raise ContextError(f"{where}{key} must be of type {kinds[key].__name__}")

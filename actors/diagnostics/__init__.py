@@ -1,0 +1,4 @@
+"""What a node reports about itself, as plain data.
+
+Imports proto only.
+"""

@@ -1,0 +1,4 @@
+"""A service client and its pending calls.
+
+Imports what `actors.endpoints` may.
+"""

@@ -1,0 +1,72 @@
+"""What a latched publisher keeps of what it has sent, for a broker that restarts: its last messages."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Final
+
+from proto import limits
+from proto.batches import cut, message_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from proto.frames import Batch
+
+RETAINED_BYTES: Final = limits.MAX_QUEUE_BYTES
+"""What one publisher keeps, whatever its depth; beyond it the oldest go, but never the last message."""
+
+
+class Retained:
+    """The last messages of one publisher, in runs, oldest first.
+
+    Args:
+        keep: How many messages at most.
+
+    Attributes:
+        messages: How many there are.
+        size: Their bytes.
+    """
+
+    __slots__ = ("_batches", "_keep", "messages", "size")
+
+    def __init__(self, keep: int) -> None:
+        self.messages = self.size = 0
+        self._keep = keep
+        self._batches: deque[Batch] = deque()
+
+    @property
+    def first_sequence(self) -> int | None:
+        """The number of the oldest message; None without any."""
+        return self._batches[0].first_sequence if self._batches else None
+
+    def newest_first(self, *, before: int | None = None) -> Iterator[Batch]:
+        """Iterate over the runs, the newest first; only over the messages below a number, if there is one."""
+        for batch in reversed(self._batches):
+            if before is None or batch.first_sequence + batch.length <= before:
+                yield batch
+            elif batch.first_sequence < before:
+                yield cut(batch, 0, before - batch.first_sequence)
+
+    def add(self, batch: Batch) -> None:
+        """A run has been published."""
+        self._batches.append(batch)
+        self.messages += batch.length
+        self.size += message_bytes(batch)
+        while self.messages > self._keep or (self.size > RETAINED_BYTES and self.messages > 1):
+            oldest = self._batches.popleft()
+            gone = min(oldest.length, max(self.messages - self._keep, 1))
+            self.messages -= gone
+            self.size -= message_bytes(oldest)
+            if gone < oldest.length:
+                rest = cut(oldest, gone, oldest.length)
+                self.size += message_bytes(rest)
+                self._batches.appendleft(rest)
+
+    def drop_larger(self, most: int) -> None:
+        """Forget the runs with more than `most` bytes of messages."""
+        kept = [batch for batch in self._batches if message_bytes(batch) <= most]
+        self._batches.clear()
+        self.messages = self.size = 0
+        for batch in kept:
+            self.add(batch)

@@ -1,0 +1,198 @@
+"""Service introspection: a client or a server tells what becomes of its calls, on a topic beside the service.
+
+The topic of the service `/add` is `/add/_service_event`, which tools hide; its messages are
+`AddTwoInts.Event`. A call between two ends that both tell has four events: REQUEST_SENT (the client),
+REQUEST_RECEIVED (the server, as its handler begins), RESPONSE_SENT and RESPONSE_RECEIVED. What has not come
+about is not told: a call that ends with an error has no response, and so no event of one.
+
+Telling never harms the call: an event that cannot be published is dropped, counted and logged.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+
+from actors.endpoints.context import Entity
+from actors.endpoints.publisher.publisher import Publisher
+from actors.errors import PublisherFull
+from actors.interfaces.errors import InvalidMessageError
+from actors.qos.profile import qos_from
+from proto import limits
+from proto.names import validate_full_topic_name
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message
+    from actors.qos.profile import QoSProfile
+    from actors.time.clock import Clock
+    from proto.frames import Options
+
+TOPIC_SUFFIX: Final = "/_service_event"
+
+_GID: Final = "client_gid"
+_NUMBER: Final = "sequence_number"
+_MAX_INT64: Final = 2**63 - 1
+_WARN_EVERY_SEC: Final = 10.0
+
+
+class ServiceIntrospectionState(IntEnum):
+    """How much a client or a server tells of its calls."""
+
+    OFF = 0
+    """Nothing."""
+    METADATA = 1
+    """What happened, when, in which call."""
+    CONTENTS = 2
+    """Requests and responses, too."""
+
+
+class EventKind(IntEnum):
+    """What an event tells; the numbers are those of service_msgs/msg/ServiceEventInfo."""
+
+    REQUEST_SENT = 0
+    REQUEST_RECEIVED = 1
+    RESPONSE_SENT = 2
+    RESPONSE_RECEIVED = 3
+
+
+class CallIdentity(NamedTuple):
+    """Which call it is, the same at both ends.
+
+    Attributes:
+        client_gid: 16 bytes that name the client.
+        sequence_number: The client's number for the call, from 1.
+    """
+
+    client_gid: bytes
+    sequence_number: int
+
+    def attributes(self) -> Options:
+        """Return it as a request carries it (docs/protocol.md §7.8)."""
+        return {_GID: self.client_gid, _NUMBER: self.sequence_number}
+
+    @classmethod
+    def of(cls, attributes: Options | None, call: int) -> CallIdentity:
+        """Read a request's attributes; a client that does not tell is all zeros, its call the broker's."""
+        known = attributes or {}
+        gid, number = known.get(_GID), known.get(_NUMBER)
+        if not isinstance(gid, bytes) or len(gid) != limits.INSTANCE_BYTES:
+            gid = bytes(limits.INSTANCE_BYTES)
+        if type(number) is not int or not 0 <= number <= _MAX_INT64:
+            number = call & _MAX_INT64
+        return cls(gid, number)
+
+
+class ServiceEvents:
+    """The events of one client or server. They are published until `close`.
+
+    Args:
+        teller: The client or server.
+        clock: Stamps the events.
+        qos: Of the topic.
+        contents: Whether requests and responses are told.
+
+    Attributes:
+        lost: Events that could not be published: the topic was full, or the event too large for the broker.
+
+    Raises:
+        InvalidTopicNameError: The service's name leaves no room for the topic's.
+    """
+
+    def __init__(self, teller: Introspectable, *, clock: Clock, qos: QoSProfile, contents: bool) -> None:
+        from actors.interfaces.service_event import service_event  # noqa: PLC0415 - for those who need it
+
+        topic = teller.srv_name + TOPIC_SUFFIX
+        validate_full_topic_name(topic)
+        self.lost = 0
+        self._log = teller.context.log
+        self._clock = clock
+        self._contents = contents
+        self._event_type = service_event(cast("Any", teller.srv_type))
+        self._publisher = Publisher(teller.context, self._event_type, topic, qos)
+
+    def request(self, kind: EventKind, identity: CallIdentity, request: Message) -> None:
+        """Tell that a request was sent or received."""
+        self._tell(kind, identity, [request] if self._contents else [], [])
+
+    def response(self, kind: EventKind, identity: CallIdentity, response: Message) -> None:
+        """Tell that a response was sent or received."""
+        self._tell(kind, identity, [], [response] if self._contents else [])
+
+    def _tell(
+        self, kind: EventKind, identity: CallIdentity, request: list[Message], response: list[Message]
+    ) -> None:
+        publisher = self._publisher
+        if publisher.destroyed:
+            return  # the node is going
+        event = self._event_type(request=request, response=response)
+        event.info.event_type = kind
+        event.info.stamp = self._clock.now().to_msg()
+        event.info.client_gid, event.info.sequence_number = identity
+        try:
+            publisher.publish(event)
+        except (PublisherFull, InvalidMessageError) as error:
+            self.lost += 1
+            self._log.warning(
+                f"Lost service event number {self.lost}: {error}", throttle_duration_sec=_WARN_EVERY_SEC
+            )
+
+    def close(self) -> None:
+        """Publish nothing more."""
+        self._publisher.destroy()
+
+
+class Introspectable(Entity):
+    """A client or a service: its name, and what it tells of its calls.
+
+    Attributes:
+        srv_type: The service class.
+        srv_name: The full name of the service.
+    """
+
+    srv_type: type
+    srv_name: str
+    _events: ServiceEvents | None = None
+
+    @property
+    def service_name(self) -> str:
+        """The full name of the service."""
+        return self.srv_name
+
+    @property
+    def events_lost(self) -> int:
+        """Service events that could not be published since introspection was configured."""
+        return 0 if self._events is None else self._events.lost
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile | int,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Tell what becomes of calls on the topic `<service>/_service_event`, or tell it no longer.
+
+        Args:
+            clock: Stamps the events.
+            service_event_qos_profile: Of the topic; a profile or a depth.
+            introspection_state: OFF (as at first), METADATA, or CONTENTS: requests and responses, too.
+
+        Raises:
+            InvalidTopicNameError: The service's name leaves no room for the topic's.
+            NodeDestroyed: The client or service has been destroyed.
+            TypeError, ValueError: No QoS, or no state.
+        """
+        self.require_alive()
+        state, qos = ServiceIntrospectionState(introspection_state), qos_from(service_event_qos_profile)
+        before, after = self._events, None
+        if state is not ServiceIntrospectionState.OFF:
+            contents = state is ServiceIntrospectionState.CONTENTS
+            after = ServiceEvents(self, clock=clock, qos=qos, contents=contents)
+        self._events = after
+        if before is not None:
+            before.close()
+
+    def destroy(self) -> None:
+        """Take it out of service, its events, too."""
+        if self._events is not None:
+            self._events.close()
+        super().destroy()

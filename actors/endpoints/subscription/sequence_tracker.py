@@ -1,0 +1,128 @@
+"""What of each publisher's messages has come to one subscription: nothing twice, and no gap uncounted.
+
+Numbers are the publisher's, and go on over reconnects. A publisher that comes back is held to what has come
+of it: what is missing until its runs begin anew was lost on the break. For a subscription that wants latched
+messages that is open until the first live run comes: they may make it good, now or at the next attachment.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from actors.endpoints.events import Event
+    from actors.session.attachments import Attachment
+    from proto.frames import Batch, Replay
+
+REMEMBERED_PUBLISHERS: Final = 1024
+"""Publishers whose last sequence number is remembered after they have gone, against duplicates."""
+
+
+class Known(NamedTuple):
+    """What is remembered of a publisher that is not attached."""
+
+    received: int
+    """The number after the last message that has come, or that can come no more."""
+    due: int
+    """The number of the first message that was for this subscription."""
+    missed: int
+    """Messages counted as lost that may still come."""
+
+
+class SequenceTracker:
+    """One subscription's.
+
+    Args:
+        message_lost: Told of messages that will not come.
+        latched: Whether the subscription wants messages from before it was there.
+
+    Attributes:
+        attachments: By publisher, the inflow that counts: one that has come back may overlap with itself.
+        known: By publisher, where it stopped when it was last detached.
+        lost: Messages that never came over an unbroken link.
+        lost_on_break: Messages that never came because a link broke.
+    """
+
+    __slots__ = ("_message_lost", "_wants_latched", "attachments", "known", "lost", "lost_on_break")
+
+    def __init__(self, message_lost: Event, *, latched: bool) -> None:
+        self.attachments: dict[bytes, Attachment] = {}
+        self.known: OrderedDict[bytes, Known] = OrderedDict()
+        self.lost = self.lost_on_break = 0
+        self._message_lost = message_lost
+        self._wants_latched = latched
+
+    def counts(self, attachment: Attachment) -> bool:
+        """Tell whether this is its publisher's inflow now; another is a leftover, counted as lost."""
+        return self.attachments.get(attachment.gid) is attachment
+
+    def attached(self, attachment: Attachment) -> bool:
+        """A publisher's runs will come. A known one goes on where it stopped.
+
+        Returns:
+            Whether an earlier inflow of the publisher counted until now.
+        """
+        before = self.attachments.get(attachment.gid)
+        if before is not None:
+            self._remember(before)
+        self.attachments[attachment.gid] = attachment
+        known = self.known.get(attachment.gid)
+        if known is not None:
+            attachment.received = known.received
+            attachment.expected = max(known.received, attachment.first_sequence)
+            # From a new broker latched messages come as live ones: they are for it, too.
+            attachment.due = min(known.due, attachment.expected)
+            attachment.missed = max(0, attachment.first_sequence - max(known.received, known.due))
+            self.lost_on_break += attachment.missed - known.missed
+        return before is not None
+
+    def detached(self, attachment: Attachment) -> bool:
+        """No more runs of this publisher will come; return whether its inflow counted."""
+        if not self.counts(attachment):
+            return False
+        del self.attachments[attachment.gid]
+        self._remember(attachment)
+        return True
+
+    def _remember(self, attachment: Attachment) -> None:
+        if self._wants_latched:
+            known = Known(attachment.received, attachment.due, attachment.missed)
+        else:
+            self._give_up_missed(attachment, attachment.missed)
+            known = Known(attachment.expected, attachment.due, 0)
+        self.known[attachment.gid] = known
+        self.known.move_to_end(attachment.gid)
+        while len(self.known) > max(REMEMBERED_PUBLISHERS, len(self.attachments)):
+            self.known.popitem(last=False)
+
+    def live(self, attachment: Attachment, batch: Batch) -> int:
+        """A live run has come; return how many of its messages have been seen."""
+        if attachment.missed:
+            self._give_up_missed(attachment, attachment.missed)
+        gap = batch.first_sequence - attachment.expected
+        if gap > 0:
+            self.lost += gap
+            self._message_lost.add(gap)
+        attachment.expected = attachment.received = max(
+            attachment.expected, batch.first_sequence + batch.length
+        )
+        return max(0, -gap)
+
+    def latched(self, attachment: Attachment, replay: Replay) -> int:
+        """Latched messages have come; return how many of them have been seen."""
+        end = replay.first_sequence + replay.length
+        first_new = max(attachment.received, replay.first_sequence)
+        # The oldest come first: what was missed before them will not come.
+        older = max(0, min(first_new, attachment.first_sequence) - max(attachment.received, attachment.due))
+        self._give_up_missed(attachment, older)
+        found = max(0, min(end, attachment.first_sequence) - max(first_new, attachment.due))
+        attachment.missed -= found
+        self.lost_on_break -= found
+        attachment.received = max(attachment.received, end)
+        return first_new - replay.first_sequence
+
+    def _give_up_missed(self, attachment: Attachment, count: int) -> None:
+        """So many of those that latched messages could have made good are lost."""
+        self._message_lost.add(count)
+        attachment.missed -= count

@@ -1,0 +1,201 @@
+"""Timers: drift-free, through the mailbox, one tick at a time."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from itertools import count
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from actors.callbacks.callback_task import CallbackTask
+from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
+from actors.diagnostics.records import TimerDiagnostics
+from actors.errors import NodeDestroyed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.endpoints.context import NodeContext
+
+
+_numbers: Final = count(1)
+
+
+class TimerInfo(NamedTuple):
+    """When a tick was due and when it was run, in ns of the steady clock."""
+
+    expected_call_time: int
+    actual_call_time: int
+
+
+class Timer:
+    """Calls a callback every `period_sec` seconds. Made by `Node.create_timer`.
+
+    Ticks are due at whole periods from the start, however long the callback takes; ticks that pass while an
+    earlier one still runs or waits are skipped, not made up for.
+
+    Attributes:
+        id: Its number in this process.
+        period_sec: The period in seconds.
+        ticks: Callbacks run so far.
+        skipped: Ticks that passed unused.
+    """
+
+    def __init__(
+        self, context: NodeContext, period_sec: float, callback: Callable[..., Any], *, autostart: bool = True
+    ) -> None:
+        if not 0 <= period_sec < float("inf"):
+            raise ValueError(f"A timer's period must be zero or more seconds, got {period_sec}")
+        self._with_info = takes(callback, (0, 1), "timer") == 1
+        context.require_alive()
+        self.id = next(_numbers)
+        self.period_sec = period_sec
+        self.posted = False
+        self.ticks = self.skipped = 0
+        self._context = context
+        self._callback = callback
+        self.timing = context.watch.of(callback, "a timer")
+        self._handle: asyncio.TimerHandle | None = None
+        self._due = 0.0
+        self._expected = 0.0
+        """When the tick that runs, or waits to, was due."""
+        self._due_now = False
+        self._running: CallbackTask | None = None
+        self._canceled = not autostart
+        self._destroyed = False
+        context.timers[self] = None
+        self.start()
+
+    @property
+    def timer_period_ns(self) -> int:
+        """The period in nanoseconds."""
+        return round(self.period_sec * 1e9)
+
+    def start(self) -> None:
+        """Begin to tick, if the node runs; called again when it starts to."""
+        loop = self._context.link.loop
+        if loop is not None and not self._canceled and self._handle is None and not self._context.stopping:
+            self._due = loop.time() + self.period_sec
+            self._handle = loop.call_at(self._due, self._tick)
+
+    def cancel(self) -> None:
+        """Stop ticking. `reset` starts again."""
+        self._canceled = True
+        self._due_now = False
+        if self._handle is not None:
+            self._handle.cancel()
+            self._handle = None
+
+    def reset(self) -> None:
+        """Start again: the next tick is one period from now."""
+        if self._destroyed:
+            raise NodeDestroyed("This timer has been destroyed")
+        self.cancel()
+        self._canceled = False
+        self.start()
+
+    def retire(self) -> None:
+        """The node stops: tick no more. A callback that runs goes on."""
+        self.cancel()
+
+    def destroy(self) -> None:
+        """Stop for good; a callback that runs is cancelled."""
+        self.cancel()
+        self._destroyed = True
+        self._context.timers.pop(self, None)
+        if self._running is not None:
+            self._running.cancel()
+
+    def is_canceled(self) -> bool:
+        """Tell whether the timer does not tick."""
+        return self._canceled
+
+    def time_until_next_call(self) -> int | None:
+        """Return the nanoseconds until the next tick; None if cancelled or the node does not run."""
+        loop = self._context.link.loop
+        if self._canceled or loop is None:
+            return None
+        return round((self._due - loop.time()) * 1e9)
+
+    def _tick(self) -> None:
+        loop = self._context.link.loop
+        assert loop is not None
+        late = loop.time() - self._due
+        if self._due_now or self._running is not None:
+            self.skipped += 1
+        else:
+            self._due_now = True
+            self._expected = self._due
+        self._handle = None
+        if self.period_sec > 0:
+            periods = 1
+            if late >= self.period_sec:
+                periods = int(late / self.period_sec) + 1
+                self.skipped += periods - 1
+            self._due += periods * self.period_sec
+            self._handle = loop.call_at(max(self._due, loop.time()), self._tick)
+        self._context.mailbox.post(self)
+
+    @property
+    def calls(self) -> int:
+        """Source: how often the callback has been called."""
+        return self.ticks
+
+    def _go_on(self) -> None:
+        """A tick is over. Without a period the next is due now; armed before, it would make the loop spin."""
+        if self.period_sec == 0:
+            self.start()
+
+    def has_work(self) -> bool:
+        """Source: whether a tick is due."""
+        return self._due_now and self._running is None and not self._canceled
+
+    def dispatch(self) -> CallbackTask | None:
+        """Source: run the callback for a tick."""
+        if not self.has_work():
+            return None
+        self._due_now = False
+        self.ticks += 1
+        try:
+            result = self._callback(self._info()) if self._with_info else self._callback()
+        except ENDS_PROGRAM:
+            raise
+        except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
+            self._context.callback_failed(self.timing.what, error)
+            self._go_on()
+            return None
+        coroutine = as_coroutine(result)
+        if coroutine is None:
+            self._go_on()
+            return None
+        self._running = CallbackTask(self._context.mailbox, coroutine, self._ended, timing=self.timing)
+        return self._running
+
+    def _info(self) -> TimerInfo:
+        loop = self._context.link.loop
+        assert loop is not None
+        now_ns = time.monotonic_ns()
+        late_ns = round((loop.time() - self._expected) * 1e9)
+        return TimerInfo(now_ns - late_ns, now_ns)
+
+    def diagnostics(self) -> TimerDiagnostics:
+        """Say how it is doing."""
+        return TimerDiagnostics(
+            id=self.id,
+            period_sec=self.period_sec,
+            ticks=self.ticks,
+            skipped=self.skipped,
+            callback=self.timing.diagnostics(self.ticks),
+        )
+
+    def _ended(self, result: object, error: BaseException | None) -> None:
+        del result
+        callback_task, self._running = self._running, None
+        destroyed = (
+            callback_task is not None
+            and callback_task.cancelled
+            and isinstance(error, asyncio.CancelledError)
+        )
+        if error is not None and not destroyed:
+            self._context.callback_failed(self.timing.what, error)
+        self._go_on()

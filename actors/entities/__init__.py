@@ -1,1 +1,0 @@
-"""What a node has: publishers, subscriptions, services, clients and timers."""

@@ -1,0 +1,291 @@
+"""Looking at a graph from outside: no node, no event loop, an answer within milliseconds.
+
+    with Inspector("callboard://127.0.0.1:7411") as inspector:
+        print(inspector.graph().nodes())
+
+An inspector declares nothing, so nobody sees it in the graph. It speaks the same protocol as a node's link
+over a blocking socket, one question at a time: that is all that a command line's queries need, and it is
+ready in a third of the time that a node takes to be imported.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+
+from actors.errors import BrokerUnreachable
+from actors.graph.broker_report import BrokerReport, ReportParts
+from actors.graph.snapshot import GraphSnapshot
+from proto import frames, limits
+from proto.codec import BIN_32, Decoder, encode
+from proto.errors import ErrorCode, ProtocolError, shown
+from proto.identity import agent
+from proto.session import Role, Session
+from proto.url import parse_urls
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Self
+
+    from proto.frames import Frame
+    from proto.url import BrokerUrl
+
+AGENT: Final = agent("callboard-inspector")
+READ_BYTES: Final = 64 * 1024
+_QUESTION: Final = 1
+"""The id of each question: there is never more than one."""
+
+FrameT = TypeVar("FrameT", bound="Frame")
+
+
+class Inspector:
+    """A blocking look at one broker. Enter it to connect.
+
+    Args:
+        url: Where the broker is: one URL, or several with commas, tried in order.
+        domain: Which of the broker's graphs, 0 to 232.
+        timeout_sec: How long connecting may take, and each answer. Of the time for connecting each URL has an
+            equal share of what is left.
+
+    Raises:
+        InvalidUrlError: The URL cannot be read.
+
+    Raises (on entry, and from every question):
+        BrokerUnreachable: There is no broker, or it has not answered in time.
+        ProtocolError: The broker refuses, or speaks something else; the text says what.
+
+    A question without a whole answer ends the connection, since what comes late would be taken for the next
+    one's: make another inspector.
+
+    Attributes:
+        urls: Where it looks for the broker.
+        url: The one it is connected to.
+        listening: The first place where something took the connection and did not greet; None if there was
+            none. It has the port, so that no broker can be started there.
+        welcome: What the broker has said about itself: agent, broker, keepalive_ms, max_message_bytes, …
+        round_trip_sec: How long the broker took to answer the greeting.
+        clock_ahead_sec: By how much the broker's wall clock is ahead of this machine's, give or take half a
+            round trip; None if it does not say.
+    """
+
+    def __init__(self, url: str, *, domain: int = 0, timeout_sec: float = 2.0) -> None:
+        self.urls = parse_urls(url)
+        self.url = self.urls[0]
+        self.listening: BrokerUrl | None = None
+        self.welcome: frames.Options = {}
+        self.round_trip_sec = 0.0
+        self.clock_ahead_sec: float | None = None
+        self._domain = domain
+        self._timeout_sec = timeout_sec
+        self._socket: socket.socket | None = None
+        self._session = Session(Role.CLIENT)
+        self._decoder = Decoder()
+        self._unread = bytearray()
+
+    def __enter__(self) -> Self:
+        """Connect, if `connect` has not been called."""
+        if self._socket is None:
+            self.connect()
+        return self
+
+    def connect(self) -> None:
+        """Connect to the first broker that answers."""
+        deadline = time.monotonic() + self._timeout_sec
+        strange = ""
+        for left, url in zip(range(len(self.urls), 0, -1), self.urls, strict=True):
+            now = time.monotonic()
+            try:
+                self._greet(url, now + (deadline - now) / left)
+            except OSError as error:
+                if self._socket is not None and not strange:
+                    self.listening, strange = url, _strange(url, error)
+                self._hang_up()
+            except BaseException:
+                self._hang_up()
+                raise
+            else:
+                self.url = url
+                return
+        raise BrokerUnreachable(strange or f"No broker at {', '.join(map(str, self.urls))}")
+
+    def __exit__(self, *error: object) -> None:
+        """Close."""
+        self.close()
+
+    def close(self) -> None:
+        """Say goodbye, and hang up. Again: nothing."""
+        if self._session.is_open and self._socket is not None:
+            with suppress(OSError):  # the broker has gone first
+                self._send(frames.Goodbye("done"))
+        self._hang_up()
+
+    def _hang_up(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    # Questions
+
+    def graph(self) -> GraphSnapshot:
+        """Return the graph as it is now."""
+        snapshot = GraphSnapshot()
+
+        def take(frame: frames.Graph) -> bool:
+            snapshot.apply(frame)
+            return not frame.more
+
+        self._ask(frames.Watch(_QUESTION, keep=False), frames.Graph, take)
+        return snapshot
+
+    def report(self) -> BrokerReport:
+        """Return what the broker has done and holds. Two reports give rates."""
+        parts = ReportParts()
+
+        def take(frame: frames.Stats) -> bool:
+            parts.add(frame)
+            return parts.complete
+
+        self._ask(frames.Inspect(_QUESTION), frames.Stats, take)
+        return parts.report()
+
+    def definition(self, type_hash: str) -> bytes | None:
+        """Return the definition behind a type's hash; None if the broker has not seen it."""
+        found: list[bytes | None] = []
+
+        def take(frame: frames.Definition) -> bool:
+            if frame.type_hash == type_hash:
+                found.append(frame.definition)
+            return bool(found)
+
+        self._ask(frames.Describe(type_hash), frames.Definition, take)
+        return found[0]
+
+    # The wire
+
+    def _greet(self, url: BrokerUrl, deadline: float) -> None:
+        self._session, self._unread = Session(Role.CLIENT), bytearray()
+        self._socket = _connect(url, _left(deadline))
+        hello = frames.Hello(
+            limits.PROTOCOL_VERSION,
+            {
+                "agent": AGENT,
+                "domain": self._domain,
+                "instance": os.urandom(limits.INSTANCE_BYTES),
+                "token": os.urandom(limits.INSTANCE_BYTES),
+            },
+        )
+        asked = time.monotonic()
+        self._send(hello)
+        welcome = self._next(frames.Welcome, deadline)
+        self.round_trip_sec = time.monotonic() - asked
+        self.welcome = welcome.options
+        self.clock_ahead_sec = _ahead(welcome.options.get("wall_time_ns"), self.round_trip_sec)
+
+    def _ask(self, question: Frame, kind: type[FrameT], take: Callable[[FrameT], bool]) -> None:
+        """Send a question, and give the answer's pieces to `take` until it is content."""
+        if self._socket is None:
+            raise BrokerUnreachable("The inspector is not connected: use `with Inspector(url) as inspector:`")
+        deadline = time.monotonic() + self._timeout_sec
+        try:
+            self._send(question)
+            while not take(self._next(kind, deadline)):
+                pass
+        except OSError as error:
+            self._hang_up()
+            text = "No answer from" if isinstance(error, TimeoutError) else "The link broke to"
+            raise BrokerUnreachable(f"{text} the broker at {self.url}") from error
+        except BaseException:
+            self._hang_up()
+            raise
+
+    def _send(self, frame: Frame) -> None:
+        assert self._socket is not None
+        self._session.sent(frame)
+        self._socket.sendall(encode(frame))
+
+    def _next(self, kind: type[FrameT], deadline: float) -> FrameT:
+        """Return the next frame of a kind; answer and skip the others.
+
+        Raises:
+            OSError: The connection is gone, or the deadline has passed (TimeoutError).
+            ProtocolError: The broker has said why not, or broke the protocol.
+        """
+        while True:
+            frame = self._decoder.decode_content(self._read_frame(deadline))
+            self._session.received(frame)
+            if isinstance(frame, kind):
+                return frame
+            if isinstance(frame, frames.Error):
+                raise ProtocolError(_known(frame.code), shown(frame.text))
+            if isinstance(frame, frames.Goodbye):
+                raise ConnectionResetError(shown(frame.text))
+            if isinstance(frame, frames.Ping):
+                self._send(frames.Pong(frame.token))
+
+    def _read_frame(self, deadline: float) -> bytes:
+        self._fill(limits.PREFIX_BYTES, deadline)
+        most = limits.MAX_FRAME_BYTES if self._session.is_open else limits.MAX_HELLO_BYTES
+        if self._unread[0] != BIN_32:
+            raise ProtocolError(ErrorCode.MALFORMED, f"what listens at {self.url} is no callboard broker")
+        size = int.from_bytes(self._unread[1 : limits.PREFIX_BYTES], "big")
+        if size > most:
+            raise ProtocolError(ErrorCode.TOO_LARGE, f"a frame of {size} bytes is over the limit of {most}")
+        end = limits.PREFIX_BYTES + size
+        self._fill(end, deadline)
+        raw = bytes(self._unread[:end])
+        del self._unread[:end]
+        return raw
+
+    def _fill(self, size: int, deadline: float) -> None:
+        """Read until there are so many bytes."""
+        sock = cast("socket.socket", self._socket)
+        while len(self._unread) < size:
+            sock.settimeout(_left(deadline))
+            chunk = sock.recv(READ_BYTES)
+            if not chunk:
+                raise ConnectionResetError("the broker has closed the connection")
+            self._unread += chunk
+
+
+def _known(code: int) -> ErrorCode:
+    """Return what an ERROR's code means; a later version's is taken for INTERNAL."""
+    return ErrorCode(code) if code in set(ErrorCode) else ErrorCode.INTERNAL
+
+
+def _ahead(wall_time_ns: object, round_trip_sec: float) -> float | None:
+    """Return how far a clock that was read half a round trip ago is ahead of this machine's."""
+    if type(wall_time_ns) is not int:
+        return None
+    return (wall_time_ns - time.time_ns()) / 1e9 + round_trip_sec / 2
+
+
+def _strange(url: BrokerUrl, error: OSError) -> str:
+    """Say what is wrong with what takes a connection and does not greet."""
+    wrong = "does not answer" if isinstance(error, TimeoutError) else "is no callboard broker"
+    return f"What listens at {url} {wrong}"
+
+
+def _left(deadline: float) -> float:
+    """Return the seconds left for a socket; it takes 0 for "do not wait", and less for an error."""
+    return max(0.001, deadline - time.monotonic())
+
+
+def _connect(url: BrokerUrl, timeout_sec: float) -> socket.socket:
+    if not url.path:
+        # As bytes an ASCII name goes as it is; the codec for others takes some milliseconds to be imported.
+        host: Any = url.host.encode() if url.host.isascii() else url.host
+        try:
+            return socket.create_connection((host, url.port), timeout_sec)
+        except UnicodeError as error:
+            raise OSError(f"no host can be called {url.host!r}") from error
+    sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        sock.settimeout(timeout_sec)
+        sock.connect(url.path)
+    except BaseException:
+        sock.close()
+        raise
+    return sock

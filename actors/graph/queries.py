@@ -1,0 +1,48 @@
+"""Questions to the broker: wait for the link, and then for the answer of that session."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from actors.errors import BrokerUnreachable, WaitTimeout
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.endpoints.context import NodeContext
+
+QUERY_TIMEOUT_SEC: Final = 5.0
+
+
+async def connected(context: NodeContext, timeout_sec: float) -> None:
+    """Wait until there is a session.
+
+    Raises:
+        BrokerUnreachable: There is none within `timeout_sec`.
+    """
+    link = context.link
+    try:
+        await context.wait_until(lambda: link.connected, "Connecting", timeout_sec)
+    except WaitTimeout as error:
+        raise BrokerUnreachable(f"No broker at {link.place}") from error
+
+
+async def answered(
+    context: NodeContext, condition: Callable[[], bool], session: int, timeout_sec: float
+) -> None:
+    """Wait until the broker has answered what it was asked in a session.
+
+    Raises:
+        BrokerUnreachable: It has not within `timeout_sec`, or the link broke meanwhile.
+    """
+    link = context.link
+    try:
+        await context.wait_until(
+            lambda: condition() or link.connections != session or not link.connected,
+            "The broker's answer",
+            timeout_sec,
+        )
+    except WaitTimeout as error:
+        raise BrokerUnreachable(f"No answer from the broker at {link.place}") from error
+    if not condition():
+        raise BrokerUnreachable(f"The link to the broker at {link.place} broke")

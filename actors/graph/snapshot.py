@@ -1,0 +1,151 @@
+"""The graph at one moment, as data: what `Node.get_graph` and `Inspector.graph` return."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from actors.qos.profile import UNLIMITED, HistoryPolicy, QoSProfile
+from actors.time.types import INFINITE
+from proto.codes import EntryKind
+from proto.frames import GraphEntry
+from proto.names import split_node_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from actors.time.types import Duration
+    from proto import frames
+
+NamesAndTypes = list[tuple[str, list[str]]]
+
+_ENDPOINT_TYPES: Final = {
+    EntryKind.NODE: "INVALID",
+    EntryKind.PUBLISHER: "PUBLISHER",
+    EntryKind.SUBSCRIPTION: "SUBSCRIPTION",
+    EntryKind.SERVICE: "SERVER",
+    EntryKind.CLIENT: "CLIENT",
+}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class EndpointInfo:
+    """One publisher or subscription of a topic, or one server or client of a service.
+
+    rclpy's TopicEndpointInfo: `str` gives ROS 2's lines, which `topic info -v` prints. For a service read
+    service where it says topic.
+    """
+
+    node_name: str
+    node_namespace: str
+    topic_type: str
+    topic_type_hash: str
+    endpoint_type: EntryKind
+    endpoint_id: int
+    """The broker's number for it; stands where ROS 2 has a GID."""
+    qos_profile: QoSProfile
+
+    def __str__(self) -> str:
+        """Return 14 lines, as rclpy does."""
+        what = "Service" if self.endpoint_type in {EntryKind.SERVICE, EntryKind.CLIENT} else "Topic"
+        qos = self.qos_profile
+        keeps_last = qos.history is HistoryPolicy.KEEP_LAST
+        history = f"{qos.history.name} ({qos.depth})" if keeps_last else qos.history.name
+        return "\n".join(
+            [
+                f"Node name: {self.node_name}",
+                f"Node namespace: {self.node_namespace}",
+                f"{what} type: {self.topic_type}",
+                f"{what} type hash: {self.topic_type_hash or 'INVALID'}",
+                f"Endpoint type: {_ENDPOINT_TYPES[self.endpoint_type]}",
+                f"GID: {self.endpoint_id}",
+                "QoS profile:",
+                f"  Reliability: {qos.reliability.name}",
+                f"  History (Depth): {history}",
+                f"  Durability: {qos.durability.name}",
+                f"  Lifespan: {_shown(qos.lifespan)}",
+                f"  Deadline: {_shown(qos.deadline)}",
+                f"  Liveliness: {qos.liveliness.name}",
+                f"  Liveliness lease duration: {_shown(qos.liveliness_lease_duration)}",
+            ]
+        )
+
+
+@dataclass(slots=True)
+class GraphSnapshot:
+    """The graph at one moment."""
+
+    entries: dict[int, GraphEntry] = field(default_factory=dict[int, GraphEntry])
+    suspended: dict[int, GraphEntry] = field(default_factory=dict[int, GraphEntry])
+    """What has left because its link is silent, and may return."""
+
+    def apply(self, frame: frames.Graph) -> None:
+        """Take in a piece or a change."""
+        silent = set(frame.suspended)
+        for key in frame.removed:
+            entry = self.entries.pop(key, None)
+            self.suspended.pop(key, None)
+            if entry is not None and key in silent:
+                self.suspended[key] = entry
+        for entry in frame.added:
+            self.entries[entry.key] = entry
+            self.suspended.pop(entry.key, None)
+
+    def nodes(self) -> list[str]:
+        """Return the full names of all nodes, sorted."""
+        return sorted(entry.node for entry in self.of_kind(EntryKind.NODE))
+
+    def of_kind(self, *kinds: EntryKind) -> Iterable[GraphEntry]:
+        """Return the entries of these kinds."""
+        return [entry for entry in self.entries.values() if entry.kind in kinds]
+
+    def names_and_types(self, *kinds: EntryKind, node: str | None = None) -> NamesAndTypes:
+        """Return each name with the sorted types seen on it, sorted by name."""
+        found: dict[str, set[str]] = {}
+        for entry in self.of_kind(*kinds):
+            if node is None or entry.node == node:
+                found.setdefault(entry.name, set()).update({entry.type_name} - {""})
+        return sorted((name, sorted(types)) for name, types in found.items())
+
+    def count(self, kind: EntryKind, name: str) -> int:
+        """Return how many endpoints of a kind a name has."""
+        return sum(entry.name == name for entry in self.of_kind(kind))
+
+    def endpoints(self, kind: EntryKind, name: str) -> list[EndpointInfo]:
+        """Return the endpoints of a kind on a topic or service, in the order of their declaration."""
+        found = [_endpoint(entry) for entry in self.of_kind(kind) if entry.name == name]
+        return sorted(found, key=lambda endpoint: endpoint.endpoint_id)
+
+
+_SEND_GOAL: Final = "/_action/send_goal"
+"""What an action's name has behind it in the name of the service that takes its goals."""
+
+
+def actions_among(services: NamesAndTypes) -> NamesAndTypes:
+    """Return the actions that services, of servers or of clients, belong to, with their types."""
+    return [
+        (name.removesuffix(_SEND_GOAL), [each.removesuffix("_SendGoal") for each in types])
+        for name, types in services
+        if name.endswith(_SEND_GOAL)
+    ]
+
+
+def _shown(limit: Duration) -> str:
+    return str(INFINITE if limit == UNLIMITED else limit)
+
+
+def _endpoint(entry: GraphEntry) -> EndpointInfo:
+    namespace, name = split_node_name(entry.node)
+    return EndpointInfo(
+        node_name=name,
+        node_namespace=namespace,
+        topic_type=entry.type_name,
+        topic_type_hash=entry.type_hash,
+        endpoint_type=EntryKind(entry.kind),
+        endpoint_id=entry.key,
+        qos_profile=_profile(entry.qos),
+    )
+
+
+def _profile(qos: Mapping[str, object]) -> QoSProfile:
+    return QoSProfile.from_wire(qos)

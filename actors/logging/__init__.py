@@ -1,0 +1,4 @@
+"""rclpy's loggers on top of the standard `logging` module.
+
+Imports nothing of callboard.
+"""

@@ -1,0 +1,72 @@
+"""Subscriptions, services and timers declared on the methods that handle them.
+
+class Listener(actors.Node):
+    @actors.subscription(String, "addison", 10)
+    def on_message(self, msg: String) -> None:
+        ...
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message, ServiceType
+    from actors.node.node import Node
+    from actors.qos.profile import QoSProfile
+
+_MARKS: Final = "__callboard_declarations__"
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+Declaration = Callable[["Node", Callable[..., Any]], object]
+
+
+def _mark(declare: Declaration) -> Callable[[F], F]:
+    def decorate(method: F) -> F:
+        setattr(method, _MARKS, [*getattr(method, _MARKS, []), declare])
+        return method
+
+    return decorate
+
+
+def subscription(
+    msg_type: type[Message],
+    topic: str,
+    qos: QoSProfile | int = 10,
+    *,
+    concurrent: bool = False,
+    raw: bool = False,
+) -> Callable[[F], F]:
+    """Make the method the callback of a subscription; arguments as for `Node.create_subscription`."""
+    return _mark(
+        lambda node, callback: node.create_subscription(
+            msg_type, topic, callback, qos, concurrent=concurrent, raw=raw
+        )
+    )
+
+
+def service(
+    srv_type: type[ServiceType[Any, Any]], srv_name: str, *, concurrent: bool = False
+) -> Callable[[F], F]:
+    """Make the method the callback of a service; arguments as for `Node.create_service`."""
+    return _mark(
+        lambda node, callback: node.create_service(srv_type, srv_name, callback, concurrent=concurrent)
+    )
+
+
+def timer(period_sec: float) -> Callable[[F], F]:
+    """Call the method every `period_sec` seconds."""
+    return _mark(lambda node, callback: node.create_timer(period_sec, callback))
+
+
+def declared(cls: type) -> Iterator[tuple[str, Declaration]]:
+    """Return (method name, declaration) for everything declared on a class, in the order of definition.
+
+    A method that a subclass overrides counts only as the subclass has it.
+    """
+    names = dict.fromkeys(name for base in reversed(cls.__mro__) for name in vars(base))
+    for name in names:
+        for declare in getattr(getattr(cls, name, None), _MARKS, ()):
+            yield name, declare

@@ -1,0 +1,71 @@
+"""Looks at all of a node's parts: what is behind `Node.diagnostics()`."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Protocol
+
+from actors.callbacks.mailbox import IDLE_WORKERS
+from actors.diagnostics.records import LagDiagnostics, MailboxDiagnostics, NodeDiagnostics, Size
+from actors.endpoints.client.client import Client
+from actors.endpoints.publisher.publisher import Publisher
+from actors.endpoints.service.service import Service
+from actors.endpoints.subscription.subscription import Subscription
+from actors.logging.logger import MAX_FILTERS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from actors.callbacks.mailbox import Mailbox
+    from actors.endpoints.context import NodeContext
+
+
+class Holder(Protocol):
+    """A part of a node that holds maps or queues."""
+
+    def sizes(self) -> Iterable[Size]:
+        """Say how full they are."""
+        ...
+
+
+def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
+    """Look at a node: its core, and those of its parts that the core does not know."""
+    link = context.link
+    outbox = None if link.channel is None else link.channel.outbox
+    now = 0.0 if link.loop is None else link.loop.time()
+    entities = tuple(context.entities)
+    return NodeDiagnostics(
+        node=context.full_name,
+        broker=link.url or link.place,
+        connected=link.connected,
+        connections=link.connections,
+        stamp_ns=time.time_ns(),
+        uptime_sec=context.watch.elapsed_sec,
+        callback_errors=context.callback_errors,
+        outbox_bytes=0 if outbox is None else outbox.urgent_bytes + outbox.ordered_bytes,
+        mailbox=_mailbox(context.mailbox),
+        loop_lag=LagDiagnostics(last_sec=link.lag.last_sec, longest_sec=link.lag.longest_sec(now)),
+        publishers=tuple(entity.diagnostics() for entity in entities if isinstance(entity, Publisher)),
+        subscriptions=tuple(entity.diagnostics() for entity in entities if isinstance(entity, Subscription)),
+        services=tuple(entity.diagnostics() for entity in entities if isinstance(entity, Service)),
+        clients=tuple(entity.diagnostics() for entity in entities if isinstance(entity, Client)),
+        timers=tuple(timer.diagnostics() for timer in context.timers),
+        sizes=(*_own(context), *(size for holder in (link, *holders) for size in holder.sizes())),
+    )
+
+
+def _mailbox(mailbox: Mailbox) -> MailboxDiagnostics:
+    return MailboxDiagnostics(
+        busy=mailbox.busy,
+        waiting=mailbox.waiting,
+        suspended=mailbox.suspended,
+        workers=mailbox.workers,
+    )
+
+
+def _own(context: NodeContext) -> Iterator[Size]:
+    yield Size(name="entities", size=len(context.entities))
+    yield Size(name="timers", size=len(context.timers))
+    yield Size(name="departing publishers", size=len(context.departing))
+    yield Size(name="idle workers", size=context.mailbox.idle_workers, limit=IDLE_WORKERS)
+    yield Size(name="log filters", size=context.log.filters, limit=MAX_FILTERS)

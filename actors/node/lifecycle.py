@@ -1,0 +1,302 @@
+"""A node's life: how it starts, what ends it, and how it stops.
+
+`begin` and `end` are what entering and leaving `async with node:` do. A node that stops begins no callback
+any more, but those that run may end, with calls and topics at work, so that their answers leave. Whatever
+callbacks do, `end` returns within `stop_timeout_sec` and two seconds:
+
+    callbacks that run end, what is queued leaves    stop_timeout_sec for both
+    callbacks that are left are cancelled            GRACE_SEC, and so long for what they have left behind
+    those that ignore that are named and left alone  at once
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.callbacks.functions import exit_ends_node
+from actors.diagnostics.records import Size
+from actors.errors import NodeAlreadyRunning
+from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine, Iterator
+
+    from actors.endpoints.context import NodeContext
+    from actors.session.connector import Connector
+    from actors.time.clock import Clock
+
+STOP_TIMEOUT_SEC: Final = 5.0
+"""What a stopping node gives its running callbacks to end and its queues to empty: longer than nearly all
+callbacks take, shorter than the ten seconds after which process managers kill."""
+
+GRACE_SEC: Final = 1.0
+"""What cancelled callbacks, and then tasks that only have to notice, get to end."""
+
+
+class Lifecycle:
+    """One node's.
+
+    Args:
+        context: What the node's parts share.
+        clock: The node's clock, which is destroyed with it.
+        connector: Keeps the node's link.
+        connect_timeout_sec: How long `begin` waits for a broker; None does not wait.
+        stop_timeout_sec: What `end` gives running callbacks to end, and then queued messages to be sent.
+    """
+
+    def __init__(
+        self,
+        context: NodeContext,
+        clock: Clock,
+        connector: Connector,
+        *,
+        connect_timeout_sec: float | None,
+        stop_timeout_sec: float,
+    ) -> None:
+        self._context = context
+        self._clock = clock
+        self._connector = connector
+        self._connect_timeout_sec = connect_timeout_sec
+        self._stop_timeout_sec = stop_timeout_sec
+        self._running = False
+        self._tasks: dict[asyncio.Task[None], None] = {}
+        self._body: asyncio.Task[Any] | None = None
+        """The task that is inside `async with`."""
+        self._cancelled_body: asyncio.Task[Any] | None = None
+        self._cancelling = 0
+        """How often the body's task had been asked to cancel when it entered."""
+        self._leaving: asyncio.Task[None] | None = None
+        """What takes a destroyed node out of the broker while its body goes on."""
+        self._done: asyncio.Event | None = None
+        self._failure: BaseException | None = None
+        self._deadline = math.inf
+        """Loop time of the end of the present wait in stopping; `_hurry` brings it forward."""
+        self._letting_run = False
+        """Whether callbacks are waited for that have not been cancelled."""
+        self._hurried = False
+        context.stop = self.fail
+
+    async def begin(self) -> None:
+        """Connect in the background, run callbacks as messages come.
+
+        Raises:
+            NodeAlreadyRunning: It runs already.
+            NodeDestroyed: It has been destroyed.
+            BrokerUnreachable: There was no broker within `connect_timeout_sec`.
+        """
+        context, link = self._context, self._context.link
+        if self._running:
+            raise NodeAlreadyRunning(f"Node '{context.full_name}' is running already")
+        context.require_alive()
+        self._running = True
+        self._done = asyncio.Event()
+        self._body = asyncio.current_task()
+        self._cancelling = self._body.cancelling() if self._body is not None else 0
+        link.loop = asyncio.get_running_loop()
+        self._spawn(self._keep_link())
+        context.mailbox.on_exit = self.fail if exit_ends_node.get() else None
+        context.mailbox.open(self._spawn)
+        for timer in context.timers:
+            timer.start()
+        try:
+            if self._connect_timeout_sec is not None:
+                while not link.connections and self._failure is None:
+                    await link.changed()
+        except BaseException as error:
+            await self.end(error)
+            raise
+
+    def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        task = asyncio.get_running_loop().create_task(coroutine)
+        self._tasks[task] = None
+        task.add_done_callback(self._task_ended)
+        return task
+
+    def _task_ended(self, task: asyncio.Task[None]) -> None:
+        self._tasks.pop(task, None)
+        # SystemExit and KeyboardInterrupt have already gone through the loop to whoever runs it.
+        if not task.cancelled() and isinstance(error := task.exception(), Exception):
+            self.fail(error)
+
+    async def _keep_link(self) -> None:
+        try:
+            await self._connector.run(connect_timeout_sec=self._connect_timeout_sec)
+        except CallboardError as error:
+            self.fail(error)
+
+    def sizes(self) -> Iterator[Size]:
+        """Say how many tasks it holds."""
+        yield Size(name="tasks", size=len(self._tasks))
+
+    def fail(self, error: BaseException) -> None:
+        """End the node with an error: whoever runs it gets it raised."""
+        if self._failure is None:
+            self._failure = error
+            self._context.link.wake()
+            if self._done is not None:
+                self._done.set()
+            if self._body is not None:
+                self._body.cancel()
+                self._cancelled_body = self._body
+
+    async def destroyed(self) -> None:
+        """Wait until the node is destroyed; only while it runs."""
+        assert self._done is not None
+        await self._done.wait()
+
+    async def end(self, error: BaseException | None) -> None:
+        """Stop, as the module says. Being cancelled meanwhile hurries: callbacks are cancelled at once.
+
+        Args:
+            error: What ended the body; raised instead of it is the error that the node has failed with. But
+                a cancellation by somebody else is never replaced: it would be lost.
+        """
+        body, self._body = self._body, None
+        if self._leaving is not None:
+            self._leaving.cancel()  # stopping does the rest of it
+        again: asyncio.CancelledError | None = None
+        stopping = asyncio.get_running_loop().create_task(self._stop())
+        while not stopping.done():
+            try:
+                await asyncio.wait({stopping})
+            except asyncio.CancelledError as cancelled:
+                again = cancelled
+                self._hurry()
+        self._running = False
+        if self._cancelled_body is not None:
+            self._cancelled_body.uncancel()
+        if not stopping.cancelled():
+            stopping.result()
+        cancellation = again or (error if isinstance(error, asyncio.CancelledError) else None)
+        asked = body is not None and body.cancelling() > self._cancelling
+        if cancellation is not None and (asked or self._failure is None):
+            raise cancellation
+        if self._failure is not None and (error is None or cancellation is error):
+            raise self._failure
+
+    async def _stop(self) -> None:
+        context = self._context
+        try:
+            stopped_by = asyncio.get_running_loop().time() + self._stop_timeout_sec
+            await self._end_callbacks(stopped_by)
+            context.mailbox.close()
+            self._destroy_parts()
+            await self._empty_queues()
+        finally:
+            self._connector.abort()
+            context.mailbox.close()
+            context.destroyed = True
+            self._clock.destroy()
+            await self._end_tasks()
+
+    async def _end_callbacks(self, stopped_by: float) -> None:
+        """Begin nothing new; let what runs end, or cancel it."""
+        context, mailbox = self._context, self._context.mailbox
+        context.stopping = True
+        mailbox.begin_nothing(context.link.wake)
+        for timer in tuple(context.timers):
+            timer.retire()
+        for entity in tuple(context.entities):
+            entity.retire()
+        if context.unread:
+            context.log.info(f"Stopping with {context.unread} received messages unread")
+        if mailbox.running and not mailbox.cancelling:
+            await self._let_run(stopped_by)
+        loop = asyncio.get_running_loop()
+        if mailbox.running:
+            self._deadline = loop.time() + GRACE_SEC
+            await self._until(lambda: not mailbox.running)
+        at_least = loop.time() + GRACE_SEC
+        self._deadline = at_least if self._hurried else max(at_least, stopped_by)
+
+    async def _let_run(self, until: float) -> None:
+        """Wait for callbacks; cancel those that have not ended by then, or when somebody hurries."""
+        log, mailbox = self._context.log, self._context.mailbox
+        log.info(
+            f"Stopping: up to {self._stop_timeout_sec:g} s for callbacks that run: {self._running_names}"
+        )
+        self._letting_run = True
+        self._deadline = -math.inf if self._hurried else until
+        if not await self._until(lambda: not mailbox.running):
+            log.warning(f"Cancelling callbacks: {self._running_names}")
+            mailbox.cancel_all()
+        self._letting_run = False
+
+    async def _empty_queues(self) -> None:
+        """Let what is queued leave, and then the node."""
+        context, link = self._context, self._context.link
+
+        def left() -> int:
+            return sum(max(1, queue.pending) for queue in context.departing if not queue.empty)
+
+        link.flush()
+        await self._until(lambda: not link.connected or (link.sent and not left()))
+        if left() and not self._connector.closing:
+            context.log.warning(f"Stopping with {left()} published messages unsent")
+        self._connector.leave()
+        await self._until(lambda: self._connector.ended)
+
+    async def _until(self, condition: Callable[[], bool]) -> bool:
+        """Wait until something holds that changes of the link bring about; False if the deadline is first."""
+        loop = asyncio.get_running_loop()
+        while not condition():
+            if loop.time() >= self._deadline:
+                return False
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout_at(self._deadline):
+                    await self._context.link.changed()
+        return True
+
+    def _hurry(self) -> None:
+        """Wait for nothing longer than it takes to cancel."""
+        self._hurried = True
+        patience = 0.0 if self._letting_run else GRACE_SEC
+        self._deadline = min(self._deadline, asyncio.get_running_loop().time() + patience)
+        self._context.link.wake()
+
+    async def _end_tasks(self) -> None:
+        """Cancel every task. A callback that ignores that has had its time: it is named, and left alone."""
+        mailbox = self._context.mailbox
+        had_their_time = {turn.task for turn in mailbox.running if turn.holding or turn.beside}
+        for task in tuple(self._tasks):
+            task.cancel()
+        rest = [task for task in self._tasks if task not in had_their_time]
+        if rest:
+            await asyncio.wait(rest, timeout=GRACE_SEC)
+        if mailbox.running:
+            self._context.log.error(
+                f"Abandoning callbacks that ignore their cancellation: {self._running_names}"
+            )
+
+    @property
+    def _running_names(self) -> str:
+        return ", ".join(sorted({turn.name for turn in self._context.mailbox.running}))
+
+    def destroy(self) -> None:
+        """Take everything out of service and cancel what runs, at once. Twice is no error.
+
+        A node that runs leaves the broker behind what it has published, whatever its body does then.
+        """
+        context = self._context
+        if context.destroyed:
+            return
+        self._destroy_parts()
+        context.mailbox.cancel_all()
+        context.destroyed = True
+        self._clock.destroy()
+        context.link.wake()
+        if self._done is not None:
+            self._done.set()
+        loop = context.link.loop
+        if self._running and not context.stopping and loop is not None and loop.is_running():
+            self._deadline = loop.time() + self._stop_timeout_sec
+            self._leaving = self._spawn(self._empty_queues())
+
+    def _destroy_parts(self) -> None:
+        for timer in tuple(self._context.timers):
+            timer.destroy()
+        for entity in tuple(self._context.entities):
+            entity.destroy()

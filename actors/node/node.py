@@ -1,0 +1,401 @@
+"""The node: wires its parts, starts them and stops them.
+
+A node is made without a running loop; it connects on `async with node:` or `await node.run()`. What it does
+is in its parts: publishers, subscriptions, services, clients, timers, parameters, the link and the mailbox.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
+
+from actors.callbacks.timing import SLOW_CALLBACK_SEC
+from actors.config.arguments import RosArguments, parse_ros_arguments, process_arguments
+from actors.config.contexts import find_place
+from actors.config.remapping import Remapper
+from actors.endpoints.client.client import Client
+from actors.endpoints.context import DEFAULT_CALL_TIMEOUT_SEC, NodeContext
+from actors.endpoints.publisher.publisher import Publisher
+from actors.endpoints.service.service import Service
+from actors.endpoints.subscription.subscription import Subscription
+from actors.endpoints.timer import Timer
+from actors.graph.broker_stats import BrokerView
+from actors.graph.view import GraphView
+from actors.logging.logger import Logger, get_logger, node_logger_name
+from actors.node.decorators import declared
+from actors.node.diagnostics import diagnose
+from actors.node.graph_queries import NodeGraph
+from actors.node.lifecycle import STOP_TIMEOUT_SEC, Lifecycle
+from actors.node.parameters import NodeParameters
+from actors.parameters.store import ParameterStore
+from actors.qos.profile import QoSProfile, qos_from
+from actors.session.connector import Connector
+from actors.session.link import Link
+from actors.time.clock import Clock
+from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from types import TracebackType
+
+    from actors.diagnostics.records import NodeDiagnostics
+    from actors.endpoints.context import Entity
+    from actors.endpoints.events import PublisherEventCallbacks, SubscriptionEventCallbacks
+    from actors.interfaces.message import Message, ServiceType
+    from actors.parameters.types import ParameterValue
+
+MessageT = TypeVar("MessageT", bound="Message")
+RequestT = TypeVar("RequestT", bound="Message")
+ResponseT = TypeVar("ResponseT", bound="Message")
+
+
+class Node(NodeGraph, NodeParameters):
+    """A named actor: callbacks on topics, services and timers.
+
+    Args:
+        node_name: The name, without a namespace. A remap (`-r __node:=…`) goes before it.
+        namespace: "" or None is the root; "ns" means "/ns".
+        url: The broker, or several, separated by commas: whenever there is no link they are tried in this
+            order, so that a node comes back to the first that answers, but leaves none that it is linked to.
+            CALLBOARD_URL, the context in use (`actors.config.contexts`) and then callboard://127.0.0.1:7411
+            stand in.
+        domain: Which of a broker's disjoint graphs to join, 0 to 232. CALLBOARD_DOMAIN, the context's and
+            then 0 stand in.
+        cli_args: Arguments of this node alone: ["--ros-args", "-r", "a:=b"]. They win over the process's.
+        use_global_arguments: Take what `actors.run` found on the command line.
+        parameter_overrides: Values for parameters; they win over the command line and files.
+        allow_undeclared_parameters: Reading and setting undeclared parameters is no error.
+        automatically_declare_parameters_from_overrides: Declare every override.
+        connect_timeout_sec: Raise BrokerUnreachable on entry when there is no broker within this; None
+            waits in the background for ever.
+        default_call_timeout_sec: The deadline of calls that name none.
+        stop_timeout_sec: What leaving gives running callbacks to end, and then queued messages to be sent.
+            Callbacks that still run are cancelled; all in all leaving takes at most two seconds longer.
+        slow_callback_sec: A callback that holds the event loop for longer is named in a warning; None: never.
+        on_error: "log" (default): a callback that raises is logged and counted; "stop": the node ends with
+            the error.
+
+    Raises:
+        InvalidNameError: The name or namespace breaks the naming rules.
+        InvalidRosArgumentError: `cli_args` cannot be read.
+        InvalidUrlError: The broker URL cannot be read.
+        ContextError: CALLBOARD_CONTEXT names no context, or the file of contexts is broken.
+        ValueError: `slow_callback_sec` is no time.
+    """
+
+    def __init__(
+        self,
+        node_name: str,
+        *,
+        namespace: str | None = None,
+        url: str | None = None,
+        domain: int | None = None,
+        cli_args: list[str] | None = None,
+        use_global_arguments: bool = True,
+        parameter_overrides: Mapping[str, ParameterValue] | None = None,
+        allow_undeclared_parameters: bool = False,
+        automatically_declare_parameters_from_overrides: bool = False,
+        connect_timeout_sec: float | None = None,
+        default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
+        stop_timeout_sec: float = STOP_TIMEOUT_SEC,
+        slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
+        on_error: Literal["log", "stop"] = "log",
+    ) -> None:
+        own = parse_ros_arguments(cli_args or [])
+        shared = (process_arguments.get() if use_global_arguments else None) or RosArguments()
+        absolute = normalize_namespace(namespace or "")
+        validate_node_name(node_name)
+        validate_namespace(absolute)
+        self._names = Remapper(node_name, absolute, rules=own.remap_rules, process_rules=shared.remap_rules)
+        full_name = full_node_name(self._names.namespace, self._names.name)
+        log = get_logger(node_logger_name(full_name))
+        place = find_place(url or None, domain)
+        link = Link(", ".join(map(str, place.urls)))
+        self._context = NodeContext(
+            name=self._names.name,
+            namespace=self._names.namespace,
+            log=log,
+            link=link,
+            default_call_timeout_sec=default_call_timeout_sec,
+            stop_on_error=on_error == "stop",
+            slow_callback_sec=slow_callback_sec,
+        )
+        self._graph = GraphView(self._context)
+        self._broker = BrokerView(self._context)
+        self._clock = Clock()
+        self._parameters = ParameterStore(
+            overrides=parameter_overrides,
+            argument_overrides={**shared.parameters_for(full_name), **own.parameters_for(full_name)},
+            allow_undeclared=allow_undeclared_parameters,
+            declare_overrides=automatically_declare_parameters_from_overrides,
+        )
+        self._lifecycle = Lifecycle(
+            self._context,
+            self._clock,
+            Connector(link, place.urls, domain=place.domain, log=log),
+            connect_timeout_sec=connect_timeout_sec,
+            stop_timeout_sec=stop_timeout_sec,
+        )
+        for method, declare in declared(type(self)):
+            declare(self, getattr(self, method))
+
+    # Who it is
+
+    def get_name(self) -> str:
+        """Return the node's name, without the namespace."""
+        return self._context.name
+
+    def get_namespace(self) -> str:
+        """Return the node's namespace, such as "/" or "/ns"."""
+        return self._context.namespace
+
+    def get_fully_qualified_name(self) -> str:
+        """Return namespace and name, such as "/ns/talker"."""
+        return self._context.full_name
+
+    def get_logger(self) -> Logger:
+        """Return the node's logger."""
+        return self._context.log
+
+    def get_clock(self) -> Clock:
+        """Return the node's clock; `.now()` is the time."""
+        return self._clock
+
+    @property
+    def callback_errors(self) -> int:
+        """Callbacks that have raised so far."""
+        return self._context.callback_errors
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a session with a broker now."""
+        return self._context.link.connected
+
+    def diagnostics(self) -> NodeDiagnostics:
+        """Return what the node holds, drops and spends its time on, now; at any time, and cheap.
+
+        Two looks give rates: `later.rates_since(earlier)`.
+        """
+        return diagnose(self._context, self._graph, self._broker, self._lifecycle)
+
+    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
+        """Return the full name of a topic, remapped unless `only_expand`."""
+        return self._names.resolve_topic(topic, only_expand=only_expand)
+
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Return the full name of a service, remapped unless `only_expand`."""
+        return self._names.resolve_service(service, only_expand=only_expand)
+
+    # What it has
+
+    def create_publisher(
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        qos_profile: QoSProfile | int = 10,
+        *,
+        event_callbacks: PublisherEventCallbacks | None = None,
+    ) -> Publisher[MessageT]:
+        """Make a publisher.
+
+        Args:
+            msg_type: A message class: generated, or a subclass of `actors.Message`.
+            topic: Relative to the namespace, absolute with `/`, private with `~/`.
+            qos_profile: A profile, or a depth, which means KEEP_LAST of that depth.
+            event_callbacks: What to call when it misses its deadline, is matched, and so on.
+
+        Raises:
+            InvalidTopicNameError: The name breaks the rules.
+            TypeError, ValueError: No message class, or no QoS.
+            NodeDestroyed: The node has been destroyed.
+        """
+        qos = qos_from(qos_profile)
+        return Publisher(self._context, msg_type, self._names.resolve_topic(topic), qos, event_callbacks)
+
+    @overload
+    def create_subscription(
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        callback: Callable[..., Any] | None = ...,
+        qos_profile: QoSProfile | int = ...,
+        *,
+        qos: QoSProfile | int | None = ...,
+        concurrent: bool = ...,
+        raw: Literal[False] = ...,
+        event_callbacks: SubscriptionEventCallbacks | None = ...,
+    ) -> Subscription[MessageT]: ...
+
+    @overload
+    def create_subscription(
+        self,
+        msg_type: type[Message] | None,
+        topic: str,
+        callback: Callable[..., Any] | None = ...,
+        qos_profile: QoSProfile | int = ...,
+        *,
+        qos: QoSProfile | int | None = ...,
+        concurrent: bool = ...,
+        raw: bool = ...,
+        event_callbacks: SubscriptionEventCallbacks | None = ...,
+    ) -> Subscription[Any]: ...
+
+    def create_subscription(
+        self,
+        msg_type: type[Message] | None,
+        topic: str,
+        callback: Callable[..., Any] | None = None,
+        qos_profile: QoSProfile | int = 10,
+        *,
+        qos: QoSProfile | int | None = None,
+        concurrent: bool = False,
+        raw: bool = False,
+        event_callbacks: SubscriptionEventCallbacks | None = None,
+    ) -> Subscription[Any]:
+        """Make a subscription.
+
+        Args:
+            msg_type: A message class; may be None with `raw=True`.
+            topic: As for `create_publisher`.
+            callback: `(msg)` or `(msg, info)`, `def` or `async def`. Without one, iterate with `async for`.
+            qos_profile: A profile or a depth.
+            qos: The same by keyword, for subscriptions without a callback.
+            concurrent: Do not wait for the node's other callbacks, nor for this one.
+            raw: Give each message as bytes (msgpack), and match publishers of every type.
+            event_callbacks: What to call when messages are lost, publishers come and go, and so on.
+
+        Raises:
+            InvalidTopicNameError: The name breaks the rules.
+            RuntimeError: The callback takes neither one nor two arguments.
+            TypeError, ValueError: No message class, or no QoS.
+            NodeDestroyed: The node has been destroyed.
+        """
+        profile = qos_from(qos_profile if qos is None else qos)
+        if msg_type is None and not raw:
+            raise TypeError("create_subscription needs a message class, unless raw=True")
+        return Subscription(
+            self._context,
+            msg_type,
+            self._names.resolve_topic(topic),
+            callback,
+            profile,
+            concurrent=concurrent,
+            raw=raw,
+            event_callbacks=event_callbacks,
+        )
+
+    def create_service(
+        self,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_name: str,
+        callback: Callable[..., Any],
+        *,
+        concurrent: bool = False,
+    ) -> Service[RequestT, ResponseT]:
+        """Serve requests.
+
+        Args:
+            srv_type: A service class: generated, or a subclass of `actors.Service`.
+            srv_name: As a topic's name.
+            callback: `(request, response)` or `(request)`, returns the response; `def` or `async def`.
+            concurrent: Handle requests side by side, and beside the node's other callbacks.
+
+        Raises:
+            InvalidServiceNameError: The name breaks the rules.
+            RuntimeError: The callback takes neither one nor two arguments.
+            NodeDestroyed: The node has been destroyed.
+        """
+        request, response = _parts(srv_type)
+        name = self._names.resolve_service(srv_name)
+        return Service(
+            self._context, srv_type, request, response, name, callback=callback, concurrent=concurrent
+        )
+
+    def create_client(
+        self, srv_type: type[ServiceType[RequestT, ResponseT]], srv_name: str
+    ) -> Client[RequestT, ResponseT]:
+        """Make a client of a service; arguments and errors as for `create_service`."""
+        request, response = _parts(srv_type)
+        return Client(self._context, srv_type, request, response, self._names.resolve_service(srv_name))
+
+    def create_timer(
+        self, timer_period_sec: float, callback: Callable[..., Any], *, autostart: bool = True
+    ) -> Timer:
+        """Call `callback()` (or `callback(TimerInfo)`) every `timer_period_sec` seconds, without drift."""
+        return Timer(self._context, timer_period_sec, callback, autostart=autostart)
+
+    def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
+        """Take a publisher back, after what it has published. False if it is not this node's."""
+        return self._destroy(publisher)
+
+    def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
+        """Take a subscription back. False if it is not this node's."""
+        return self._destroy(subscription)
+
+    def destroy_service(self, service: Service[Any, Any]) -> bool:
+        """Take a service back. False if it is not this node's."""
+        return self._destroy(service)
+
+    def destroy_client(self, client: Client[Any, Any]) -> bool:
+        """Take a client back; its pending calls are cancelled. False if it is not this node's."""
+        return self._destroy(client)
+
+    def _destroy(self, entity: Entity) -> bool:
+        mine = entity in self._context.entities
+        if mine:
+            entity.destroy()
+        return mine
+
+    def destroy_timer(self, timer: Timer) -> bool:
+        """Stop a timer for good. False if it is not this node's."""
+        mine = timer in self._context.timers
+        if mine:
+            timer.destroy()
+        return mine
+
+    # Its life
+
+    async def __aenter__(self) -> Self:
+        """Start: connect in the background, run callbacks as messages come."""
+        await self._lifecycle.begin()
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> Literal[False]:
+        """Stop: let running callbacks end, send what is queued, take everything back.
+
+        New messages, requests and ticks are not started; requests are answered with an error at once. To be
+        cancelled meanwhile hurries: callbacks are cancelled without waiting.
+        """
+        await self._lifecycle.end(error)
+        return False
+
+    async def run(self) -> None:
+        """Run until `destroy_node` is called, or the task is cancelled.
+
+        Raises:
+            NodeAlreadyRunning: It runs already.
+            BrokerUnreachable: There was no broker within `connect_timeout_sec`.
+            NodeNameTaken: Another live node has this full name.
+        """
+        async with self:
+            await self._lifecycle.destroyed()
+
+    def destroy_node(self) -> None:
+        """Take the node and everything it has out of service at once; `run` returns. Twice is no error.
+
+        Callbacks that run are cancelled; callers of its services get ServiceUnavailable.
+        """
+        self._lifecycle.destroy()
+
+
+def _parts(srv_type: Any) -> tuple[type[Any], type[Any]]:
+    try:
+        return srv_type.Request, srv_type.Response
+    except AttributeError:
+        raise TypeError(
+            f"{srv_type!r} is no service type: pass one such as AddTwoInts, or a subclass of actors.Service"
+        ) from None

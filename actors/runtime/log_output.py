@@ -1,0 +1,104 @@
+"""What a script's log lines look like, and where they go: ROS 2's format on stderr.
+
+[INFO] [1605120000.123456789] [minimal_publisher]: text
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+import sys
+from typing import TYPE_CHECKING, Final
+
+from actors.config import environment
+from actors.logging.logger import ROOT_NAME, LoggingSeverity, severity_from_name
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from typing import TextIO
+
+_LABELS: Final = {logging.WARNING: "WARN", logging.CRITICAL: "FATAL"}
+LEVEL_COLORS: Final = {"DEBUG": "\x1b[32m", "WARN": "\x1b[33m", "ERROR": "\x1b[31m", "FATAL": "\x1b[31m"}
+RESET: Final = "\x1b[0m"
+# Controls but for line end and tab, and what turns the direction of text or cannot be encoded.
+_HARMFUL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+class RosFormatter(logging.Formatter):
+    """Formats any record as ROS 2 does, in colour if asked.
+
+    Control characters are escaped, so that what a stranger sent cannot steer a terminal: all of them in
+    names, all but line ends and tabs in messages and tracebacks.
+    """
+
+    def __init__(self, *, color: bool = False) -> None:
+        super().__init__()
+        self._color = color
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line, or several if the message has line ends or a traceback."""
+        stamp_ns = getattr(record, "stamp_ns", None)
+        if not isinstance(stamp_ns, int):
+            stamp_ns = round(record.created * 1e9)
+        seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
+        label = _LABELS.get(record.levelno, record.levelname)
+        name = record.name.removeprefix(ROOT_NAME + ".")
+        text = f"[{label}] [{seconds}.{nanoseconds:09d}] [{shown(name)}]: {harmless(self._message(record))}"
+        if self._color and label in LEVEL_COLORS:
+            return f"{LEVEL_COLORS[label]}{text}{RESET}"
+        return text
+
+    def _message(self, record: logging.LogRecord) -> str:
+        parts = [record.getMessage()]
+        if record.exc_info:
+            parts.append(self.formatException(record.exc_info))
+        elif record.exc_text:
+            parts.append(record.exc_text)
+        if record.stack_info:
+            parts.append(self.formatStack(record.stack_info))
+        return "\n".join(parts)
+
+
+class _RosHandler(logging.StreamHandler["TextIO"]):
+    """The handler that `configure_logging` adds, by a type of its own so that it can be found again."""
+
+
+def configure_logging(
+    level: LoggingSeverity | int | str = LoggingSeverity.INFO,
+    *,
+    stream: TextIO | None = None,
+    color: bool | None = None,
+) -> None:
+    """Send all log records of this process to a stream as ROS 2's lines. For scripts, not for libraries.
+
+    Calling it again replaces what it did before. If the program has given the root logger handlers of its own
+    and names no stream, only the level is set: its choice stands.
+
+    Args:
+        level: Of callboard's loggers, also as a word; UNSET means INFO. Other libraries keep theirs.
+        stream: stderr if not given.
+        color: None asks NO_COLOR and FORCE_COLOR, and then whether the stream is a terminal.
+    """
+    severity = severity_from_name(level) if isinstance(level, str) else LoggingSeverity(level)
+    logging.getLogger(ROOT_NAME).setLevel(int(severity or LoggingSeverity.INFO))
+    root = logging.getLogger()
+    for handler in [each for each in root.handlers if isinstance(each, _RosHandler)]:
+        root.removeHandler(handler)
+    if root.handlers and stream is None:
+        return
+    target = sys.stderr if stream is None else stream
+    new = _RosHandler(target)
+    new.setFormatter(RosFormatter(color=_wants_color(target) if color is None else color))
+    root.addHandler(new)
+
+
+def _wants_color(stream: TextIO) -> bool:
+    wish = environment.color_wish()
+    return stream.isatty() if wish is None else wish
+
+
+def harmless(text: str) -> str:
+    """Return a text whose control characters, but for line ends and tabs, are escaped."""
+    if text.isprintable():
+        return text
+    return _HARMFUL.sub(lambda match: match[0].encode("unicode_escape").decode(), text)

@@ -1,0 +1,25 @@
+"""What still runs when a program ends: it is cancelled, and left to itself if it ignores that.
+
+asyncio would wait for it for ever.
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+from actors.logging.logger import get_logger
+
+
+async def end_remaining_tasks(patience_sec: float) -> None:
+    """Cancel all other tasks of this loop, wait for them so long, and say which ones are left running."""
+    tasks = asyncio.all_tasks() - {asyncio.current_task()}
+    for task in tasks:
+        task.cancel()
+    if not tasks:
+        return
+    _, stubborn = await asyncio.wait(tasks, timeout=patience_sec)
+    for task in stubborn:
+        name = getattr(task.get_coro(), "__qualname__", task.get_name())
+        get_logger("callboard").error(f"Left running: {name} ignores being cancelled")
+        asyncio._unregister_task(task)  # noqa: SLF001 - documented, for those who manage tasks themselves
+        setattr(task, "_log_destroy_pending", False)  # noqa: B010 - unknown to the types; it has just been said

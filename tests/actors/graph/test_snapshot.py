@@ -1,0 +1,65 @@
+"""What the graph at one moment says of endpoints and actions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from actors.graph.snapshot import EndpointInfo, actions_among
+from actors.qos.profile import QoSProfile, qos_profile_unknown
+from proto.codes import EntryKind
+
+EMPTY = EndpointInfo(
+    node_name="",
+    node_namespace="",
+    topic_type="",
+    topic_type_hash="",
+    endpoint_type=EntryKind.NODE,
+    endpoint_id=0,
+    qos_profile=qos_profile_unknown,
+)
+
+
+def test_an_empty_endpoint_is_fourteen_lines() -> None:
+    """E16: rclpy's labels; what is not known is INVALID or UNKNOWN, and no time is Infinite."""
+    assert str(EMPTY).splitlines() == [
+        "Node name: ",
+        "Node namespace: ",
+        "Topic type: ",
+        "Topic type hash: INVALID",
+        "Endpoint type: INVALID",
+        "GID: 0",
+        "QoS profile:",
+        "  Reliability: UNKNOWN",
+        "  History (Depth): UNKNOWN",
+        "  Durability: UNKNOWN",
+        "  Lifespan: Infinite",
+        "  Deadline: Infinite",
+        "  Liveliness: UNKNOWN",
+        "  Liveliness lease duration: Infinite",
+    ]
+
+
+def test_limits_and_depth_are_shown() -> None:
+    """A depth with KEEP_LAST, and times in nanoseconds."""
+    lines = str(replace(EMPTY, qos_profile=QoSProfile(depth=3, lifespan=1.5))).splitlines()
+    assert "  History (Depth): KEEP_LAST (3)" in lines
+    assert "  Lifespan: 1500000000 nanoseconds" in lines
+
+
+@pytest.mark.parametrize(("kind", "name"), [(EntryKind.SERVICE, "SERVER"), (EntryKind.CLIENT, "CLIENT")])
+def test_endpoints_of_services_say_so(kind: EntryKind, name: str) -> None:
+    """Service stands where topics have Topic."""
+    lines = str(replace(EMPTY, endpoint_type=kind)).splitlines()
+    assert lines[2:5] == ["Service type: ", "Service type hash: INVALID", f"Endpoint type: {name}"]
+
+
+def test_actions_are_known_by_their_services() -> None:
+    """The service that takes goals gives an action its name and type."""
+    services = [
+        ("/a/fib/_action/get_result", ["x/action/Fib_GetResult"]),
+        ("/a/fib/_action/send_goal", ["x/action/Fib_SendGoal"]),
+        ("/b", ["x/srv/B"]),
+    ]
+    assert actions_among(services) == [("/a/fib", ["x/action/Fib"])]

@@ -1,0 +1,50 @@
+"""Tests of declarations on methods."""
+
+from __future__ import annotations
+
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import String
+from actors.node.decorators import declared
+
+
+class Base(actors.Node):
+    def __init__(self) -> None:
+        super().__init__("decorated", use_global_arguments=False)
+
+    @actors.subscription(String, "heard", 5)
+    @actors.subscription(String, "heard_too", 7)
+    def on_message(self, msg: String) -> None: ...
+
+    @actors.service(AddTwoInts, "add")
+    def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+        return AddTwoInts.Response(sum=request.a + request.b)
+
+    @actors.timer(0.5)
+    def tick(self) -> None: ...
+
+
+class Child(Base):
+    @actors.timer(0.1)
+    def tick(self) -> None: ...
+
+    def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+        return AddTwoInts.Response()
+
+
+def test_declarations_stand_in_order_of_definition() -> None:
+    """Two decorators on one method are two declarations."""
+    assert [name for name, _ in declared(Base)] == ["on_message", "on_message", "add", "tick"]
+
+
+def test_an_overridden_method_counts_as_the_subclass_has_it() -> None:
+    """An override without a decorator takes the declaration back; one with its own replaces it."""
+    assert [name for name, _ in declared(Child)] == ["on_message", "on_message", "tick"]
+
+
+def test_a_node_has_what_its_class_declares() -> None:
+    """The entities exist as soon as the node does."""
+    node = Base()
+    kinds = sorted(type(entity).__name__ for entity in node._context.entities)
+    assert kinds == ["Service", "Subscription", "Subscription"]
+    assert [timer.period_sec for timer in node._context.timers] == [0.5]

@@ -1,0 +1,139 @@
+"""Parameter values: codes, type inference, text conversion, ranges."""
+
+from __future__ import annotations
+
+import array
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from actors.parameters.types import (
+    FloatingPointRange,
+    IntegerRange,
+    Parameter,
+    ParameterDescriptor,
+    ParameterType,
+    parameter_value_from_string,
+)
+
+VALUES: list[tuple[ParameterType, Any]] = [
+    (ParameterType.NOT_SET, None),
+    (ParameterType.BOOL, True),
+    (ParameterType.INTEGER, 42),
+    (ParameterType.DOUBLE, 3.5),
+    (ParameterType.STRING, "foo"),
+    (ParameterType.BYTE_ARRAY, [b"a", b"b"]),
+    (ParameterType.BYTE_ARRAY, b"ab"),
+    (ParameterType.BOOL_ARRAY, [True, False]),
+    (ParameterType.INTEGER_ARRAY, [1, 2, 3]),
+    (ParameterType.INTEGER_ARRAY, array.array("q", [1, 2])),
+    (ParameterType.DOUBLE_ARRAY, (1.0, 2.0)),
+    (ParameterType.STRING_ARRAY, ["a", "b"]),
+]
+
+
+def test_codes() -> None:
+    """L01: the codes are ROS 2's, and Parameter.Type is the same enum."""
+    names = "NOT_SET BOOL INTEGER DOUBLE STRING BYTE_ARRAY BOOL_ARRAY INTEGER_ARRAY DOUBLE_ARRAY STRING_ARRAY"
+    assert [kind.name for kind in ParameterType] == names.split()
+    assert [int(kind) for kind in ParameterType] == list(range(10))
+    assert Parameter.Type is ParameterType
+
+
+@pytest.mark.parametrize(("kind", "value"), VALUES)
+def test_type_of_a_value(kind: ParameterType, value: Any) -> None:
+    """L01: each Python value has its type, and only that type takes it."""
+    assert ParameterType.from_parameter_value(value) is kind
+    assert [each for each in ParameterType if each.check(value)] == [kind]
+    parameter = Parameter("p", value=value)
+    assert (parameter.name, parameter.type_, parameter.value) == ("p", kind, value)
+    assert parameter == Parameter("p", kind, value)
+
+
+@pytest.mark.parametrize("value", [{}, object(), [1, "a"], [1, 2.0], [None], 1 << 63, [1 << 63], 1j, [[1]]])
+def test_values_that_no_parameter_holds(value: Any) -> None:
+    """Other types, mixed lists and ints over 64 bits are TypeErrors."""
+    with pytest.raises(TypeError, match="not one of the allowed types"):
+        Parameter("p", value=value)
+
+
+def test_type_and_value_disagree() -> None:
+    """A value that is not of the given type is a ValueError."""
+    with pytest.raises(ValueError, match="do not agree"):
+        Parameter("p", ParameterType.DOUBLE, 1)
+    assert Parameter("p", ParameterType.INTEGER_ARRAY, []).type_ is ParameterType.INTEGER_ARRAY
+    assert repr(Parameter("p", value=1)) == "Parameter('p', INTEGER, 1)"
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("True", True),
+        ("42", 42),
+        ("3.5", 3.5),
+        ("[1, 2, 3]", [1, 2, 3]),
+        ("[true, false]", [True, False]),
+        ("[1.0, 2.5]", [1.0, 2.5]),
+        ("[a, b]", ["a", "b"]),
+        ("foo", "foo"),
+        (" ", " "),
+        ("", ""),
+        ("[1, a]", "[1, a]"),
+        ("[1, 2.5]", "[1, 2.5]"),
+        ("{a: 1}", "{a: 1}"),
+        ("2020-01-01", "2020-01-01"),
+        ("null", "null"),
+        ("[1,", "[1,"),
+        ("a: b: c", "a: b: c"),
+        ("!!python/name:os.system", "!!python/name:os.system"),
+        ("99999999999999999999", "99999999999999999999"),
+        ("[" * 5000, "[" * 5000),
+        ("'42'", "42"),
+    ],
+)
+def test_value_from_string(text: str, value: object) -> None:
+    """L17: YAML's scalars and plain lists are values; all other text is a string."""
+    got = parameter_value_from_string(text)
+    assert got == value
+    assert type(got) is type(value)
+
+
+@given(st.text())
+def test_any_text_is_some_value(text: str) -> None:
+    """L17: no text raises, and what comes out is a value that a parameter holds."""
+    ParameterType.from_parameter_value(parameter_value_from_string(text))
+
+
+@pytest.mark.parametrize(
+    ("value", "ok"),
+    [(4.5, True), (0.0, True), (10.0, True), (12.0, False), (-0.5, False), (4.25, False), (0.1 + 0.4, True)],
+)
+def test_double_range(value: float, ok: bool) -> None:
+    """L13: a double has to be a whole number of steps between the bounds."""
+    bounds = FloatingPointRange(from_value=0.0, to_value=10.0, step=0.5)
+    assert (bounds.fault(value) == "") is ok
+
+
+def test_end_points_are_always_in_range() -> None:
+    """L13: the bounds themselves are allowed, also off the step."""
+    assert not FloatingPointRange(from_value=0.0, to_value=1.2, step=0.5).fault(1.2)
+    assert not FloatingPointRange(from_value=0.0, to_value=1.2).fault(0.7)
+    assert FloatingPointRange(from_value=0.0, to_value=1.2).fault(float("nan"))
+    assert not IntegerRange(from_value=0, to_value=10, step=3).fault(10)
+    assert IntegerRange(from_value=0, to_value=10, step=3).fault(4) == "4 is not a whole number of steps of 3"
+    assert IntegerRange(from_value=0, to_value=10).fault(11) == "11 is not between 0 and 10"
+    assert not IntegerRange(from_value=0, to_value=10, step=0).fault(7)
+
+
+def test_ranges_apply_to_their_type_only() -> None:
+    """L13: other types ignore a range."""
+    descriptor = ParameterDescriptor(
+        floating_point_range=[FloatingPointRange(from_value=0.0, to_value=1.0)],
+        integer_range=[IntegerRange(from_value=0, to_value=1)],
+    )
+    for value in ("text", True, [5, 6], None):
+        assert descriptor.fault(value) == ""
+    assert descriptor.fault(5)
+    assert descriptor.fault(5.0)

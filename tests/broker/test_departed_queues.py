@@ -1,0 +1,59 @@
+"""Lanes without a publisher or a reader are forgotten when they are empty, and their numbers stay."""
+
+from __future__ import annotations
+
+import pytest
+
+from broker.departed_queues import FORGET_QUEUES
+from proto import frames
+from tests.broker import frame_makers as make
+from tests.broker.switch import Switch
+
+ROUNDS = FORGET_QUEUES + FORGET_QUEUES // 2
+
+
+def come_and_go(switch: Switch, who: str, *, read: bool) -> None:
+    """Let a reader, or a publisher, of one message come and go many times on links that stay."""
+    talker, listener = switch.join("/talker"), switch.join("/listener")
+    lasting, passing = (talker, listener) if who == "reader" else (listener, talker)
+    if who == "publisher":
+        switch.send(lasting, make.subscription(1))
+        number = 0
+    else:
+        number = switch.publisher(lasting, make.publisher(1))
+    for turn in range(ROUNDS):
+        if who == "reader":
+            switch.send(passing, make.subscription(1))
+        else:
+            declared = make.publisher(1)._replace(gid=turn.to_bytes(16, "big"))
+            number = switch.publisher(passing, declared)
+        switch.send(talker, make.batch(number, turn))
+        if read:
+            assert len(switch.read(listener, frames.Batch)) == 1
+        switch.send(passing, frames.Undeclare(1))
+        if read:
+            switch.read_all(talker)
+            switch.read_all(listener)
+
+
+@pytest.mark.parametrize("who", ["reader", "publisher"])
+def test_empty_lanes_are_forgotten_and_their_messages_stay_counted(who: str) -> None:
+    """However many come and go, about SETTLE_LANES lanes are held; each message is delivered in the sums."""
+    switch = Switch()
+    come_and_go(switch, who, read=True)
+    topics = switch.router.topics
+    assert len(topics.peer_queues()) <= FORGET_QUEUES + 2
+    total, by_topic = topics.tallies()
+    assert total.delivered == topics.copies == ROUNDS
+    assert [tally.delivered for tally in by_topic.values()] == [ROUNDS]
+
+
+def test_lanes_that_hold_something_are_not_forgotten() -> None:
+    """What publishers that have gone have said still goes out, all of it."""
+    switch = Switch()
+    come_and_go(switch, "publisher", read=False)
+    topics = switch.router.topics
+    assert len(topics.peer_queues()) == ROUNDS
+    assert topics.tallies()[0].queued == ROUNDS
+    assert len(switch.read(2, frames.Batch)) == ROUNDS
+    assert topics.tallies()[0].delivered == ROUNDS

@@ -1,0 +1,67 @@
+"""Setting up a process: the loop it gets, and that nothing it does can fail."""
+
+from __future__ import annotations
+
+import asyncio
+import ctypes
+import gc
+import subprocess
+import sys
+
+import pytest
+
+from proto.aio import process
+
+
+def test_the_loop_is_uvloops_where_there_is_one() -> None:
+    """It comes from uvloop's own factory."""
+    uvloop = pytest.importorskip("uvloop")
+    loop = process.new_event_loop()
+    loop.close()
+    assert isinstance(loop, uvloop.Loop)
+
+
+def test_without_uvloop_the_loop_is_asyncios(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on Windows."""
+    monkeypatch.setitem(sys.modules, "uvloop", None)
+    loop = process.new_event_loop()
+    loop.close()
+    assert isinstance(loop, asyncio.BaseEventLoop)
+
+
+def test_what_is_loaded_is_frozen() -> None:
+    """After settling, the collector leaves alone what was imported."""
+    code = "import gc; from proto import process; process.settle(); print(gc.get_freeze_count() > 1000)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=30
+    )
+    assert done.stdout.strip() == "True"
+
+
+@pytest.mark.parametrize("error", [OSError, TypeError, AttributeError])
+def test_a_platform_without_mallopt_is_left_as_it_is(
+    monkeypatch: pytest.MonkeyPatch, error: type[Exception]
+) -> None:
+    """Other C libraries have no mallopt, and Windows no library without a name."""
+    asked: list[object] = []
+
+    def missing(name: object) -> object:
+        asked.append(name)
+        raise error
+
+    monkeypatch.setattr(ctypes, "CDLL", missing)
+    process.configure_process()
+    gc.unfreeze()
+    assert asked == [None]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell")
+def test_a_loop_runs_though_streams_are_closed() -> None:
+    """They lead nowhere then, and nothing of the loop takes their numbers."""
+    code = (
+        "import asyncio, os, stat; from proto import process; loop = process.new_event_loop();"
+        "loop.run_until_complete(asyncio.sleep(0)); loop.close();"
+        "raise SystemExit(not all(os.path.samestat(os.fstat(n), os.stat(os.devnull)) for n in range(3)))"
+    )
+    command = ["/bin/sh", "-c", 'exec "$0" -c "$1" <&- >&- 2>&-', sys.executable, code]
+    assert subprocess.run(command, check=False, timeout=30).returncode == 0

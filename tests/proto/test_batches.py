@@ -1,0 +1,142 @@
+"""Runs against a plain list of messages: building, cutting, addressing and splitting change nothing else."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from proto import limits
+from proto.batches import HEAD_ROOM, BatchBuilder, cut, fitting, message_bytes, messages, readdress, with_raw
+from proto.codec import decode, encode
+from proto.frames import Batch, Replay
+
+MODEST = settings(deadline=None, max_examples=100)
+MESSAGES = st.lists(st.binary(min_size=1, max_size=30), min_size=1, max_size=12)
+
+
+def build(parts: list[bytes], *, first: int = 100, publisher: int = 7) -> Batch:
+    """Build a run of these messages."""
+    builder = BatchBuilder(first)
+    for part in parts:
+        builder.add(part)
+    return builder.take(publisher, 5)
+
+
+def parts_of(batch: Batch) -> list[bytes]:
+    """Return a run's messages, after a trip over the wire."""
+    back = decode(bytes(batch.raw))
+    assert isinstance(back, Batch)
+    assert back[:6] == batch[:6]
+    assert bytes(back.payload) == bytes(batch.payload)
+    return [bytes(message) for message in messages(batch)]
+
+
+@MODEST
+@given(MESSAGES)
+def test_a_run_holds_what_was_put_in(parts: list[bytes]) -> None:
+    """§6: count, bytes and messages of a run are those of the list it was built from."""
+    batch = build(parts)
+    assert parts_of(batch) == parts
+    assert batch.length == len(parts)
+    assert message_bytes(batch) == sum(map(len, parts))
+
+
+@MODEST
+@given(MESSAGES, st.data())
+def test_cut_is_a_slice(parts: list[bytes], data: st.DataObject) -> None:
+    """§6: a cut run holds the slice, numbered on from its first message."""
+    start = data.draw(st.integers(0, len(parts) - 1))
+    stop = data.draw(st.integers(start + 1, len(parts)))
+    piece = cut(build(parts), start, stop)
+    assert parts_of(piece) == parts[start:stop]
+    assert piece.first_sequence == 100 + start
+    assert (piece.publisher, piece.stamp_ns) == (7, 5)
+
+
+@MODEST
+@given(MESSAGES, st.data())
+def test_fitting_stops_where_the_room_ends(parts: list[bytes], data: st.DataObject) -> None:
+    """§6: every message taken begins within the room, and the next one would not."""
+    start = data.draw(st.integers(0, len(parts) - 1))
+    room = data.draw(st.integers(1, 200))
+    stop = fitting(build(parts), start, room)
+    begins = [sum(map(len, parts[start:index])) for index in range(start, len(parts))]
+    assert stop == start + sum(begin < room for begin in begins)
+
+
+@MODEST
+@given(MESSAGES, st.integers(0, limits.MAX_U64))
+def test_readdress_changes_only_the_publisher(parts: list[bytes], publisher: int) -> None:
+    """§6: a run under a new id is otherwise the same; under its own id it is the same object."""
+    batch = build(parts)
+    moved = readdress(batch, publisher)
+    assert moved.publisher == publisher
+    assert moved[1:6] == batch[1:6]
+    assert parts_of(moved) == parts
+    assert readdress(moved, publisher) is moved
+
+
+def test_nothing_is_copied_without_need() -> None:
+    """A whole cut is the run itself, and messages and payload are views into its encoded bytes."""
+    batch = build([b"a", b"bc"])
+    assert cut(batch, 0, 2) is batch
+    assert isinstance(batch.payload, memoryview)
+    assert batch.payload.obj is batch.raw
+    assert all(message.obj is batch.raw for message in messages(batch))
+
+
+def test_messages_of_a_replay() -> None:
+    """A REPLAY is split as a run is."""
+    batch = build([b"a", b"bc"])
+    replay = decode(encode(Replay(3, *batch[:7])))
+    assert isinstance(replay, Replay)
+    assert [bytes(message) for message in messages(replay)] == [b"a", b"bc"]
+    assert message_bytes(replay) == 3
+
+
+def test_the_builder_goes_on_after_take() -> None:
+    """Numbers continue, and what was taken is not in the next run."""
+    builder = BatchBuilder(10)
+    for part in (b"a", b"b", b"c"):
+        builder.add(part)
+    first = builder.take(1, 0)
+    builder.add(b"d")
+    second = builder.take(1, 0)
+    assert (first.first_sequence, first.length, second.first_sequence) == (10, 3, 13)
+    assert parts_of(second) == [b"d"]
+    assert (builder.length, builder.next_sequence) == (0, 14)
+
+
+def test_the_builder_says_when_a_run_is_full() -> None:
+    """§6: a run goes at RUN_FLUSH_BYTES or RUN_FLUSH_COUNT, whichever comes first."""
+    builder = BatchBuilder(0)
+    assert not builder.add(bytes(limits.BATCH_FLUSH_BYTES - 1))
+    assert builder.add(b"x")
+    builder.take(1, 0)
+    full = [builder.add(b"x") for _ in range(limits.BATCH_FLUSH_COUNT)]
+    assert full == [False] * (limits.BATCH_FLUSH_COUNT - 1) + [True]
+
+
+def test_with_raw_keeps_the_fields() -> None:
+    """Encoding a run fills `raw` and leaves the rest alone."""
+    batch = build([b"a"])
+    again = with_raw(batch._replace(raw=b""))
+    assert again.raw == batch.raw
+
+
+@pytest.mark.parametrize("number", [0, limits.MAX_U64 - 10])
+def test_a_single_large_message_is_a_run_of_its_own(number: int) -> None:
+    """§6: it is numbered like any other, and it is not copied; the longest head still fits before it."""
+    builder = BatchBuilder(number)
+    builder.add(b"a")
+    builder.take(7, 5)
+    buffer = bytearray(HEAD_ROOM) + b"large"
+    batch = builder.single(buffer, limits.MAX_U64, limits.MAX_U64)
+    back = decode(bytes(batch.raw))
+    assert isinstance(back, Batch)
+    assert [bytes(message) for message in messages(back)] == [b"large"]
+    assert back[:6] == (limits.MAX_U64, number + 1, limits.MAX_U64, 1, None, None)
+    assert builder.next_sequence == number + 2
+    assert memoryview(batch.raw).obj is memoryview(batch.payload).obj is buffer
+    assert memoryview(batch.raw).readonly
