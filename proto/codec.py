@@ -1,9 +1,9 @@
 """Frames to bytes and back.
 
 Every frame is a msgpack `bin 32`, so its size is known before it is buffered. Inside is a header (a msgpack
-array of at most 15 fields whose first is the opcode, below 128) and then, for BATCH, REPLAY and FRAGMENT only,
-the payload. Whatever bytes come in, `decode` returns a frame whose fields have the types that `frames.py`
-says, or raises ProtocolError, and never anything else.
+array of at most 15 fields whose first is the opcode, below 128) and then, for BATCH, REPLAY and FRAGMENT
+only, the payload. Whatever bytes come in, `decode` returns a frame whose fields have the types that
+`frames.py` says, or raises ProtocolError, and never anything else.
 """
 
 from __future__ import annotations

@@ -20,10 +20,11 @@ from actors.errors import BrokerUnreachable
 from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.graph.snapshot import GraphSnapshot
 from proto import frames, limits
-from proto.codec import BIN_32, Decoder, encode
+from proto.codec import Decoder, encode
 from proto.errors import ErrorCode, ProtocolError, shown
 from proto.identity import agent
-from proto.session import Role, Session
+from proto.receiver import SCRATCH_BYTES, Receiver
+from proto.session import Role, Session, State
 from proto.url import parse_urls
 
 if TYPE_CHECKING:
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from proto.url import BrokerUrl
 
 AGENT: Final = agent("callboard-inspector")
-READ_BYTES: Final = 64 * 1024
 _QUESTION: Final = 1
 """The id of each question: there is never more than one."""
 
@@ -81,9 +81,8 @@ class Inspector:
         self._domain = domain
         self._timeout_sec = timeout_sec
         self._socket: socket.socket | None = None
-        self._session = Session(Role.CLIENT)
-        self._decoder = Decoder()
-        self._unread = bytearray()
+        self._scratch = memoryview(bytearray(SCRATCH_BYTES))
+        self._start_session()
 
     def __enter__(self) -> Self:
         """Connect, if `connect` has not been called."""
@@ -165,8 +164,12 @@ class Inspector:
 
     # The wire
 
+    def _start_session(self) -> None:
+        self._session = Session(Role.CLIENT)
+        self._receiver = Receiver(self._session, self._scratch, Decoder())
+
     def _greet(self, url: BrokerUrl, deadline: float) -> None:
-        self._session, self._unread = Session(Role.CLIENT), bytearray()
+        self._start_session()
         self._socket = _connect(url, _left(deadline))
         hello = frames.Hello(
             limits.PROTOCOL_VERSION,
@@ -179,7 +182,12 @@ class Inspector:
         )
         asked = time.monotonic()
         self._send(hello)
-        welcome = self._next(frames.Welcome, deadline)
+        try:
+            welcome = self._next(frames.Welcome, deadline)
+        except ProtocolError as error:
+            if error.code is ErrorCode.MALFORMED and self._session.state is State.GREETED:
+                raise ProtocolError(error.code, f"what listens at {url} is no callboard broker") from error
+            raise
         self.round_trip_sec = time.monotonic() - asked
         self.welcome = welcome.options
         self.clock_ahead_sec = _ahead(welcome.options.get("wall_time_ns"), self.round_trip_sec)
@@ -214,8 +222,7 @@ class Inspector:
             ProtocolError: The broker has said why not, or broke the protocol.
         """
         while True:
-            frame = self._decoder.decode_content(self._read_frame(deadline))
-            self._session.received(frame)
+            frame = self._next_frame(deadline)
             if isinstance(frame, kind):
                 return frame
             if isinstance(frame, frames.Error):
@@ -225,29 +232,17 @@ class Inspector:
             if isinstance(frame, frames.Ping):
                 self._send(frames.Pong(frame.token))
 
-    def _read_frame(self, deadline: float) -> bytes:
-        self._fill(limits.PREFIX_BYTES, deadline)
-        most = limits.MAX_FRAME_BYTES if self._session.is_open else limits.MAX_HELLO_BYTES
-        if self._unread[0] != BIN_32:
-            raise ProtocolError(ErrorCode.MALFORMED, f"what listens at {self.url} is no callboard broker")
-        size = int.from_bytes(self._unread[1 : limits.PREFIX_BYTES], "big")
-        if size > most:
-            raise ProtocolError(ErrorCode.TOO_LARGE, f"a frame of {size} bytes is over the limit of {most}")
-        end = limits.PREFIX_BYTES + size
-        self._fill(end, deadline)
-        raw = bytes(self._unread[:end])
-        del self._unread[:end]
-        return raw
-
-    def _fill(self, size: int, deadline: float) -> None:
-        """Read until there are so many bytes."""
-        sock = cast("socket.socket", self._socket)
-        while len(self._unread) < size:
+    def _next_frame(self, deadline: float) -> Frame:
+        sock, receiver = cast("socket.socket", self._socket), self._receiver
+        while True:
+            frame = receiver.next_frame()
+            if frame is not None:
+                return frame
             sock.settimeout(_left(deadline))
-            chunk = sock.recv(READ_BYTES)
-            if not chunk:
+            received = sock.recv_into(receiver.buffer())
+            if not received:
                 raise ConnectionResetError("the broker has closed the connection")
-            self._unread += chunk
+            receiver.received(received)
 
 
 def _known(code: int) -> ErrorCode:

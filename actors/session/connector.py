@@ -1,8 +1,8 @@
 """Keeping a link connected: which broker to try when, the handshake, signs of life, and the end.
 
 A `Connector` tries its brokers in order until one welcomes it, serves that session until it ends, and begins
-again, with pauses that grow and are never the same twice. Each connection is a `BrokerConnection` of its own, so
-that one which takes its time to close is not taken for the next.
+again, with pauses that grow and are never the same twice. Each connection is a `BrokerConnection` of its own,
+so that one which takes its time to close is not taken for the next.
 """
 
 from __future__ import annotations

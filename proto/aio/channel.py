@@ -1,11 +1,8 @@
-"""The byte pump: one connection's socket, shared by both ends, and proto's door to asyncio.
+"""One connection's socket, for both ends: an asyncio protocol around a `Receiver` and an `Outbox`.
 
-A `Channel` reads whole frames out of a stream, checks them against the session's table, puts fragments
-together and hands frames to its handler; what waits in its outbox it writes while the transport has room.
-
-All channels of a thread read into one scratch buffer, which is safe because `buffer_updated` has taken
-everything out of it before the loop can read for another: an idle connection owns no buffer at all. A large
-frame is received into a buffer of its own instead, which becomes the frame.
+A `Channel` hands the frames that its receiver cuts out of the stream to its handler, and writes what waits in
+its outbox while the transport has room. All channels of a thread share one scratch buffer, which is safe
+because `buffer_updated` takes everything out of it before the loop can read for another.
 """
 
 from __future__ import annotations
@@ -16,26 +13,14 @@ import threading
 from typing import TYPE_CHECKING, Final, Protocol, cast
 
 from proto import frames, limits
-from proto.codec import BIN_32, Decoder, encode
-from proto.errors import ErrorCode, ProtocolError
-from proto.fragments import Reassembler
+from proto.codec import Decoder, encode
+from proto.errors import ProtocolError
 from proto.outbox import Outbox
+from proto.receiver import SCRATCH_BYTES, Receiver
 from proto.session import Role, Session, State
 
 if TYPE_CHECKING:
-    from proto.frames import Buffer, Frame
-
-_SCRATCH_BYTES: Final = 2 * (limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES)
-
-_OWN_BYTES: Final = 96 * 1024
-"""A frame from this size on is received into a buffer of its own; copying a smaller one out of the scratch
-buffer costs less than a read of its own."""
-
-_CLAIM_RATIO: Final = 8
-"""It gets one when this part of it has come: a claim alone must cost the peer something."""
-
-_BEHIND_BYTES: Final = 4 * 1024
-"""Room behind a frame in a buffer of its own: the read that ends it may get the next one's start, too."""
+    from proto.frames import Frame
 
 _GATHER_BYTES: Final = 2 * limits.HIGH_WATER_BYTES
 """Frames are written together up to this size."""
@@ -52,16 +37,11 @@ class _Scratch(threading.local):
     """What a thread's channels share: while one thread's loop is in recv, another's may run."""
 
     def __init__(self) -> None:
-        self.view = memoryview(bytearray(_SCRATCH_BYTES))
+        self.view = memoryview(bytearray(SCRATCH_BYTES))
         self.decoder = Decoder()
 
 
 _scratch: Final = _Scratch()
-
-_OWN_FRAMES: Final = frozenset({frames.Fragment, frames.Abort, frames.Ping})
-"""What a channel deals with itself."""
-
-_FRAGMENTABLE: Final = (frames.Batch, frames.Replay, frames.Request, frames.Reply)
 
 
 class ChannelHandler(Protocol):
@@ -104,22 +84,18 @@ class Channel(asyncio.BufferedProtocol):
     """
 
     __slots__ = (
-        "_decoder",
         "_flush_due",
         "_going_on",
         "_handler",
-        "_held",
         "_in_a_row",
         "_joins",
         "_linger",
         "_loop",
+        "_max_message_bytes",
         "_offered",
-        "_own",
         "_paused",
-        "_reassembler",
-        "_rest",
+        "_receiver",
         "_resting",
-        "_scratch",
         "_transport",
         "bytes_received",
         "bytes_sent",
@@ -148,16 +124,9 @@ class Channel(asyncio.BufferedProtocol):
         # writelines of asyncio's own transports never says that they are full before Python 3.12.9 and 3.13.2
         # (CVE-2024-12254); in 3.11 it joins, too.
         self._joins = isinstance(loop, asyncio.BaseEventLoop)
-        self._reassembler = Reassembler(max_message_bytes)
+        self._max_message_bytes = max_message_bytes
+        self._receiver: Receiver | None = None
         self._transport: asyncio.Transport | None = None
-        self._scratch = _scratch.view
-        self._decoder = _scratch.decoder
-        self._rest = b""
-        """The start of a frame that is not there whole."""
-        self._own: memoryview | None = None
-        """The buffer of a large frame that is being received, and ..."""
-        self._held = 0
-        """... how much of that is filled."""
         self._paused = False
         self._flush_due = False
         self._going_on = False
@@ -171,8 +140,9 @@ class Channel(asyncio.BufferedProtocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Called by asyncio."""
-        self._scratch = _scratch.view
-        self._decoder = _scratch.decoder
+        self._receiver = Receiver(
+            self.session, _scratch.view, _scratch.decoder, max_message_bytes=self._max_message_bytes
+        )
         self._transport = cast("asyncio.Transport", transport)
         self.connected = True
         self._transport.set_write_buffer_limits(high=limits.HIGH_WATER_BYTES, low=limits.LOW_WATER_BYTES)
@@ -196,15 +166,9 @@ class Channel(asyncio.BufferedProtocol):
         return False
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
-        """Called by asyncio: where a large frame goes on, or the scratch buffer behind half a small one."""
-        if self._own is not None:
-            buffer = self._own[self._held :]
-        elif self._rest:
-            start = len(self._rest)
-            self._scratch[:start] = self._rest
-            buffer = self._scratch[start:]
-        else:
-            buffer = self._scratch
+        """Called by asyncio."""
+        assert self._receiver is not None
+        buffer = self._receiver.buffer()
         self._offered = len(buffer)
         return buffer
 
@@ -216,12 +180,7 @@ class Channel(asyncio.BufferedProtocol):
         self._in_a_row = self._in_a_row + nbytes if nbytes == self._offered else 0
         self.reading = True
         try:
-            if self._own is None:
-                end = len(self._rest) + nbytes
-                self._rest = b""
-            else:
-                end = self._fill_own(nbytes)
-            self._take_all(end)
+            self._take_frames(nbytes)
         except ProtocolError as error:
             self.fail(error)
         finally:
@@ -232,6 +191,19 @@ class Channel(asyncio.BufferedProtocol):
             if self._in_a_row >= _TURN_BYTES:
                 self._rest_for_a_turn()
 
+    def _take_frames(self, nbytes: int) -> None:
+        """Hand over the frames that so many new bytes complete."""
+        receiver, handler, session = self._receiver, self._handler, self.session
+        assert receiver is not None
+        receiver.received(nbytes)
+        while self.connected and (frame := receiver.next_frame()) is not None:
+            if type(frame) is frames.Ping:
+                self.send(frames.Pong(frame.token))
+            else:
+                handler.frame_received(frame)
+            if session.state is State.CLOSED:
+                self.close()
+
     def _rest_for_a_turn(self) -> None:
         """Let the other connections be read before this one's next bytes."""
         transport = self._transport
@@ -239,84 +211,6 @@ class Channel(asyncio.BufferedProtocol):
             self._resting = True
             transport.pause_reading()
             self._go_on_soon()
-
-    def _fill_own(self, nbytes: int) -> int:
-        """Go on with a large frame; return how many bytes behind it are in the scratch buffer now."""
-        own = self._own
-        assert own is not None
-        self._held += nbytes
-        size = len(own) - _BEHIND_BYTES
-        behind = self._held - size
-        if behind < 0:
-            return 0
-        self._own = None
-        self._scratch[:behind] = own[size : self._held]
-        self._take(own[:size].toreadonly())  # as bytes are: what one reader gets, another must not change
-        return behind
-
-    def _take_all(self, end: int) -> None:
-        """Hand over the frames in the scratch buffer up to `end`; keep what is left of the last."""
-        scratch, start = self._scratch, 0
-        while start < end and self.connected:
-            stop = self._frame_end(start, end)
-            if stop > end:
-                self._keep(start, end, stop)
-                return
-            self._take(bytes(scratch[start:stop]))
-            start = stop
-
-    def _keep(self, start: int, end: int, stop: int) -> None:
-        """Keep the start of a frame of which not all is there."""
-        size, here = stop - start, end - start
-        if size < _OWN_BYTES or here < size // _CLAIM_RATIO:
-            self._rest = bytes(self._scratch[start:end])
-            return
-        own = self._own = memoryview(bytearray(size + _BEHIND_BYTES))
-        own[:here] = self._scratch[start:end]
-        self._held = here
-
-    def _frame_end(self, start: int, end: int) -> int:
-        """Return where the frame at `start` ends: beyond `end` if it is not there whole.
-
-        The limit is looked up frame by frame: the first of a read may be the one that opens the session.
-        """
-        scratch = self._scratch
-        if scratch[start] != BIN_32:
-            raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {scratch[start]:#04x}")
-        body = start + limits.PREFIX_BYTES
-        if body > end:
-            return body
-        size = int.from_bytes(scratch[start + 1 : body], "big")
-        most = limits.MAX_FRAME_BYTES if self.session.is_open else limits.MAX_HELLO_BYTES
-        if size > most:
-            raise ProtocolError(ErrorCode.TOO_LARGE, f"a frame of {size} bytes is over the limit of {most}")
-        return body + size
-
-    def _take(self, raw: Buffer) -> None:
-        """Hand over one frame."""
-        frame = self._decoder.decode_content(raw)
-        self.session.received(frame)
-        if type(frame) not in _OWN_FRAMES:
-            self._handler.frame_received(frame)
-        elif isinstance(frame, frames.Fragment):
-            self._take_fragment(frame)
-        elif isinstance(frame, frames.Abort):
-            self._reassembler.abort(frame)
-        elif isinstance(frame, frames.Ping):
-            self.send(frames.Pong(frame.token))
-        if self.session.state is State.CLOSED:
-            self.close()
-
-    def _take_fragment(self, fragment: frames.Fragment) -> None:
-        raw = self._reassembler.add(fragment)
-        if raw is None:
-            return
-        frame = self._decoder.decode(memoryview(raw).toreadonly())
-        if not isinstance(frame, _FRAGMENTABLE):
-            name = type(frame).__name__.upper()
-            raise ProtocolError(ErrorCode.UNEXPECTED, f"{name} must not travel in fragments")
-        self.session.received(frame)
-        self._handler.frame_received(frame)
 
     def send(self, frame: Frame) -> None:
         """Queue a control frame ahead of calls and runs; it leaves with the next flush."""

@@ -188,7 +188,7 @@ async def test_what_only_asks_loads_no_node(arguments: list[str], broker: Broker
     """A question to the broker needs neither asyncio nor message classes, whatever the answer."""
     code = (
         "import sys; from actors.cli.main import main; main(sys.argv[1:]);"
-        "print(*{'asyncio', 'msgspec', 'yaml', 'actors.node.node', 'broker'} & set(sys.modules), file=sys.stderr)"
+        "print(*{'asyncio', 'msgspec', 'yaml', 'actors.node', 'broker'} & set(sys.modules), file=sys.stderr)"
     )
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-c", code, *arguments),

@@ -126,7 +126,7 @@ def test_listing_loads_nothing_heavy() -> None:
     """Neither a loop, nor types, nor packages."""
     code = (
         "import sys; from actors.cli.main import main; main(['pkg', 'list']);"
-        "print([m for m in ('asyncio', 'msgspec', 'msgpack', 'yaml', 'actors.node.node') if m in sys.modules])"
+        "print([m for m in ('asyncio', 'msgspec', 'msgpack', 'yaml', 'actors.node') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"

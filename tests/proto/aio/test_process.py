@@ -31,7 +31,10 @@ def test_without_uvloop_the_loop_is_asyncios(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_what_is_loaded_is_frozen() -> None:
     """After settling, the collector leaves alone what was imported."""
-    code = "import gc; from proto import process; process.settle(); print(gc.get_freeze_count() > 1000)"
+    code = (
+        "import gc; from proto.aio.process import configure_process; configure_process();"
+        "print(gc.get_freeze_count() > 1000)"
+    )
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=30
     )
@@ -59,7 +62,7 @@ def test_a_platform_without_mallopt_is_left_as_it_is(
 def test_a_loop_runs_though_streams_are_closed() -> None:
     """They lead nowhere then, and nothing of the loop takes their numbers."""
     code = (
-        "import asyncio, os, stat; from proto import process; loop = process.new_event_loop();"
+        "import asyncio, os, stat; from proto.aio import process; loop = process.new_event_loop();"
         "loop.run_until_complete(asyncio.sleep(0)); loop.close();"
         "raise SystemExit(not all(os.path.samestat(os.fstat(n), os.stat(os.devnull)) for n in range(3)))"
     )

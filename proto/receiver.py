@@ -1,0 +1,187 @@
+"""Bytes in, frames out: the receiving half of a connection, without I/O.
+
+The owner of a socket reads into `buffer()`, reports how much came with `received()`, and takes frames with
+`next_frame()` until it returns None. Fragments are put together on the way, and every frame is checked
+against the session's table.
+
+Connections that never read at the same time may share one scratch buffer: when `next_frame()` has returned
+None, everything has been taken out of it, so that an idle connection owns no buffer at all. A large frame is
+received into a buffer of its own instead, which becomes the frame.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from proto import frames, limits
+from proto.codec import BIN_32
+from proto.errors import ErrorCode, ProtocolError
+from proto.fragments import Reassembler
+
+if TYPE_CHECKING:
+    from proto.codec import Decoder
+    from proto.frames import Buffer, Frame
+    from proto.session import Session
+
+SCRATCH_BYTES: Final = 2 * (limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES)
+"""The size that a scratch buffer must have."""
+
+_OWN_BYTES: Final = 96 * 1024
+"""A frame from this size on is received into a buffer of its own; copying a smaller one out of the scratch
+buffer costs less than a read of its own."""
+
+_CLAIM_RATIO: Final = 8
+"""It gets one when this part of it has come: a claim alone must cost the peer something."""
+
+_BEHIND_BYTES: Final = 4 * 1024
+"""Room behind a frame in a buffer of its own: the read that ends it may get the next one's start, too."""
+
+_REASSEMBLED: Final = frozenset({frames.Fragment, frames.Abort})
+
+_FRAGMENTABLE: Final = (frames.Batch, frames.Replay, frames.Request, frames.Reply)
+
+
+class Receiver:
+    """Cuts one connection's bytes into frames.
+
+    Args:
+        session: Says which frames may come, and how large they may be; it is told of each.
+        scratch: `SCRATCH_BYTES` bytes to read into, shared or not.
+        decoder: Decodes what is in the scratch buffer.
+        max_message_bytes: The largest message that may come in fragments.
+    """
+
+    __slots__ = (
+        "_decoder",
+        "_end",
+        "_filled",
+        "_own",
+        "_reassembler",
+        "_rest",
+        "_scratch",
+        "_session",
+        "_start",
+    )
+
+    def __init__(
+        self,
+        session: Session,
+        scratch: memoryview,
+        decoder: Decoder,
+        *,
+        max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
+    ) -> None:
+        self._session = session
+        self._scratch = scratch
+        self._decoder = decoder
+        self._reassembler = Reassembler(max_message_bytes)
+        self._start = self._end = 0
+        """What of the scratch buffer has been read and not been taken."""
+        self._rest = b""
+        """The start of a frame of which the rest has not come."""
+        self._own: memoryview | None = None
+        """The buffer of a large frame that is being received, and ..."""
+        self._filled = 0
+        """... how much of that is filled."""
+
+    def buffer(self) -> memoryview:
+        """Return where to read into: at least one byte, behind what is there of an unfinished frame."""
+        if self._own is not None:
+            return self._own[self._filled :]
+        if not self._rest:
+            return self._scratch
+        start = len(self._rest)
+        self._scratch[:start] = self._rest
+        return self._scratch[start:]
+
+    def received(self, nbytes: int) -> None:
+        """Note that so many bytes have been read into the last `buffer()`."""
+        self._start = 0
+        if self._own is None:
+            self._end = len(self._rest) + nbytes
+            self._rest = b""
+        else:
+            self._end = 0
+            self._filled += nbytes
+
+    def next_frame(self) -> Frame | None:
+        """Return the next frame that the session allows, or None if more bytes are needed.
+
+        Raises:
+            ProtocolError: The bytes are no frame, or one that may not come now. Nothing can be received after
+                that.
+        """
+        while (raw := self._next_raw()) is not None:
+            frame = self._decoder.decode_content(raw)
+            self._session.received(frame)
+            if type(frame) not in _REASSEMBLED:
+                return frame
+            whole = self._reassemble(frame)
+            if whole is not None:
+                return whole
+        return None
+
+    def _next_raw(self) -> Buffer | None:
+        """Return the next encoded frame.
+
+        The limit is looked up frame by frame: the first of a read may be the one that opens the session.
+        """
+        if self._own is not None:
+            return self._finish_own(self._own)
+        start, end, scratch = self._start, self._end, self._scratch
+        if start == end:
+            return None
+        if scratch[start] != BIN_32:
+            raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {scratch[start]:#04x}")
+        stop = start + limits.PREFIX_BYTES
+        if stop <= end:
+            size = int.from_bytes(scratch[start + 1 : stop], "big")
+            most = limits.MAX_FRAME_BYTES if self._session.is_open else limits.MAX_HELLO_BYTES
+            if size > most:
+                raise ProtocolError(
+                    ErrorCode.TOO_LARGE, f"a frame of {size} bytes is over the limit of {most}"
+                )
+            stop += size
+        if stop > end:
+            self._keep(start, end, stop)
+            return None
+        self._start = stop
+        return bytes(scratch[start:stop])
+
+    def _finish_own(self, own: memoryview) -> Buffer | None:
+        """Return the large frame if it is there whole; what is behind it goes to the scratch buffer."""
+        size = len(own) - _BEHIND_BYTES
+        behind = self._filled - size
+        if behind < 0:
+            return None
+        self._own = None
+        self._scratch[:behind] = own[size : self._filled]
+        self._end = behind
+        return own[:size].toreadonly()  # as bytes are: what one reader gets, another must not change
+
+    def _keep(self, start: int, end: int, stop: int) -> None:
+        """Keep the start of a frame of which not all is there."""
+        self._start = self._end = 0
+        size, here = stop - start, end - start
+        if size < _OWN_BYTES or here < size // _CLAIM_RATIO:
+            self._rest = bytes(self._scratch[start:end])
+            return
+        own = self._own = memoryview(bytearray(size + _BEHIND_BYTES))
+        own[:here] = self._scratch[start:end]
+        self._filled = here
+
+    def _reassemble(self, frame: Frame) -> Frame | None:
+        """Take a FRAGMENT or an ABORT; return the frame that is whole now."""
+        if not isinstance(frame, frames.Fragment):
+            assert isinstance(frame, frames.Abort)
+            self._reassembler.abort(frame)
+            return None
+        raw = self._reassembler.add(frame)
+        if raw is None:
+            return None
+        whole = self._decoder.decode(memoryview(raw).toreadonly())
+        if not isinstance(whole, _FRAGMENTABLE):
+            name = type(whole).__name__.upper()
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"{name} must not travel in fragments")
+        self._session.received(whole)
+        return whole
