@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from broker.qos import KEEP_ALL, Qos
 from proto import frames
 from proto.batches import cut, message_bytes
+from proto.qos import KEEP_ALL, Qos
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

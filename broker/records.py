@@ -11,9 +11,9 @@ from proto.frames import Batch, Frame, GraphEntry, Matched, Options, Replay, Sca
 
 if TYPE_CHECKING:
     from broker.pool import Pool
-    from broker.qos import Qos
     from proto.codes import EntryKind
     from proto.publisher_queue import PublisherQueue
+    from proto.qos import Qos
 
 
 class Send(NamedTuple):

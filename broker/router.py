@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from broker.graph import Definitions, Graph, is_type_text
 from broker.latched import latched_depth
-from broker.qos import Refusal, read
 from broker.records import (
     ClientRecord,
     Close,
@@ -37,6 +36,7 @@ from proto.names import (
     validate_namespace,
     validate_node_name,
 )
+from proto.qos import Refusal, read
 
 if TYPE_CHECKING:
     from collections.abc import Callable

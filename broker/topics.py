@@ -13,7 +13,6 @@ from broker.credit_limits import CreditLimits
 from broker.departed_queues import DepartedQueues, PeerQueue
 from broker.latched import latch, unlatch
 from broker.notices import Notices
-from broker.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
 from broker.records import (
     Close,
     Discard,
@@ -30,6 +29,7 @@ from proto.codes import DetachReason, NoticeKind, PolicyKind
 from proto.errors import ErrorCode, ProtocolError
 from proto.limits import MAX_U64
 from proto.publisher_queue import PublisherQueue
+from proto.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator

@@ -13,16 +13,14 @@ from enum import Enum, IntEnum, unique
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.time.types import INFINITE, Duration
+from proto import qos as wire
 from proto.errors import CallboardError
+from proto.limits import MAX_DEPTH
+from proto.qos import DEFAULT_DEPTH
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Self
-
-DEFAULT_DEPTH: Final = 10
-"""Messages kept where nobody said how many."""
-MAX_DEPTH: Final = 1_000_000
-"""Messages; a queue that anybody may declare must have an end."""
 
 
 class InvalidQoSProfileError(CallboardError, ValueError):
@@ -59,8 +57,8 @@ class HistoryPolicy(QoSPolicyEnum):
     """What happens when a queue is full: KEEP_LAST drops the oldest, KEEP_ALL holds the publisher back."""
 
     SYSTEM_DEFAULT = 0
-    KEEP_LAST = 1
-    KEEP_ALL = 2
+    KEEP_LAST = wire.KEEP_LAST
+    KEEP_ALL = wire.KEEP_ALL
     UNKNOWN = 3
 
 
@@ -69,8 +67,8 @@ class ReliabilityPolicy(QoSPolicyEnum):
     """What the two sides expect of delivery."""
 
     SYSTEM_DEFAULT = 0
-    RELIABLE = 1
-    BEST_EFFORT = 2
+    RELIABLE = wire.RELIABLE
+    BEST_EFFORT = wire.BEST_EFFORT
     UNKNOWN = 3
     BEST_AVAILABLE = 4
 
@@ -80,8 +78,8 @@ class DurabilityPolicy(QoSPolicyEnum):
     """Whether a subscription that comes late still gets the last messages (TRANSIENT_LOCAL) or not."""
 
     SYSTEM_DEFAULT = 0
-    TRANSIENT_LOCAL = 1
-    VOLATILE = 2
+    TRANSIENT_LOCAL = wire.TRANSIENT_LOCAL
+    VOLATILE = wire.VOLATILE
     UNKNOWN = 3
     BEST_AVAILABLE = 4
 
@@ -91,8 +89,8 @@ class LivelinessPolicy(QoSPolicyEnum):
     """What shows that a publisher is alive: its process (AUTOMATIC), or its messages (MANUAL_BY_TOPIC)."""
 
     SYSTEM_DEFAULT = 0
-    AUTOMATIC = 1
-    MANUAL_BY_TOPIC = 3
+    AUTOMATIC = wire.AUTOMATIC
+    MANUAL_BY_TOPIC = wire.MANUAL_BY_TOPIC
     UNKNOWN = 4
     BEST_AVAILABLE = 5
 

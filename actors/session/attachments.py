@@ -6,16 +6,14 @@ attached to the publisher. An `Attachment` is one such pair.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from proto.codes import DetachReason
+from proto.qos import MANUAL_BY_TOPIC
 
 if TYPE_CHECKING:
     from proto import frames
     from proto.frames import Batch, Options, Replay
-
-MANUAL_BY_TOPIC: Final = 3
-"""Its number in a QoS map."""
 
 
 class Reader(Protocol):

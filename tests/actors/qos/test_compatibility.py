@@ -15,8 +15,8 @@ from actors.qos.compatibility import (
     qos_check_compatible,
 )
 from actors.qos.profile import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
-from broker.qos import disagreement, read
 from proto.codes import PolicyKind
+from proto.qos import disagreement, read
 from tests.actors.qos.test_profile import PROFILES
 
 

@@ -11,8 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.qos.profile import (
-    DEFAULT_DEPTH,
-    MAX_DEPTH,
     DurabilityPolicy,
     HistoryPolicy,
     InvalidQoSProfileError,
@@ -33,6 +31,8 @@ from actors.qos.profile import (
     qos_profile_unknown,
 )
 from actors.time.types import INFINITE, Duration
+from proto.limits import MAX_DEPTH
+from proto.qos import DEFAULT_DEPTH
 
 TIMES = st.one_of(
     st.just(INFINITE),

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.endpoints.subscription.liveliness import Liveliness
-from actors.session.attachments import MANUAL_BY_TOPIC, Attachment
+from actors.session.attachments import Attachment
 from proto.frames import Attached
+from proto.qos import MANUAL_BY_TOPIC
 from tests.simulation.loop import SimulatedLoop, simulate
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from broker.qos import Refusal, disagreement, read
 from proto.codes import PolicyKind
+from proto.qos import Refusal, disagreement, read
 
 MS = 1_000_000
 

@@ -1,4 +1,4 @@
-"""QoS as the broker needs it: numbers on the wire (docs/protocol.md §5), and which pairs do not agree."""
+"""QoS on the wire: numbers, defaults, and which pairs are incompatible (docs/protocol.md §5)."""
 
 from __future__ import annotations
 
