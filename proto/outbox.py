@@ -262,7 +262,8 @@ class Outbox:
             if queue.dropped != dropped:
                 self.dropped += queue.dropped - dropped
                 self._schedule(queue)  # what stood behind messages without credit may go now
-            self._recount(queue)
+            if queue.pending or queue.counted_bytes:
+                self._recount(queue)
         self._touched.clear()
         if self.held_bytes > self.max_held_bytes:
             self._make_room()
