@@ -54,20 +54,20 @@ class Publisher(Entity, Generic[T]):
         self.qos_profile = qos
         self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
         resolved = qos.resolved()
-        self._keep_all = resolved.history == HistoryPolicy.KEEP_ALL
+        keep_all = resolved.history == HistoryPolicy.KEEP_ALL
         self._latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
         depth = max(1, resolved.depth)
         self._batch = BatchBuilder(0)
-        self._queue = PublisherQueue(0, None if self._keep_all else depth)
+        self._queue = PublisherQueue(0, None if keep_all else depth)
         self._room = 0
-        """Messages that may be published before somebody looks whether the queue is full."""
+        """Messages that may be published before the queue is checked again."""
         self._large = False
         """Whether the last message was large."""
         self._live = False
         self._refusal = ""
         """Why the broker of this session will not have it."""
         self._unlimited = True
-        self._retained = Retained(LATCHED_MESSAGES if self._keep_all else depth)
+        self._retained = Retained(LATCHED_MESSAGES if keep_all else depth)
         self._declared = 0
         """The number of the next message, as the last declaration had it."""
         self._qos_monitor = QoSMonitor(context, resolved, events)
@@ -186,8 +186,6 @@ class Publisher(Entity, Generic[T]):
         self._put(self._batch.take(self._queue.publisher, time.time_ns()))
 
     def _put(self, batch: frames.Batch) -> None:
-        if self._keep_all:
-            self._room = 0  # what waits has grown: look again
         if self._latched:
             self._retained.add(batch)
         if self._qos_monitor.any:
@@ -200,6 +198,8 @@ class Publisher(Entity, Generic[T]):
             self._queue.trim()
             if self._refusal:
                 self._drop_unsent()
+        if self._queue.pending_bytes >= room.KEEP_ALL_BYTES:
+            self._room = 0
 
     async def ready(self, timeout_sec: float | None = None) -> None:
         """Wait until `publish` has room: with KEEP_LAST, until it would drop nothing.
@@ -334,6 +334,7 @@ class Publisher(Entity, Generic[T]):
         self._queue.restart(number, self._declared)
         self._drop_too_large()
         self._resend_retained()
+        self._room = 0
         self._live = True
         self._unlimited = True
         self._qos_monitor.shown()
@@ -401,3 +402,4 @@ class Publisher(Entity, Generic[T]):
         self.context.link.publishers.pop(self._queue.publisher, None)
         self._queue.restart(0)
         self._queue.trim()
+        self._room = 0

@@ -208,6 +208,19 @@ async def test_keep_all_before_the_broker_is_there_keeps_all(meeting: Meeting) -
     assert publisher.dropped == 0
 
 
+async def test_a_keep_all_publisher_is_full_at_its_limit_in_bytes(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What waits is within the limit, or one message over it, however many messages there is room for."""
+    monkeypatch.setattr(room, "KEEP_ALL_BYTES", 100_000)
+    publisher = meeting.absent("talker").create_publisher(UInt8MultiArray, "numbers", KEEP_ALL)
+    message = UInt8MultiArray(data=bytes(60_000))
+    for _ in range(2):
+        publisher.publish(message)
+    with pytest.raises(actors.PublisherFull, match="2 messages"):
+        publisher.publish(message)
+
+
 async def test_a_full_keep_all_publisher_refuses(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> None:
     """At the limit `publish` raises PublisherFull; `ready` waits for room; nothing that was taken is lost."""
     monkeypatch.setattr(room, "KEEP_ALL_MESSAGES", 300)
