@@ -70,38 +70,38 @@ class BrokerConnection:
         self.url = url
         self.channel = Channel(Role.CLIENT, self, loop=link.loop)
         self.ended = asyncio.Event()
-        self._link = link
+        self._link: Link | None = link
         self._hello = hello
         self._log = log
 
     @property
     def is_open(self) -> bool:
         """Whether this is the link's session now."""
-        return self._link.channel is self.channel
+        return self._link is not None and self._link.channel is self.channel
 
     def opened(self) -> None:
         """ChannelHandler: greet."""
-        if not self.ended.is_set():
+        if self._link is not None:
             self.channel.send(self._hello)
 
     def frame_received(self, frame: Frame) -> None:
         """ChannelHandler: one frame from the broker."""
-        if not self.ended.is_set():
+        if self._link is not None:
             self._link.frame_received(frame)
 
     def read_finished(self) -> None:
         """ChannelHandler: nothing more to read for now."""
-        if not self.ended.is_set():
+        if self._link is not None:
             self._link.read_finished()
 
     def room(self) -> None:
         """ChannelHandler: the transport has room."""
-        if not self.ended.is_set():
+        if self._link is not None:
             self._link.wake()
 
     def failed(self, error: ProtocolError) -> None:
         """ChannelHandler: the broker broke the protocol."""
-        if not self.ended.is_set():
+        if self._link is not None:
             self._log.warning(f"Closing the link: the broker sent something wrong: {error}")
 
     def closed(self, error: Exception | None) -> None:
@@ -111,9 +111,10 @@ class BrokerConnection:
 
     def end(self) -> None:
         """Tell the link that this is over, once."""
-        if not self.ended.is_set():
+        link, self._link = self._link, None
+        if link is not None:
             self.ended.set()
-            self._link.lost()
+            link.lost()
 
     def close(self) -> None:
         """End it; what has been written still goes out."""
