@@ -50,6 +50,7 @@ class Attachment:
         node: The publisher's node.
         lifespan_s: Seconds after which the publisher's messages are of no use; 0 for no limit.
         lease_s: Seconds within which a MANUAL_BY_TOPIC publisher shows itself; 0 for any other.
+        counts: Whether it is its publisher's inflow now; another is a leftover. Kept by the reader.
         watched: Whether somebody wants to know that a run has come; kept by the reader.
         first_sequence: Live runs are for this subscription from here on.
         expected: The next sequence number; anything below has been seen.
@@ -62,6 +63,7 @@ class Attachment:
     """
 
     __slots__ = (
+        "counts",
         "due",
         "expected",
         "first_sequence",
@@ -88,6 +90,7 @@ class Attachment:
         self.lifespan_s = _seconds(attached.qos, "lifespan_ns")
         manual = attached.qos.get("liveliness") == MANUAL_BY_TOPIC
         self.lease_s = _seconds(attached.qos, "lease_ns") if manual else 0.0
+        self.counts = False
         self.watched = False
         self.first_sequence = attached.first_sequence
         self.expected = attached.first_sequence

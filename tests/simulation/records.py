@@ -121,13 +121,13 @@ class Heard:
 
         def noting_receive(attachment: Attachment, batch: Batch | Replay) -> None:
             self.moved = True
-            if self.subscription._tracker.counts(attachment):
+            if attachment.counts:
                 seen = attachment.received if isinstance(batch, Replay) else attachment.expected
                 start = max(batch.first_sequence, seen)
                 end = min(batch.first_sequence + batch.length, self.first[attachment.gid])
                 self.early.setdefault(attachment.gid, set()).update(range(start, end))
             receive(attachment, batch)
-            if self.subscription._tracker.counts(attachment):
+            if attachment.counts:
                 self.ends[attachment.gid] = attachment.expected
 
         self.subscription.attached = noting_attached  # type: ignore[method-assign]

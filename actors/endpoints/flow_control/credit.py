@@ -72,7 +72,7 @@ class CreditGrants:
     def taken(self, attachment: Attachment, end: int, size: int) -> None:
         """A whole run is off our hands: give its publisher new credit when half of the old is used up."""
         # To grant after the session's end would be to grant to another publisher.
-        if self._tracker.counts(attachment) and self._windows.taken(attachment, end, size):
+        if attachment.counts and self._windows.taken(attachment, end, size):
             self._open(attachment)
 
     def _open(self, attachment: Attachment) -> None:

@@ -53,10 +53,6 @@ class SequenceTracker:
         self._message_lost = message_lost
         self._wants_latched = latched
 
-    def counts(self, attachment: Attachment) -> bool:
-        """Tell whether this is its publisher's inflow now; another is a leftover, counted as lost."""
-        return self.attachments.get(attachment.gid) is attachment
-
     def attached(self, attachment: Attachment) -> bool:
         """A publisher's runs will come. A known one goes on where it stopped.
 
@@ -67,6 +63,7 @@ class SequenceTracker:
         if before is not None:
             self._remember(before)
         self.attachments[attachment.gid] = attachment
+        attachment.counts = True
         known = self.known.get(attachment.gid)
         if known is not None:
             attachment.received = known.received
@@ -79,13 +76,14 @@ class SequenceTracker:
 
     def detached(self, attachment: Attachment) -> bool:
         """No more runs of this publisher will come; return whether its inflow counted."""
-        if not self.counts(attachment):
+        if not attachment.counts:
             return False
         del self.attachments[attachment.gid]
         self._remember(attachment)
         return True
 
     def _remember(self, attachment: Attachment) -> None:
+        attachment.counts = False
         if self._wants_latched:
             known = Known(attachment.received, attachment.due, attachment.missed)
         else:

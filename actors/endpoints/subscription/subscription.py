@@ -172,7 +172,7 @@ class Subscription(Entity, Generic[M]):
 
     def receive(self, attachment: Attachment, batch: Batch | Replay) -> None:
         """Reader: a run, or latched messages. What has been seen is discarded, gaps are counted."""
-        if not self._tracker.counts(attachment):
+        if not attachment.counts:
             return
         if isinstance(batch, Batch):
             if attachment.watched:
