@@ -245,6 +245,13 @@ class PublisherQueue:
         return self._leaving.length if isinstance(self._leaving, Batch) else 0
 
     @property
+    def unsent(self) -> int:
+        """Messages that have never left: those that wait, and those dropped before."""
+        first = self.first_sequence
+        again = 0 if first is None else min(self.pending, max(0, self.new_from - first))
+        return self.pending + self.leaving - again + self.dropped
+
+    @property
     def empty(self) -> bool:
         """Whether everything put in has left."""
         return not self._queue and not self._front and self._leaving is None

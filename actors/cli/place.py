@@ -79,7 +79,7 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
     except BrokerUnreachable:
         if look.listening is not None:
             raise
-        raise BrokerUnreachable(missing_broker(place)) from None
+        raise BrokerUnreachable(missing_broker(place, look.error)) from None
     try:
         with look:
             yield look
@@ -100,10 +100,10 @@ def why_unreachable(place: Place) -> CallboardError:
         if look.listening is not None:
             return error
     look.close()
-    return BrokerUnreachable(missing_broker(place))
+    return BrokerUnreachable(missing_broker(place, look.error))
 
 
-def missing_broker(place: Place) -> str:
-    """Say in one line that there is no broker, and what starts one."""
+def missing_broker(place: Place, error: OSError | None = None) -> str:
+    """Say in one line that there is no broker, and what starts one; `error` is of the attempt to connect."""
     source = "" if place.url_from in {"--url", DEFAULT} else f" ({place.url_from})"
-    return f"No broker at {', '.join(map(str, place.urls))}{source}. {start_hint(place.urls[0])}"
+    return f"No broker at {', '.join(map(str, place.urls))}{source}. {start_hint(place.urls[0], error)}"

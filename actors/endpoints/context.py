@@ -15,7 +15,7 @@ from proto import frames
 from proto.names import full_node_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from actors.endpoints.events import EntityEvents
     from actors.endpoints.timer import Timer
@@ -37,6 +37,7 @@ class NodeContext:
         watch: Times the node's callbacks.
         stopping: Whether the node begins nothing new: it is on its way out.
         unread: Messages that had come when the node stopped, and were not taken.
+        declared: Whether the broker of this session has answered the node's declaration.
         stop: Set by the node: ends it with an error.
         departing: What destroyed publishers have still to send.
     """
@@ -64,6 +65,7 @@ class NodeContext:
         self.callback_errors = 0
         self.destroyed = False
         self.stopping = False
+        self.declared = False
         self.unread = 0
         self.entities: dict[Entity, None] = {}
         self.timers: dict[Timer, None] = {}
@@ -108,6 +110,13 @@ class NodeContext:
 
     def _departed(self, queue: PublisherQueue) -> None:
         self.link.publishers.pop(queue.publisher, None)  # no credit matters any more
+
+    def report_unsent(self, queues: Iterable[PublisherQueue]) -> None:
+        """Warn of what destroyed publishers have never sent, what exceeded their depth before included."""
+        unsent = sum(queue.unsent for queue in queues if not queue.empty)
+        if unsent:
+            why = "no time was left" if self.link.connected else f"no link to a broker at {self.link.place}"
+            self.log.warning(f"{unsent} published messages were never sent: {why}")
 
     def require_alive(self) -> None:
         """Raise NodeDestroyed if the node has been destroyed."""
@@ -155,10 +164,15 @@ class NodeContext:
 
     def accepted(self, number: int) -> None:
         """Endpoint: the broker knows the node."""
+        del number
+        self.declared = True
+        self.link.wake()
 
     def refused(self, code: int, text: str) -> None:
         """Endpoint: the broker will not have the node."""
         del code
+        self.declared = True
+        self.link.wake()
         self.log.error(f"The broker refused this node: {text}")
 
     def matched(self, peers: int, total: int) -> None:
@@ -173,9 +187,8 @@ class NodeContext:
 
         A destroyed publisher that the broker had not accepted yet is declared again, too, and sends then.
         """
-        unsent = sum(queue.pending for queue in self.departing if queue.publisher)
-        if unsent:
-            self.log.warning(f"{unsent} messages of destroyed publishers were never sent: the link broke")
+        self.declared = False
+        self.report_unsent(queue for queue in self.departing if queue.publisher)
         self.departing = deque(queue for queue in self.departing if not queue.publisher)
 
 

@@ -65,6 +65,7 @@ class Inspector:
         url: The one it is connected to.
         listening: The first place where something took the connection and did not greet; None if there was
             none. It has the port, so that no broker can be started there.
+        error: Why it has not reached the first of `urls`; None if it has, or has not tried.
         welcome: What the broker has said about itself: agent, broker, keepalive_ms, max_message_bytes, …
         round_trip_sec: How long the broker took to answer the greeting.
         clock_ahead_sec: By how much the broker's wall clock is ahead of this machine's, give or take half a
@@ -75,6 +76,7 @@ class Inspector:
         self.urls = parse_urls(url)
         self.url = self.urls[0]
         self.listening: BrokerUrl | None = None
+        self.error: OSError | None = None
         self.welcome: frames.Options = {}
         self.round_trip_sec = 0.0
         self.clock_ahead_sec: float | None = None
@@ -99,6 +101,8 @@ class Inspector:
             try:
                 self._greet(url, now + (deadline - now) / left)
             except OSError as error:
+                if url == self.urls[0]:
+                    self.error = error
                 if self._socket is not None and not strange:
                     self.listening, strange = url, _strange(url, error)
                 self._hang_up()
@@ -275,7 +279,7 @@ def _connect(url: BrokerUrl, timeout_sec: float) -> socket.socket:
         try:
             return socket.create_connection((host, url.port), timeout_sec)
         except UnicodeError as error:
-            raise OSError(f"no host can be called {url.host!r}") from error
+            raise socket.gaierror(socket.EAI_NONAME, f"no host can be called {url.host!r}") from error
     sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         sock.settimeout(timeout_sec)

@@ -43,7 +43,7 @@ class Lifecycle:
         context: What the node's parts share.
         clock: The node's clock, which is destroyed with it.
         connector: Keeps the node's link.
-        connect_timeout_sec: How long `begin` waits for a broker; None does not wait.
+        connect_timeout_sec: How long `begin` waits for a broker before it fails; None: see `begin`.
         stop_timeout_sec: What `end` gives running callbacks to end, and then queued messages to be sent.
     """
 
@@ -80,7 +80,10 @@ class Lifecycle:
         context.stop = self.fail
 
     async def begin(self) -> None:
-        """Connect in the background, run callbacks as messages come.
+        """Connect, run callbacks as messages come.
+
+        Returns when the node is in the broker's graph; without a broker when the first attempt to connect has
+        failed or `FIRST_ANSWER_SEC` has passed, and goes on trying in the background.
 
         Raises:
             NodeAlreadyRunning: It runs already.
@@ -102,12 +105,19 @@ class Lifecycle:
         for timer in context.timers:
             timer.start()
         try:
-            if self._connect_timeout_sec is not None:
-                while not link.connections and self._failure is None:
-                    await link.changed()
+            if self._connect_timeout_sec is None:
+                await self._connector.first_attempt(self._entered)
+            while self._connect_timeout_sec is not None and not self._entered():
+                await link.changed()
         except BaseException as error:
             await self.end(error)
             raise
+
+    def _entered(self) -> bool:
+        """Whether the body need not wait any more: the node is in the graph, or at its end."""
+        context, link = self._context, self._context.link
+        lost = link.connections > 0 and not link.connected
+        return context.declared or lost or context.destroyed or self._failure is not None
 
     def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         task = asyncio.get_running_loop().create_task(coroutine)
@@ -227,17 +237,17 @@ class Lifecycle:
 
     async def _empty_queues(self) -> None:
         """Let what is queued leave, and then the node."""
-        context, link = self._context, self._context.link
+        context, link, connector = self._context, self._context.link, self._connector
 
-        def left() -> int:
-            return sum(max(1, queue.pending) for queue in context.departing if not queue.empty)
+        def sent() -> bool:
+            return link.sent and all(queue.empty for queue in context.departing)
 
         link.flush()
-        await self._until(lambda: not link.connected or (link.sent and not left()))
-        if left() and not self._connector.closing:
-            context.log.warning(f"Stopping with {left()} published messages unsent")
-        self._connector.leave()
-        await self._until(lambda: self._connector.ended)
+        await self._until(lambda: sent() or not (link.connected or connector.trying))
+        if not connector.closing:
+            context.report_unsent(context.departing)
+        connector.leave()
+        await self._until(lambda: connector.ended)
 
     async def _until(self, condition: Callable[[], bool]) -> bool:
         """Wait until something holds that changes of the link bring about; False if the deadline is first."""
@@ -280,9 +290,11 @@ class Lifecycle:
 
         A node that runs leaves the broker behind what it has published, whatever its body does then.
         """
-        context = self._context
+        context, loop = self._context, self._context.link.loop
         if context.destroyed:
             return
+        leaves = self._running and not context.stopping and loop is not None and loop.is_running()
+        context.stopping = context.stopping or leaves
         self._destroy_parts()
         context.mailbox.cancel_all()
         context.destroyed = True
@@ -290,8 +302,7 @@ class Lifecycle:
         context.link.wake()
         if self._done is not None:
             self._done.set()
-        loop = context.link.loop
-        if self._running and not context.stopping and loop is not None and loop.is_running():
+        if leaves and loop is not None:
             self._deadline = loop.time() + self._stop_timeout_sec
             self._leaving = self._spawn(self._empty_queues())
 

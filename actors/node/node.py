@@ -66,9 +66,10 @@ class Node(NodeGraph, NodeParameters):
         allow_undeclared_parameters: Reading and setting undeclared parameters is no error.
         automatically_declare_parameters_from_overrides: Declare every override.
         connect_timeout_sec: Raise BrokerUnreachable on entry when there is no broker within this; None
-            waits in the background for ever.
+            enters without one, and goes on trying in the background.
         default_call_timeout_sec: The deadline of calls that name none.
-        stop_timeout_sec: What leaving gives running callbacks to end, and then queued messages to be sent.
+        stop_timeout_sec: What leaving gives running callbacks to end, and then queued messages to be sent, an
+            attempt to connect that is in progress included. What could not be sent is counted in a warning.
             Callbacks that still run are cancelled; all in all leaving takes at most two seconds longer.
         slow_callback_sec: A callback that holds the event loop for longer is named in a warning; None: never.
         on_error: "log" (default): a callback that raises is logged and counted; "stop": the node ends with
@@ -355,7 +356,12 @@ class Node(NodeGraph, NodeParameters):
     # Its life
 
     async def __aenter__(self) -> Self:
-        """Start: connect in the background, run callbacks as messages come."""
+        """Start: connect, run callbacks as messages come.
+
+        Returns when the node is in the graph: the first statement may publish, call and query. Without a
+        broker it returns when all have refused, or after one second without an answer, and goes on trying in
+        the background; with `connect_timeout_sec` it raises BrokerUnreachable then.
+        """
         await self._lifecycle.begin()
         return self
 

@@ -35,6 +35,9 @@ FIRST_RETRY_SEC: Final = 0.05
 LAST_RETRY_SEC: Final = 2.0
 CONNECT_TIMEOUT_SEC: Final = 5.0
 
+FIRST_ANSWER_SEC: Final = 1.0
+"""How long a node that is entered waits for the first attempt to connect: a broker needs milliseconds."""
+
 AGENT: Final = agent("callboard-python")
 
 
@@ -136,6 +139,9 @@ class Connector:
         domain: Which of a broker's disjoint graphs to join.
         log: Gets one line when a broker is missing, and one when it is back.
         jitter: Gives a random factor between 0 and 1 for the waits between attempts.
+
+    Attributes:
+        trying: False from the moment at which every broker has been tried in vain until the next attempt.
     """
 
     def __init__(
@@ -161,12 +167,15 @@ class Connector:
             },
         )
         self._connection: BrokerConnection | None = None
+        self.trying = True
         self._closing = False
         self._complained = False
         self._refusal = ""
         """What the broker has answered last instead of a WELCOME: it is logged once."""
         self._unwelcoming: BrokerUrl | None = None
         """Where something has last taken a connection without a WELCOME: no broker can be started there."""
+        self._error: Exception | None = None
+        """Why the first broker could not be reached."""
         self._keepalive_sec = limits.DEFAULT_KEEPALIVE_SEC
         self._fatal: Exception | None = None
         link.handle(frames.Welcome, self._on_welcome)
@@ -175,19 +184,50 @@ class Connector:
         link.handle(frames.Refused, self._on_refused)
 
     async def run(self, *, connect_timeout_sec: float | None = None) -> None:
-        """Connect, and connect again after every loss, until `close`.
+        """Connect, and connect again after every loss, until `leave`.
 
         Raises:
             BrokerUnreachable: No first session within `connect_timeout_sec`.
             NodeNameTaken: The broker refused the node's name.
             ProtocolError: The broker speaks another version.
         """
+        try:
+            await self._keep_connected(connect_timeout_sec)
+        finally:
+            self._stopped_trying()
+
+    def _stopped_trying(self) -> None:
+        self.trying = False
+        self._link.wake()
+
+    async def first_attempt(self, done: Callable[[], bool]) -> None:
+        """Wait until `done`, or until every broker has been tried; `FIRST_ANSWER_SEC` at most.
+
+        When one node has waited in vain, others do not wait for the same brokers until these answer or
+        `CONNECT_TIMEOUT_SEC` has passed: many nodes that are entered one after the other wait once.
+        """
+        loop = asyncio.get_running_loop()
+        silent = _silent.setdefault(loop, {})
+        if silent.get(self._urls, 0.0) > loop.time():
+            return
+        try:
+            async with asyncio.timeout(FIRST_ANSWER_SEC):
+                while self.trying and not done():
+                    await self._link.changed()
+        except TimeoutError:
+            silent[self._urls] = loop.time() + CONNECT_TIMEOUT_SEC
+
+    async def _keep_connected(self, connect_timeout_sec: float | None) -> None:
         link = self._link
         loop = link.loop = asyncio.get_running_loop()
         deadline = None if connect_timeout_sec is None else loop.time() + connect_timeout_sec
+        share_until: float | None = loop.time() + FIRST_ANSWER_SEC
         retry = FIRST_RETRY_SEC
         while not self._closing:
-            connection = await self._try_all(loop, None if link.connections else deadline)
+            self.trying = True
+            until = None if link.connections else deadline
+            connection = await self._try_all(loop, until, share_until if until is None else until)
+            share_until = None
             if connection is not None:
                 began = loop.time()
                 await self._serve(connection, loop)
@@ -198,6 +238,7 @@ class Connector:
             if self._closing:
                 return
             if connection is None:
+                self._stopped_trying()
                 self._nobody_answered(too_late=deadline is not None and loop.time() >= deadline)
             pause = retry * (0.5 + 0.5 * self._jitter())
             if deadline is not None and not link.connections:
@@ -206,24 +247,30 @@ class Connector:
             retry = min(2 * retry, LAST_RETRY_SEC)
 
     async def _try_all(
-        self, loop: asyncio.AbstractEventLoop, deadline: float | None
+        self, loop: asyncio.AbstractEventLoop, deadline: float | None, share_until: float | None
     ) -> BrokerConnection | None:
         """Try each broker once, in order; return the session with the first that has us.
 
-        Until a deadline each has an equal share of the time that is left, so that one that takes connections
-        and says nothing leaves some to the others.
+        Args:
+            loop: The running loop.
+            deadline: When the last of them must have answered; None: each has `CONNECT_TIMEOUT_SEC`.
+            share_until: Until then each has an equal share of the time that is left, so that one that takes
+                connections and says nothing leaves some to the others. None: no sharing.
         """
         for left, url in zip(range(len(self._urls), 0, -1), self._urls, strict=True):
-            end = loop.time() + CONNECT_TIMEOUT_SEC
-            if deadline is not None:
-                end = min(end, loop.time() + (deadline - loop.time()) / left)
+            now = loop.time()
+            until = share_until if left > 1 else deadline
+            end = now + CONNECT_TIMEOUT_SEC
+            if until is not None:
+                end = min(end, now + (until - now) / left)
             connection = await self._connect(url, loop, end)
             if connection is not None:
                 if self._complained:
                     self._log.info(f"Connected to the broker at {url}")
                 self._complained = False
                 self._refusal = ""
-                self._unwelcoming = None
+                self._unwelcoming = self._error = None
+                _silent.get(loop, {}).pop(self._urls, None)
                 return connection
             if self._closing or self._fatal is not None:
                 break
@@ -240,7 +287,7 @@ class Connector:
     def _hint(self) -> str:
         """Say what to do about it."""
         if self._unwelcoming is None:
-            return start_hint(self._urls[0])
+            return start_hint(self._urls[0], self._error)
         return f"Something listens at {self._unwelcoming} and has not let this node in"
 
     async def _connect(
@@ -265,7 +312,10 @@ class Connector:
             UnicodeError,
         ) as error:  # UnicodeError: a host that can be no host's name
             connection.abort()
-            if not isinstance(error, TimeoutError) and self._unwelcoming == url:
+            timed_out = isinstance(error, TimeoutError)  # maybe a deadline's: what has been seen before holds
+            if url == self._urls[0] and not timed_out:
+                self._error = error
+            if not timed_out and self._unwelcoming == url:
                 self._unwelcoming = None  # nothing listens there any more
         if connection.is_open:
             return connection
@@ -373,6 +423,11 @@ class Connector:
         if self._connection is not None:
             self._connection.close()
 
+
+_silent: Final[weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[tuple[BrokerUrl, ...], float]]] = (
+    weakref.WeakKeyDictionary()
+)
+"""By loop and brokers: until when no node waits for their first answer, as one has waited in vain."""
 
 _connections: weakref.WeakSet[BrokerConnection] = weakref.WeakSet()
 

@@ -1,7 +1,8 @@
-"""What to say when there is no broker: the command that starts one at that place."""
+"""What to say when there is no broker: why, or the command that starts one at that place."""
 
 from __future__ import annotations
 
+import socket
 from typing import TYPE_CHECKING, Final
 
 from proto.url import DEFAULT_PORT
@@ -12,8 +13,16 @@ if TYPE_CHECKING:
 _HERE: Final = {"127.0.0.1", "::1", "localhost"}
 
 
-def start_hint(url: BrokerUrl) -> str:
-    """Return "Start one with: callboard broker …"; on another machine it says "there"."""
+def start_hint(url: BrokerUrl, error: BaseException | None = None) -> str:
+    """Return "Start one with: callboard broker …"; on another machine it says "there".
+
+    Args:
+        url: Where there is none.
+        error: What the attempt to connect raised. If it is that the host's name cannot be resolved, the hint
+            says that.
+    """
+    if isinstance(error, socket.gaierror | UnicodeError):
+        return f"The host name '{url.host}' cannot be resolved"
     if url.path:
         return f"Start one with: callboard broker --unix {url.path}"
     port = "" if url.port == DEFAULT_PORT else f" --port {url.port}"

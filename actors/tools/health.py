@@ -72,7 +72,7 @@ def _broker(place: Place, timeout_sec: float) -> list[Check]:
                 *broker_checks.graph(look.graph()),
             ]
     except BrokerUnreachable as error:
-        remedy = start_hint(place.urls[0]) if look.listening is None else OTHER_PROGRAM
+        remedy = start_hint(place.urls[0], look.error) if look.listening is None else OTHER_PROGRAM
         return [Check("broker", "fail", f"{error}{source}", remedy)]
     except ProtocolError as error:
         return [_refused(error, place)]

@@ -303,10 +303,10 @@ def test_a_server_that_leaves_has_its_large_replies_sent(way: str) -> None:
                 await stack.enter_async_context(server)
             service = server.create_service(Ask, "double", handle, concurrent=True)
             assert await client.wait_for_service(5)
+            other = await stage.enter("other")
             stage.network.slow_down(BROKER, read=64 * 1024, pause=0.01)
             calls = [client.call_async(Ask.Request(number=number)) for number in range(len(sizes))]
             await stage.until(lambda: service.pending == len(sizes) or service.served == len(sizes))
-            other = await stage.enter("other")
             other.create_service(Ask, "double", lambda request: Ask.Response(number=2 * request.number))
             await stage.until(lambda: client.peers == 2)
             if way == "destroy the service":

@@ -34,6 +34,9 @@ A = TypeVar("A", bound=Message)
 MAX_PENDING: Final = 200_000
 """Calls of one client without an answer; one more fails as ServiceOverloaded."""
 
+MAX_EARLY: Final = 1000
+"""Calls of one client that wait for the node's first session; one more fails as ServiceOverloaded."""
+
 MAX_UNSENT_BYTES: Final = 64 * 1024 * 1024
 """Above this much that a link has not taken yet, calls over it fail as ServiceOverloaded."""
 
@@ -91,6 +94,8 @@ class Client(Introspectable, Caller, Generic[Q, A]):
         self.failed = self.timeouts = 0
         self._next_call = 0
         self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
+        self._early: dict[int, tuple[Q, bytes, float]] = {}
+        """Calls that wait for the node's first session: request, its encoding, deadline in loop time."""
         self._cancelled: list[int] = []
         self.late = 0
         self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
@@ -126,6 +131,9 @@ class Client(Introspectable, Caller, Generic[Q, A]):
     async def call(self, request: Q, timeout_sec: float | None = None) -> A:
         """Send a request and wait for the reply.
 
+        Before the node's first session the call waits for that, too, within its deadline. Without a session
+        later it fails at once.
+
         Args:
             request: The request.
             timeout_sec: Give up after this; None is the node's `default_call_timeout_sec`, `math.inf` never.
@@ -135,8 +143,8 @@ class Client(Introspectable, Caller, Generic[Q, A]):
             InvalidMessageError: A field has a wrong type or is out of range, or the request is larger
                 than the broker takes; nothing was sent.
             ServiceUnavailable: No server or no broker, or it went away before the reply.
-            ServiceOverloaded: Too many calls wait already: here (200,000 of a client, or 64 MiB that have
-                not left), in the broker or at the server.
+            ServiceOverloaded: Too many calls wait already: here (200,000 of a client, 1,000 for the first
+                session, or 64 MiB that have not left), in the broker or at the server.
             ServiceTimeout: No reply in time; the handler has been cancelled.
             RemoteError: The handler raised, or did not return a valid response.
         """
@@ -160,25 +168,53 @@ class Client(Introspectable, Caller, Generic[Q, A]):
         if callback_task is not None:
             callback_task.call_started()
         channel = link.channel
-        if channel is None:
-            self._fail(future, ServiceUnavailable(f"Service '{self.srv_name}': not connected to a broker"))
+        if channel is None and (link.connections or self.context.stopping):
+            self._fail(future, self._no_broker())
             return future
-        if len(self._pending) >= MAX_PENDING or channel.outbox.urgent_bytes >= MAX_UNSENT_BYTES:
-            crowd = (
-                f"{len(self._pending)} calls of this client and {channel.outbox.urgent_bytes} unsent bytes"
-            )
+        most = MAX_EARLY if channel is None else MAX_PENDING
+        unsent = self._early_bytes if channel is None else channel.outbox.urgent_bytes
+        if len(self._pending) >= most or unsent >= MAX_UNSENT_BYTES:
+            crowd = f"{len(self._pending)} calls of this client and {unsent} unsent bytes"
             self._fail(future, ServiceOverloaded(f"Service '{self.srv_name}': {crowd} wait already"))
             return future
         self._pending[call] = future
-        remaining_ms = None
         if limit != math.inf:
             self._deadlines.add(call, loop.time() + limit)
-            remaining_ms = math.ceil(min(limit * 1000, limits.MAX_U32))
+        if channel is None:
+            self._early[call] = request, body, loop.time() + limit
+        else:
+            self._send(call, request, body, limit)
+        return future
+
+    def _send(self, call: int, request: Q, body: bytes, limit: float) -> None:
+        remaining_ms = None if limit == math.inf else math.ceil(min(limit * 1000, limits.MAX_U32))
         attributes = None
         if self._events is not None:
             attributes = self._tell_request(self._events, call, request)
-        self._outgoing.send(RequestEntry(call, remaining_ms, attributes, body), self, link)
-        return future
+        self._outgoing.send(RequestEntry(call, remaining_ms, attributes, body), self, self.context.link)
+
+    @property
+    def _early_bytes(self) -> int:
+        return sum(len(body) for _, body, _ in self._early.values())
+
+    def _no_broker(self) -> ServiceUnavailable:
+        text = f"Service '{self.srv_name}': not connected to the broker at {self.context.link.place}"
+        return ServiceUnavailable(text)
+
+    def accepted(self, number: int) -> None:
+        """Endpoint: the broker knows the client; what waited for the first session may go."""
+        super().accepted(number)
+        now = self.context.require_loop().time()
+        early, self._early = self._early, {}
+        for call, (request, body, deadline) in early.items():
+            self._send(call, request, body, max(0.0, deadline - now))
+
+    def retire(self) -> None:
+        """The node stops: calls that wait for its first session fail, as nothing else would end them soon."""
+        early, self._early = self._early, {}
+        for call in early:
+            self._deadlines.remove(call)
+            self._fail(self._pending.pop(call), self._no_broker())
 
     def _tell_request(self, events: ServiceEvents, call: int, request: Q) -> frames.Options:
         """Publish that a request leaves; return the attributes by which the server tells of the same call."""
@@ -238,9 +274,13 @@ class Client(Introspectable, Caller, Generic[Q, A]):
 
     def _expired(self, call: int) -> None:
         future = self._pending.pop(call, None)
-        if future is not None:
+        if future is None:
+            return
+        self.timeouts += 1
+        if self._early.pop(call, None) is not None:
+            self._fail(future, self._no_broker())
+        else:
             self._withdraw(call)
-            self.timeouts += 1
             self._fail(future, ServiceTimeout(f"Service '{self.srv_name}': no reply in time"))
 
     def give_up(self, call: int) -> None:
@@ -253,13 +293,14 @@ class Client(Introspectable, Caller, Generic[Q, A]):
 
     def _withdraw(self, call: int) -> None:
         """Take a request back that has not left; cancel one that has."""
-        if not self._outgoing.take_back(call):
+        if self._early.pop(call, None) is None and not self._outgoing.take_back(call):
             self._cancelled.append(call)
             self.context.link.flush_later(self)
 
     def _take_pending(self) -> Iterator[CallFuture[A]]:
         pending, self._pending = self._pending, {}
         self._outgoing.take()
+        self._early.clear()
         self._deadlines.clear()
         yield from pending.values()
 

@@ -260,14 +260,11 @@ class Publisher(Entity, Generic[T]):
             self._leave()
             if self.context.link.channel is not None:
                 self.context.departs(self._queue)
-        elif self.context.link.channel is None or not self._queue.pending:
-            if self._queue.pending:
-                self.context.log.warning(
-                    f"'{self.topic_name}': {self._queue.pending} messages were never sent: no broker"
-                )
-            self.context.link.remove(self)
+        elif self._queue.pending and (self.context.link.channel is not None or self.context.stopping):
+            self.context.departs(self._queue)  # it is declared, and sends then
         else:
-            self.context.departs(self._queue)
+            self.context.report_unsent([self._queue])
+            self.context.link.remove(self)
         self.context.link.wake()
 
     def _leave(self) -> None:

@@ -50,6 +50,16 @@ def test_no_broker_is_one_line_and_3(capsys: pytest.CaptureFixture[str]) -> None
     assert captured.err.count("\n") == 1
 
 
+@pytest.mark.parametrize("verb", ["topic list", "topic echo /chatter", "doctor"])
+def test_a_host_that_cannot_be_resolved_is_named(capsys: pytest.CaptureFixture[str], verb: str) -> None:
+    """Nobody is told to start a broker there."""
+    assert main([*verb.split(), "--url", "callboard://..:7411"]) in {1, 3}
+    captured = capsys.readouterr()
+    said = captured.out + captured.err
+    assert "The host name '..' cannot be resolved" in said
+    assert "Start one" not in said
+
+
 def test_a_broker_that_says_nothing_is_none(capsys: pytest.CaptureFixture[str]) -> None:
     """The wait for the handshake counts, too."""
     with socket.create_server(("127.0.0.1", 0)) as mute:
