@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from actors.callbacks.must_await import must_await
 from actors.graph.changes import GraphWatch
 from proto.codes import EntryKind
 from proto.names import expand_topic_name, full_node_name, split_node_name
@@ -29,51 +30,62 @@ class NodeGraph:
     _graph: GraphView
     _broker: BrokerView
 
+    @must_await
     async def get_graph(self) -> GraphSnapshot:
         """Return the whole graph at this moment."""
         return await self._graph.snapshot()
 
+    @must_await
     async def get_broker_stats(self) -> BrokerReport:
         """Return what the broker has done and holds, in all and by topic and link. Two give rates."""
         return await self._broker.report()
 
+    @must_await
     async def get_node_names(self) -> list[str]:
         """Return the names of all nodes, without their namespaces."""
         return [name for name, _ in await self.get_node_names_and_namespaces()]
 
+    @must_await
     async def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
         """Return (name, namespace) of every node, sorted by full name."""
         pairs = map(split_node_name, (await self._graph.snapshot()).nodes())
         return [(name, namespace) for namespace, name in pairs]
 
+    @must_await
     async def get_fully_qualified_node_names(self) -> list[str]:
         """Return the full names of all nodes, sorted."""
         return (await self._graph.snapshot()).nodes()
 
+    @must_await
     async def get_topic_names_and_types(self) -> NamesAndTypes:
         """Return (topic, types) of every topic that has a publisher or subscription."""
         return (await self._graph.snapshot()).names_and_types(*TOPICS)
 
+    @must_await
     async def get_service_names_and_types(self) -> NamesAndTypes:
         """Return (service, types) of every service that has a server."""
         return (await self._graph.snapshot()).names_and_types(EntryKind.SERVICE)
 
+    @must_await
     async def get_publisher_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> NamesAndTypes:
         """Return (topic, types) of a node's publishers."""
         return await self._by_node(EntryKind.PUBLISHER, node_name, node_namespace)
 
+    @must_await
     async def get_subscriber_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> NamesAndTypes:
         """Return (topic, types) of a node's subscriptions."""
         return await self._by_node(EntryKind.SUBSCRIPTION, node_name, node_namespace)
 
+    @must_await
     async def get_service_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
         """Return (service, types) of a node's servers."""
         return await self._by_node(EntryKind.SERVICE, node_name, node_namespace)
 
+    @must_await
     async def get_client_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
         """Return (service, types) of a node's clients."""
         return await self._by_node(EntryKind.CLIENT, node_name, node_namespace)
@@ -82,18 +94,22 @@ class NodeGraph:
         node = full_node_name(namespace, name)
         return (await self._graph.snapshot()).names_and_types(kind, node=node)
 
+    @must_await
     async def count_publishers(self, topic_name: str) -> int:
         """Return how many publishers a topic has."""
         return await self._count(EntryKind.PUBLISHER, topic_name)
 
+    @must_await
     async def count_subscribers(self, topic_name: str) -> int:
         """Return how many subscriptions a topic has."""
         return await self._count(EntryKind.SUBSCRIPTION, topic_name)
 
+    @must_await
     async def count_services(self, service_name: str) -> int:
         """Return how many servers a service has."""
         return await self._count(EntryKind.SERVICE, service_name)
 
+    @must_await
     async def count_clients(self, service_name: str) -> int:
         """Return how many clients a service has."""
         return await self._count(EntryKind.CLIENT, service_name)
@@ -105,11 +121,13 @@ class NodeGraph:
     def _expand(self, name: str, *, is_service: bool = False) -> str:
         return expand_topic_name(name, self._context.name, self._context.namespace, is_service=is_service)
 
+    @must_await
     async def get_publishers_info_by_topic(self, topic_name: str) -> list[EndpointInfo]:
         """Return every publisher of a topic, with node, type and QoS."""
         full = self._expand(topic_name)
         return (await self._graph.snapshot()).endpoints(EntryKind.PUBLISHER, full)
 
+    @must_await
     async def get_subscriptions_info_by_topic(self, topic_name: str) -> list[EndpointInfo]:
         """Return every subscription of a topic, with node, type and QoS."""
         full = self._expand(topic_name)
@@ -123,6 +141,7 @@ class NodeGraph:
         """
         return GraphWatch(self._context, self._graph.listeners)
 
+    @must_await
     async def wait_for_node(self, fully_qualified_node_name: str, timeout_sec: float | None = None) -> bool:
         """Wait until a node is there.
 

@@ -6,7 +6,10 @@ import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Final, cast
+from typing import TYPE_CHECKING, Final, cast
+
+if TYPE_CHECKING:
+    from actors.interfaces.rcl_interfaces import msg as rcl_interfaces
 
 ParameterValue = (
     bool
@@ -136,6 +139,22 @@ class Parameter:
     def value(self) -> ParameterValue:
         """Its value; None if it has none."""
         return self._value
+
+    def get_parameter_value(self) -> rcl_interfaces.ParameterValue:
+        """Return the value as ROS 2's message: its `type`, and the value in the field of that type."""
+        from actors.interfaces.rcl_interfaces.msg import ParameterValue as Value  # noqa: PLC0415 - seldom needed
+
+        value: object = self._value
+        if isinstance(value, bytes | bytearray):
+            value = bytes(value)
+        elif self._type is ParameterType.BYTE_ARRAY:
+            value = b"".join(cast("Sequence[bytes]", value))
+        elif self._type in _ARRAYS:
+            value = [*cast("Sequence[object]", value)]
+        made = Value(type=self._type)
+        if value is not None:
+            setattr(made, f"{self._type.name.lower()}_value", value)
+        return made
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Parameter):

@@ -11,6 +11,7 @@ import msgpack
 
 from actors.callbacks.callback_task import CallbackTask, current_callback_task
 from actors.callbacks.deadlines import Deadlines
+from actors.callbacks.must_await import must_await
 from actors.diagnostics.records import ClientDiagnostics
 from actors.endpoints.context import Caller, NodeContext, in_flight
 from actors.endpoints.entries import EntryBatch
@@ -110,6 +111,7 @@ class Client(Introspectable, Caller, Generic[Q, A]):
         """Tell whether a server is there now."""
         return self.peers > 0
 
+    @must_await
     async def wait_for_service(self, timeout_sec: float | None = None) -> bool:
         """Wait until a server of this service is there; the broker says so the moment it is.
 

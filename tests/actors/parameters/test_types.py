@@ -9,6 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from actors.interfaces.codec import codec_for
+from actors.interfaces.rcl_interfaces import msg as rcl_interfaces
 from actors.parameters.types import (
     FloatingPointRange,
     IntegerRange,
@@ -137,3 +139,16 @@ def test_ranges_apply_to_their_type_only() -> None:
         assert descriptor.fault(value) == ""
     assert descriptor.fault(5)
     assert descriptor.fault(5.0)
+
+
+@pytest.mark.parametrize(("kind", "value"), VALUES)
+def test_the_value_as_a_message(kind: ParameterType, value: Any) -> None:
+    """rclpy's `get_parameter_value()`: the type and its field, in a message that can be sent."""
+    message = Parameter("p", kind, value).get_parameter_value()
+    codec = codec_for(rcl_interfaces.ParameterValue)
+    received = codec.decode(codec.encode(message))
+    assert received.type == kind
+    if value is not None:
+        found = getattr(received, f"{kind.name.lower()}_value")
+        plain = bytes(found) if isinstance(found, memoryview) else found
+        assert plain == value or [*plain] == [*value] or plain == b"".join(value)

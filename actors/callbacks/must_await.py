@@ -1,0 +1,67 @@
+"""Coroutines that are not mistaken for results: what rclpy returns at once is to be awaited here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from functools import wraps
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar, cast
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+T_co = TypeVar("T_co", covariant=True)
+CoroutineFunction = TypeVar("CoroutineFunction", bound=Callable[..., Coroutine[Any, Any, Any]])
+
+
+class MustAwait(Coroutine[Any, Any, T_co]):
+    """A coroutine without a truth value, that can neither be iterated over nor compared with values.
+
+    So `while not client.wait_for_service(1.0)` raises a TypeError that says what is missing, where a plain
+    coroutine would be true. Tasks, `gather` and `wait_for` take it as any coroutine.
+
+    Args:
+        coroutine: The coroutine.
+    """
+
+    def __init__(self, coroutine: Coroutine[Any, Any, T_co]) -> None:
+        self._coroutine = coroutine
+        self.__name__ = getattr(coroutine, "__name__", "coroutine")
+        self.__qualname__ = getattr(coroutine, "__qualname__", self.__name__)
+
+    def __await__(self) -> Generator[Any, Any, T_co]:
+        return self._coroutine.__await__()
+
+    def send(self, value: Any) -> Any:
+        """Part of Coroutine."""
+        return self._coroutine.send(value)
+
+    def throw(self, *exception: Any) -> Any:
+        """Part of Coroutine."""
+        return self._coroutine.throw(*exception)
+
+    def close(self) -> None:
+        """Part of Coroutine."""
+        self._coroutine.close()
+
+    def _refuse(self, *_: object) -> NoReturn:
+        raise TypeError(f"{self.__qualname__}() is a coroutine: write `await` before it to get its result")
+
+    __bool__ = __iter__ = __len__ = __contains__ = _refuse
+
+    def __eq__(self, other: object) -> bool:
+        return self is other if isinstance(other, Coroutine) else self._refuse()
+
+    __hash__ = object.__hash__
+
+    def __repr__(self) -> str:
+        return f"<awaitable {self._coroutine!r}>"
+
+
+def must_await(function: CoroutineFunction) -> CoroutineFunction:
+    """Let a coroutine function return `MustAwait`s. To type checkers it stays what it is."""
+
+    @wraps(function)
+    def call(*args: Any, **options: Any) -> MustAwait[Any]:
+        return MustAwait(function(*args, **options))
+
+    return cast("CoroutineFunction", call)
