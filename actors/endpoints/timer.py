@@ -44,6 +44,11 @@ class Timer:
     def __init__(
         self, context: NodeContext, period_sec: float, callback: Callable[..., Any], *, autostart: bool = True
     ) -> None:
+        if callable(period_sec) or not callable(callback):
+            raise TypeError(
+                "create_timer takes the period in seconds first and then the callback:"
+                f" create_timer(0.5, callback), got ({period_sec!r}, {callback!r})"
+            )
         if not 0 <= period_sec < float("inf"):
             raise ValueError(f"A timer's period must be zero or more seconds, got {period_sec}")
         self._with_info = takes(callback, (0, 1), "timer") == 1

@@ -62,12 +62,26 @@ def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
     Raises:
         SystemExit: 1 if something failed with a CallboardError, 2 if the arguments cannot be read; the error
             stands on stderr in one line. Other exceptions come through as they are.
+        RuntimeError: A loop is running in this thread, as in a coroutine or a notebook.
     """
+    if _loop_runs():
+        raise RuntimeError(
+            "actors.run() starts an event loop, and one is running already:"
+            " there use `async with node:` or `await node.run()`"
+        )
     try:
         with _terminate_interrupts():
             return _run(programs, sys.argv[1:] if args is None else list(args))
     except KeyboardInterrupt:
         return None
+
+
+def _loop_runs() -> bool:
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
 
 
 @contextmanager

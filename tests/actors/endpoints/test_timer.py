@@ -349,3 +349,10 @@ def test_ticks_take_turns_with_other_callbacks() -> None:
         assert node.callback_errors == 0
 
     play(scene)
+
+
+def test_swapped_arguments_are_named() -> None:
+    """The error says the order."""
+    node = actors.Node("clockwork", use_global_arguments=False)
+    with pytest.raises(TypeError, match=r"period in seconds first.*create_timer\(0\.5, callback\)"):
+        node.create_timer(print, 0.5)  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
