@@ -1,8 +1,10 @@
 """Loggers as rclpy's nodes have them, on top of the standard `logging` module.
 
 A logger named `ns.node` writes to `logging.getLogger("callboard.ns.node")`: its records go wherever the
-program sends them. Nothing here adds a handler until a script asks for ROS 2's lines with
-`configure_logging`. The level of the `callboard` logger starts at INFO, as in ROS 2, and is inherited.
+program sends them. While neither that logger nor one above it has a handler, they are written to stderr as
+ROS 2's lines; no handler is added for that. A program that wants silence adds a `logging.NullHandler` to the
+`callboard` logger; `configure_logging` is for scripts that want more. The level of the
+`callboard` logger starts at INFO, as in ROS 2, and is inherited.
 """
 
 from __future__ import annotations
@@ -217,7 +219,12 @@ class Logger:
         )
         # The record's own `created` is a float, too coarse for nanoseconds.
         record.stamp_ns = stamp_ns
-        logger.handle(record)
+        if logger.hasHandlers():
+            logger.handle(record)
+        else:
+            from actors.runtime.log_output import write_unhandled  # noqa: PLC0415 - it imports this module
+
+            write_unhandled(record)
         return True
 
     def _filters_pass(self, key: tuple[CodeType, int], level: int, options: LogOptions) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 import re
 import sys
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from actors.config import environment
@@ -63,6 +64,19 @@ class _RosHandler(logging.StreamHandler["TextIO"]):
     """The handler that `configure_logging` adds, by a type of its own so that it can be found again."""
 
 
+@lru_cache(maxsize=1)
+def _handler(stream: TextIO, *, color: bool) -> _RosHandler:
+    handler = _RosHandler(stream)
+    handler.setFormatter(RosFormatter(color=color))
+    return handler
+
+
+def write_unhandled(record: logging.LogRecord) -> None:
+    """Write a record to stderr for which the program has no handler, as rclpy's loggers do."""
+    if sys.stderr is not None:  # pyright: ignore[reportUnnecessaryComparison] - it is None under pythonw
+        _handler(sys.stderr, color=_wants_color(sys.stderr)).handle(record)
+
+
 def configure_logging(
     level: LoggingSeverity | int | str = LoggingSeverity.INFO,
     *,
@@ -87,9 +101,7 @@ def configure_logging(
     if root.handlers and stream is None:
         return
     target = sys.stderr if stream is None else stream
-    new = _RosHandler(target)
-    new.setFormatter(RosFormatter(color=_wants_color(target) if color is None else color))
-    root.addHandler(new)
+    root.addHandler(_handler(target, color=_wants_color(target) if color is None else color))
 
 
 def _wants_color(stream: TextIO) -> bool:

@@ -141,6 +141,21 @@ def test_a_programs_own_handlers_stand() -> None:
         assert get_logger("test_own").get_effective_level() is LoggingSeverity.ERROR
 
 
+def test_without_any_handler_lines_go_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
+    """A script sees what it logs before `actors.run`; nothing is configured, a NullHandler silences it."""
+    with bare_root() as root:
+        logger = get_logger("test_unconfigured")
+        assert logger.info("hello")
+        assert root.handlers == logging.getLogger("callboard").handlers == []
+        top, null = logging.getLogger("callboard"), logging.NullHandler()
+        top.addHandler(null)
+        try:
+            logger.info("unseen")
+        finally:
+            top.removeHandler(null)
+    assert re.fullmatch(r"\[INFO\] \[\d+\.\d{9}\] \[test_unconfigured\]: hello\n", capsys.readouterr().err)
+
+
 def test_bad_level() -> None:
     """An unknown level is a ValueError and changes nothing."""
     with bare_root() as root:
