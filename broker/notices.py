@@ -18,6 +18,18 @@ MAX_NOTICES: Final = 16
 Each of them is told of it in any case."""
 
 
+def type_difference(one: str, other: str) -> str:
+    """Say how two types with these names, which do not match, differ, and how to mend a frequent mistake."""
+    if one == other:
+        return "the definitions of the type differ"
+    if one.rpartition("/")[2] != other.rpartition("/")[2]:
+        return "the types differ"
+    return (
+        "the types differ. If they are one class in two scripts, put it in a module that both import, or give"
+        " both classes the same type_name="
+    )
+
+
 class Notices:
     """The NOTICEs of one graph's topics, or of its services.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
-from broker.notices import Notices
+from broker.notices import Notices, type_difference
 from broker.pool import Pool
 from broker.records import (
     CancelCalls,
@@ -149,11 +149,10 @@ class Services:
             self._send_replies(client, entries)
 
     def _incompatible(self, client: ClientRecord, server: ServiceRecord) -> None:
-        same_name = client.type_name == server.type_name
-        what = "definitions of the type differ" if same_name else "types differ"
         text = (
             f"'{client.name}' is not connected between the client {client.node_name} ({client.type_name})"
-            f" and the server {server.node_name} ({server.type_name}): the {what}"
+            f" and the server {server.node_name} ({server.type_name}):"
+            f" {type_difference(client.type_name, server.type_name)}"
         )
         for endpoint in (client, server):
             self._notices.tell(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text)

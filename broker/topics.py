@@ -12,7 +12,7 @@ from broker.attachments import Attachments
 from broker.credit_limits import CreditLimits
 from broker.departed_queues import DepartedQueues, PeerQueue
 from broker.latched import latch, unlatch
-from broker.notices import Notices
+from broker.notices import Notices, type_difference
 from broker.records import (
     Close,
     Discard,
@@ -229,12 +229,10 @@ class Topics:
             self._emit(Discard(peer, queue))
 
     def _incompatible_type(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
-        same_name = publisher.type_name == subscription.type_name
-        what = "definitions of the type differ" if same_name else "types differ"
         text = (
             f"'{publisher.name}' is not connected between the publisher {publisher.node_name}"
             f" ({publisher.type_name}) and the subscription {subscription.node_name}"
-            f" ({subscription.type_name}): the {what}"
+            f" ({subscription.type_name}): {type_difference(publisher.type_name, subscription.type_name)}"
         )
         for endpoint in (publisher, subscription):
             self._notices.tell(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text)

@@ -1,6 +1,6 @@
 """Message, Service and Action: the bases of all types that travel.
 
-    class Reading(actors.Message):                      # "<top module>/msg/Reading", or type_name="…"
+    class Reading(actors.Message):                      # "<top module>/msg/Reading"
         sensor: str = ""
         value: float = 0.0
 
@@ -10,6 +10,10 @@
 
         class Response(actors.Message):
             ok: bool = False
+
+The name of a class in a script begins with the script's: the same class written in `pub.py` and in `sub.py`
+is two types, which do not match. Put it in a module that both import, or give both classes the same name:
+`class Reading(actors.Message, type_name="lab/msg/Reading")`.
 
 Fields are checked when a message is sent and when it is received, not when they are assigned.
 """

@@ -10,6 +10,7 @@ import pytest
 
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.naming import MessageType
 from actors.interfaces.std_msgs.msg import Int64, String
 from proto.errors import InvalidNamespaceError, InvalidNodeNameError, InvalidUrlError
 from tests.actors.meeting import KEEP_ALL, latched, matched, turns, until
@@ -322,6 +323,35 @@ async def test_type_mismatch_warns_both_and_does_not_connect(
     assert heard == []
     warned = {record.name for record in caplog.records if "/things" in record.getMessage()}
     assert {"callboard.talker", "callboard.listener"} <= warned
+
+
+async def test_one_class_in_two_scripts_is_warned_of_with_a_remedy(
+    meeting: Meeting, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Both sides of topics and services hear how to mend it; with one `type_name` the classes match."""
+
+    def classes(script: str, **names: str) -> tuple[Any, Any]:
+        reading = MessageType("Reading", (actors.Message,), {"__module__": script}, **names)
+        parts = {"__module__": script, "Request": reading, "Response": reading}
+        return reading, type("Calibrate", (actors.Service,), parts)
+
+    talker, listener = await meeting.node("talker"), await meeting.node("listener")
+    (sent, asked), (heard, served) = classes("pub"), classes("sub")
+    talker.create_publisher(sent, "readings")
+    talker.create_client(asked, "calibrate")
+    listener.create_subscription(heard, "readings", print)
+    listener.create_service(served, "calibrate", print)
+    await meeting.settled(talker, listener)
+    remedy = "put it in a module that both import, or give both classes the same type_name="
+    warned = [record for record in caplog.records if remedy in record.getMessage()]
+    assert sorted(record.name for record in warned) == 2 * ["callboard.listener"] + 2 * ["callboard.talker"]
+    (sent, _), (heard, _) = (
+        classes("pub", type_name="lab/msg/Reading"),
+        classes("sub", type_name="lab/msg/Reading"),
+    )
+    publisher = talker.create_publisher(sent, "same")
+    listener.create_subscription(heard, "same", print)
+    await until(lambda: publisher.get_subscription_count() == 1)
 
 
 async def test_destroy_methods_know_their_own(meeting: Meeting) -> None:
