@@ -16,7 +16,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Self
 
 from broker.capacity import Capacity
-from broker.connection import TICKS_PER_KEEPALIVE, Connection
+from broker.connection import TICKS_PER_KEEPALIVE, Connection, logger
 from broker.drain import Drain
 from broker.errors import ListenError, listen_error
 from broker.listening import NotASocketError, listen_tcp, listen_unix
@@ -25,6 +25,7 @@ from broker.records import CancelCalls, Discard, Enqueue, Send, SendCalls
 from broker.router import Router
 from broker.stats import Meter, answer, link_stats, topic_stats
 from proto import limits
+from proto.aio.tasks import keep_running
 from proto.errors import ErrorCode
 from proto.frames import Batch
 from proto.url import BrokerUrl
@@ -125,7 +126,8 @@ class Broker:
         self._capacity = Capacity(self.options.max_connections)
         self._meter.started_at = self.loop.time()
         self._server = await self._listen()
-        self._ticker = self._loop.create_task(self._tick())
+        check = keep_running("The broker's periodic check", self._check_periodically)
+        self._ticker = self._loop.create_task(check)
         return self
 
     async def __aexit__(
@@ -200,7 +202,7 @@ class Broker:
             with contextlib.suppress(asyncio.CancelledError):
                 await ticker
 
-    async def _tick(self) -> None:
+    async def _check_periodically(self) -> None:
         """Look at every connection's clocks, a few times per keepalive."""
         tick = min(self.options.keepalive_sec, self.options.handshake_timeout_sec) / TICKS_PER_KEEPALIVE
         expected = self.loop.time() + tick
@@ -226,7 +228,11 @@ class Broker:
             due.update((each, None) for each in self._connections if watched or each.look_at <= now)
         for each in due:
             router = each.router
-            each.judge(now, relied_on=watched or (router is not None and each.peer in router.relied_on))
+            try:
+                each.judge(now, relied_on=watched or (router is not None and each.peer in router.relied_on))
+            except Exception:  # noqa: BLE001 - a bug; the other connections must be checked all the same
+                logger.exception("Closing %s: its periodic check failed", each)
+                each.channel.abort()
 
     @property
     def _round_sec(self) -> float:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 from actors.launch.presence import Presence, presence_of
 from actors.logging.logger import LoggingSeverity, get_logger
 from actors.node.node import Node
+from proto.aio.tasks import keep_running
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -39,7 +40,8 @@ async def graph_watch(place: Place, on_change: Callable[[set[Presence]], None]) 
         place: Where the broker is, and which of its graphs is meant.
         on_change: Gets all that is there; each time another set. It must not wait.
     """
-    watching = asyncio.create_task(_watch(place, on_change), name="launch graph")
+    watch = keep_running("The launch's watch of the graph", lambda: _watch(place, on_change))
+    watching = asyncio.create_task(watch, name="launch graph")
     try:
         yield
     finally:

@@ -129,6 +129,7 @@ class Lifecycle:
         self._tasks.pop(task, None)
         # SystemExit and KeyboardInterrupt have already gone through the loop to whoever runs it.
         if not task.cancelled() and isinstance(error := task.exception(), Exception):
+            self._context.log.error("The node stops: a task of its own has failed", exc_info=error)
             self.fail(error)
 
     async def _keep_link(self) -> None:

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker import AddressInUseError, Broker, BrokerOptions, InvalidOptionError, ListenError
+from broker.connection import Connection
 from proto import frames, limits
 from proto.codec import encode
 from proto.errors import ErrorCode
 from proto.identity import VERSION
+from proto.loop_lag import LoopLag
 from proto.url import parse_url
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, stream, told, until
@@ -363,3 +365,48 @@ async def test_who_breaks_the_protocol_leaves_at_once(broker: Broker) -> None:
         asker.send(make.request(1, 8))
         (entry,) = (await asker.next(frames.Reply)).entries
         assert bytes(entry.body) == b"no server; wait for one with wait_for_service()"
+
+
+async def test_the_periodic_check_goes_on_after_an_error(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A bug in it is logged; handshakes that take too long are ended all the same."""
+    errors = [RuntimeError("a bug")]
+    note = LoopLag.note
+
+    def fail_once(lag: LoopLag, now: float, late_sec: float) -> None:
+        if errors:
+            raise errors.pop()
+        note(lag, now, late_sec)
+
+    monkeypatch.setattr(LoopLag, "note", fail_once)
+    options = BrokerOptions(port=0, handshake_timeout_sec=0.1, drain_timeout_sec=0)
+    async with Broker(options) as quick, stream(quick) as (reader, _):
+        error = await told(reader)
+        assert error is not None
+        assert error.code == ErrorCode.TIMEOUT
+    assert "RuntimeError: a bug" in caplog.text
+
+
+async def test_an_error_in_the_check_of_one_connection_ends_that_one(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The connections behind it in the same check are still checked."""
+    judge = Connection.judge
+    failing: list[Connection] = []
+
+    def fail_for_the_first(connection: Connection, now: float, *, relied_on: bool) -> None:
+        if not failing:
+            failing.append(connection)
+        if connection is failing[0]:
+            raise RuntimeError("a bug")
+        judge(connection, now, relied_on=relied_on)
+
+    monkeypatch.setattr(Connection, "judge", fail_for_the_first)
+    options = BrokerOptions(port=0, handshake_timeout_sec=0.1, drain_timeout_sec=0)
+    async with Broker(options) as quick, stream(quick) as (first, _), stream(quick) as (second, _):
+        assert await told(first) is None
+        error = await told(second)
+        assert error is not None
+        assert error.code == ErrorCode.TIMEOUT
+    assert "RuntimeError: a bug" in caplog.text

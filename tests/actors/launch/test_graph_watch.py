@@ -162,6 +162,22 @@ async def test_a_broker_that_refuses_the_node_ends_no_launch(
         await until(lambda: "cannot see which nodes are there" in caplog.text)
 
 
+async def test_a_failed_watch_starts_again(meeting: Meeting, caplog: pytest.LogCaptureFixture) -> None:
+    """A bug in what it tells is logged; what comes later is still told."""
+    told: list[set[Presence]] = []
+    errors = [RuntimeError("a bug")]
+
+    def tell(now: set[Presence]) -> None:
+        if errors:
+            raise errors.pop()
+        told.append(now)
+
+    await meeting.node("talker")
+    async with graph_watch(find_place(meeting.url), tell):
+        await until(lambda: told)
+    assert "RuntimeError: a bug" in caplog.text
+
+
 async def test_a_cancelled_exit_leaves_nothing_behind() -> None:
     """Who is cancelled while leaving still leaves, and is cancelled then."""
     before = asyncio.all_tasks()

@@ -17,6 +17,7 @@ from tests.simulation.network import on_host
 from tests.simulation.stage import play
 
 if TYPE_CHECKING:
+    from tests.actors.meeting import Meeting
     from tests.simulation.stage import Stage
 
 Call = asyncio.Future[Any]
@@ -445,3 +446,20 @@ def test_a_destroyed_node_whose_queue_is_stuck_leaves_in_time(caplog: pytest.Log
 
     play(scene)
     assert caplog.text.count("1000 published messages were never sent: no time was left") == 1
+
+
+async def test_a_task_of_the_node_that_fails_is_logged_and_ends_it(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A bug in the keepalive is no silent end of it: the node stops with the error."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise RuntimeError("a bug")
+
+    await meeting.restart_broker(keepalive_sec=0.1)
+    monkeypatch.setattr("actors.session.connector.Keepalive.look", fail)
+    with pytest.raises(RuntimeError, match="a bug"):
+        async with meeting.absent("node"):
+            await asyncio.sleep(30)
+    assert "a task of its own has failed" in caplog.text
+    assert "Traceback" in caplog.text
