@@ -25,13 +25,14 @@ from broker.records import CancelCalls, Discard, Enqueue, Send, SendCalls
 from broker.router import Router
 from broker.stats import Meter, answer, link_stats, topic_stats
 from proto import limits
+from proto.aio.forks import drop_in_children
 from proto.aio.tasks import keep_running
 from proto.errors import ErrorCode
 from proto.frames import Batch
 from proto.url import BrokerUrl
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
     from types import TracebackType
 
@@ -69,6 +70,7 @@ class Broker:
         self._ticker: asyncio.Task[None] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._url: BrokerUrl | None = None
+        drop_in_children(self)
 
     @property
     def loop(self) -> asyncio.AbstractEventLoop:
@@ -237,6 +239,12 @@ class Broker:
     @property
     def _round_sec(self) -> float:
         return min(self.options.idle_keepalive_sec, self.options.suspend_close_sec) / TICKS_PER_KEEPALIVE
+
+    def descriptors(self) -> Iterator[int]:
+        """DescriptorOwner: those it listens at, and those of its connections."""
+        yield from () if self._server is None else (sock.fileno() for sock in self._server.sockets)
+        for connection in tuple(self._connections):
+            yield from connection.channel.descriptors()
 
     # What connections need
 

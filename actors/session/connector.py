@@ -8,10 +8,8 @@ so that one which takes its time to close is not taken for the next.
 from __future__ import annotations
 
 import asyncio
-import os
 import random
 import secrets
-import weakref
 from typing import TYPE_CHECKING, Final, Protocol
 
 from actors.errors import BrokerUnreachable, NodeNameTaken
@@ -19,6 +17,7 @@ from actors.session.keepalive import Keepalive
 from actors.session.start_hint import start_hint
 from proto import frames, limits
 from proto.aio.channel import Channel
+from proto.aio.forks import drop_in_children
 from proto.errors import ErrorCode, ProtocolError
 from proto.identity import agent
 from proto.liveness import Finding
@@ -111,6 +110,10 @@ class BrokerConnection:
         """ChannelHandler: the connection is gone."""
         del error  # the log line of the next attempt says what matters
         self.end()
+
+    def descriptors(self) -> tuple[int, ...]:
+        """DescriptorOwner: the connection's."""
+        return self.channel.descriptors()
 
     def end(self) -> None:
         """Tell the link that this is over, once."""
@@ -295,7 +298,7 @@ class Connector:
     ) -> BrokerConnection | None:
         """Open a connection and wait for the WELCOME; None if that does not work."""
         connection = self._connection = BrokerConnection(self._link, url, self._hello, self._log)
-        _connections.add(connection)
+        drop_in_children(connection)
         reached = False
         try:
             async with asyncio.timeout_at(deadline):
@@ -428,17 +431,3 @@ _silent: Final[weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[tuple[B
     weakref.WeakKeyDictionary()
 )
 """By loop and brokers: until when no node waits for their first answer, as one has waited in vain."""
-
-_connections: weakref.WeakSet[BrokerConnection] = weakref.WeakSet()
-
-
-def _after_fork_in_child() -> None:
-    """Close the copies of the parent's sockets, so that the parent's death is seen."""
-    for connection in tuple(_connections):
-        descriptor = connection.channel.fileno()
-        if descriptor is not None:
-            os.close(descriptor)
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_after_fork_in_child)

@@ -15,11 +15,11 @@ import asyncio
 import os
 import signal
 import subprocess
-import weakref
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from actors.supervision.process import Process
+from proto.aio.forks import drop_in_children
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -61,7 +61,7 @@ class Guard:
         self._process: Process | None = None
         self._pipe: int | None = None
         self._groups: set[int] = set()
-        _guards.add(self)
+        drop_in_children(self)
 
     def start(
         self,
@@ -101,7 +101,7 @@ class Guard:
 
     async def close(self) -> None:
         """Let it go, when all processes have ended. It kills what has not been forgotten."""
-        self.close_inherited()
+        self._close_pipe()
         process, self._process = self._process, None
         if process is None:
             return
@@ -112,11 +112,14 @@ class Guard:
             process.signal(signal.SIGKILL)
             await process.wait()
 
-    def close_inherited(self) -> None:
-        """Close the pipe. A forked child need do no more, but this: it would keep the guard waiting."""
-        if self._pipe is not None:
-            os.close(self._pipe)
-            self._pipe = None
+    def descriptors(self) -> tuple[int, ...]:
+        """DescriptorOwner: the pipe. A forked child that kept it would keep the guard waiting."""
+        return () if self._pipe is None else (self._pipe,)
+
+    def _close_pipe(self) -> None:
+        pipe, self._pipe = self._pipe, None
+        if pipe is not None:
+            os.close(pipe)
 
     def _ready(self) -> int:
         """Return the pipe to a guard that lives."""
@@ -126,7 +129,7 @@ class Guard:
         return self._pipe
 
     def _begin(self) -> None:
-        self.close_inherited()
+        self._close_pipe()
         if self._process is not None:
             self._process.reap()
         reading, writing = os.pipe()
@@ -146,15 +149,3 @@ class Guard:
         # A guard that was killed is replaced at the next start; one that is frozen is of no use either way.
         with suppress(BrokenPipeError, BlockingIOError):
             os.write(self._pipe, line.encode())
-
-
-_guards: weakref.WeakSet[Guard] = weakref.WeakSet()
-
-
-def _after_fork_in_child() -> None:
-    for guard in tuple(_guards):
-        guard.close_inherited()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_after_fork_in_child)

@@ -288,10 +288,10 @@ class Channel(asyncio.BufferedProtocol):
         """Whether the transport is full, so that what is queued waits."""
         return self._paused
 
-    def fileno(self) -> int | None:
-        """Return the socket's descriptor, or None without a connection."""
+    def descriptors(self) -> tuple[int, ...]:
+        """DescriptorOwner: the socket's, if there is a connection."""
         sock = None if self._transport is None else self._transport.get_extra_info("socket")
-        return None if sock is None else sock.fileno()
+        return () if sock is None or sock.fileno() < 0 else (sock.fileno(),)
 
     def fail(self, error: ProtocolError) -> None:
         """Tell the peer why, and close."""

@@ -313,7 +313,7 @@ async def test_a_guard_that_was_killed_is_replaced(tmp_path: Path) -> None:
         fresh = supervisor._guard._process
         assert fresh is not guard
         # As if the supervisor had been killed: the pipe closes.
-        supervisor._guard.close_inherited()
+        supervisor._guard._close_pipe()
         assert fresh is not None
         await fresh.wait()
         both = [await anext(events) for _ in range(2)]
