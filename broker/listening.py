@@ -23,6 +23,27 @@ class NotASocketError(OSError):
     """Where a socket file is to be made there is another file."""
 
 
+class SocketFile:
+    """The file of a listening socket, told from others of its name by its device and inode."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._identity = _identity(path)
+
+    def remove(self) -> None:
+        """Remove the file, unless it is gone or somebody else has put another in its place."""
+        if _identity(self._path) == self._identity:
+            self._path.unlink(missing_ok=True)
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    try:
+        found = path.lstat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
 async def listen_tcp(
     loop: asyncio.AbstractEventLoop,
     protocol: Callable[[], asyncio.BufferedProtocol],
@@ -54,7 +75,7 @@ async def listen_unix(
     path: Path,
     *,
     backlog: int,
-) -> asyncio.Server:
+) -> tuple[asyncio.Server, SocketFile]:
     """Listen at a socket file; one that a dead broker has left is replaced.
 
     Raises:
@@ -68,7 +89,8 @@ async def listen_unix(
             _remove_stale(path)
             listening.bind(os.fspath(path))
             listening.listen(backlog)
-        return await loop.create_unix_server(protocol, sock=listening, backlog=backlog)
+            file = SocketFile(path)
+        return await loop.create_unix_server(protocol, sock=listening, backlog=backlog), file
     except BaseException:
         listening.close()
         raise

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import secrets
 from dataclasses import replace
 from itertools import count
@@ -18,9 +19,10 @@ from typing import TYPE_CHECKING, Self
 from broker.capacity import Capacity
 from broker.connection import TICKS_PER_KEEPALIVE, Connection, logger
 from broker.drain import Drain
-from broker.errors import ListenError, listen_error
-from broker.listening import NotASocketError, listen_tcp, listen_unix
+from broker.errors import address_in_use_error, listen_error
+from broker.listening import SocketFile, listen_tcp, listen_unix
 from broker.options import BrokerOptions
+from broker.probe import find_broker
 from broker.records import CancelCalls, Discard, Enqueue, Send, SendCalls
 from broker.router import Router
 from broker.stats import Meter, answer, link_stats, topic_stats
@@ -69,6 +71,7 @@ class Broker:
         self._server: asyncio.Server | None = None
         self._ticker: asyncio.Task[None] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._file: SocketFile | None = None
         self._url: BrokerUrl | None = None
         drop_in_children(self)
 
@@ -142,29 +145,24 @@ class Broker:
         await self.stop()
 
     async def _listen(self) -> asyncio.Server:
-        options, loop = self.options, self.loop
+        options, loop, backlog = self.options, self.loop, self._capacity.backlog
         if options.unix is not None:
-            return await self._listen_unix(options.unix)
-        place = str(BrokerUrl(options.host, options.port))
+            url = BrokerUrl("", 0, str(options.unix))
+            moving = "Choose another path with --unix"
+        else:
+            url = BrokerUrl(options.host, options.port)
+            moving = "Choose another port with --port"
         try:
-            server = await listen_tcp(
-                loop, self._new_channel, options.host, options.port, backlog=self._capacity.backlog
-            )
-        except OSError as error:
-            remedy = "Stop what listens there, or choose another port with --port."
-            raise listen_error(place, error, remedy) from error
-        self._url = BrokerUrl(options.host, server.sockets[0].getsockname()[1])
-        return server
-
-    async def _listen_unix(self, path: Path) -> asyncio.Server:
-        place = str(BrokerUrl("", 0, str(path)))
-        try:
-            server = await listen_unix(self.loop, self._new_channel, path, backlog=self._capacity.backlog)
-        except NotASocketError as error:
-            raise ListenError(f"Cannot listen on {place}: {error}. Choose another path.") from error
-        except OSError as error:
-            raise listen_error(place, error, "Choose another path with --unix.") from error
-        self._url = BrokerUrl("", 0, _absolute(path))
+            if options.unix is not None:
+                server, self._file = await listen_unix(loop, self._new_channel, options.unix, backlog=backlog)
+                self._url = BrokerUrl("", 0, _absolute(options.unix))
+            else:
+                server = await listen_tcp(loop, self._new_channel, url.host, url.port, backlog=backlog)
+                self._url = url._replace(port=server.sockets[0].getsockname()[1])
+        except (OSError, UnicodeError) as error:
+            if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
+                raise address_in_use_error(str(url), await find_broker(url), moving=moving) from error
+            raise listen_error(str(url), error, host=url.host, moving=moving) from error
         return server
 
     def _new_channel(self) -> asyncio.BufferedProtocol:
@@ -182,8 +180,9 @@ class Broker:
         server, self._server = self._server, None
         if server is None:
             return
-        if self.options.unix is not None:  # first: a file that nobody listens at is the next broker's
-            self.options.unix.unlink(missing_ok=True)
+        file, self._file = self._file, None
+        if file is not None:  # first: a file that nobody listens at is the next broker's
+            file.remove()
         server.close()
         self._drain = Drain(self, self._connections)
         try:

@@ -31,7 +31,7 @@ async def _race(places: list[str]) -> None:
                 _say("in use")
             else:
                 _say("listens")
-        sys.stdin.readline()
+        await asyncio.to_thread(sys.stdin.readline)  # the loop goes on: the others ask what listens
 
 
 if __name__ == "__main__":

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from broker import AddressInUseError, Broker, BrokerOptions
+from broker import AddressInUseError, Broker, BrokerOptions, ListenError
 from broker.listening import listen_unix
 from proto.aio.process import new_event_loop
+from proto.url import parse_url
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,9 +29,10 @@ PLACES = 20
 @pytest.mark.parametrize("new_loop", [asyncio.new_event_loop, new_event_loop])
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
 def test_who_listens_between_binding_and_listening_wins(
-    new_loop: Callable[[], asyncio.AbstractEventLoop], host: str
+    new_loop: Callable[[], asyncio.AbstractEventLoop], host: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """uvloop keeps this failure to itself: the broker finds it out, on each loop."""
+    monkeypatch.setattr("broker.probe.PROBE_TIMEOUT_SEC", 0.1)
     with asyncio.Runner(loop_factory=new_loop) as runner, socket.socket() as rival:
         rival.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         rival.bind(("127.0.0.1", 0))
@@ -110,7 +112,7 @@ async def test_a_folder_that_somebody_keeps_locked_holds_up_nobody(
     try:
         fcntl.flock(folder, fcntl.LOCK_EX)
         path = tmp_path / "broker.sock"
-        server = await listen_unix(asyncio.get_running_loop(), asyncio.BufferedProtocol, path, backlog=1)
+        server, _ = await listen_unix(asyncio.get_running_loop(), asyncio.BufferedProtocol, path, backlog=1)
         assert server.is_serving()
         server.close()
     finally:
@@ -134,3 +136,68 @@ async def test_a_broker_that_takes_no_connections_has_its_place_all_the_same(tmp
         with pytest.raises(AddressInUseError):
             await stack.enter_async_context(Broker(BrokerOptions(unix=path)))
     assert path.exists()
+
+
+async def test_a_socket_file_that_is_not_its_own_any_more_is_left_alone(tmp_path: Path) -> None:
+    """A file that has taken the place of a broker's own stays when the broker stops."""
+    path = tmp_path / "s"
+    async with Broker(BrokerOptions(unix=path)):
+        path.unlink()
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as other:
+            other.bind(str(path))
+    assert path.is_socket()
+
+
+@pytest.mark.parametrize("new_loop", [asyncio.new_event_loop, new_event_loop])
+@pytest.mark.parametrize("host", ["nosuch.invalid", "a..b"])
+def test_a_host_that_cannot_be_resolved_is_named(
+    new_loop: Callable[[], asyncio.AbstractEventLoop], host: str
+) -> None:
+    """It says that the name is wrong, and what to use."""
+    with asyncio.Runner(loop_factory=new_loop) as runner, pytest.raises(ListenError) as caught:
+        runner.run(Broker(BrokerOptions(host=host)).__aenter__())
+    assert f"the name '{host}' cannot be resolved" in str(caught.value)
+    assert "--host" in str(caught.value)
+
+
+@pytest.mark.parametrize("new_loop", [asyncio.new_event_loop, new_event_loop])
+def test_an_address_of_another_machine_is_named(new_loop: Callable[[], asyncio.AbstractEventLoop]) -> None:
+    """192.0.2.1 is reserved for documentation: no machine has it."""
+    wanted = r"does not have the address '192.0.2.1'.*--host"
+    with asyncio.Runner(loop_factory=new_loop) as runner, pytest.raises(ListenError, match=wanted):
+        runner.run(Broker(BrokerOptions(host="192.0.2.1", port=0)).__aenter__())
+
+
+@pytest.mark.parametrize("place", ["port", "socket file"])
+async def test_a_place_that_a_broker_has_is_said_to_be_a_broker_s(tmp_path: Path, place: str) -> None:
+    """The second broker says what the first calls itself."""
+    options = BrokerOptions(port=0) if place == "port" else BrokerOptions(unix=tmp_path / "s")
+    async with Broker(options) as first:
+        if place == "port":
+            options = BrokerOptions(port=parse_url(first.url).port)
+        with pytest.raises(
+            AddressInUseError, match=r"a callboard broker \(callboard-broker/.* running there"
+        ):
+            await Broker(options).__aenter__()
+
+
+@pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"\xc6\0\0\0\1x"])
+async def test_a_place_that_something_else_has_is_said_to_be_that(
+    monkeypatch: pytest.MonkeyPatch, answer: bytes
+) -> None:
+    """Whatever it answers, or if it answers nothing until the deadline."""
+    monkeypatch.setattr("broker.probe.PROBE_TIMEOUT_SEC", 0.1)
+
+    ended = asyncio.Event()
+
+    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.write(answer)
+        await reader.read()
+        writer.close()
+        ended.set()
+
+    async with await asyncio.start_server(serve, "127.0.0.1", 0) as server:
+        port = server.sockets[0].getsockname()[1]
+        with pytest.raises(AddressInUseError, match="does not answer as a callboard broker"):
+            await Broker(BrokerOptions(port=port)).__aenter__()
+        await ended.wait()

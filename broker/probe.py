@@ -1,0 +1,51 @@
+"""A look at what listens where this broker cannot: another callboard broker, or something else."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from typing import TYPE_CHECKING, Final
+
+from proto import frames, limits
+from proto.codec import decode, encode
+from proto.errors import ProtocolError, shown
+from proto.identity import agent
+
+if TYPE_CHECKING:
+    from proto.url import BrokerUrl
+
+PROBE_TIMEOUT_SEC: Final = 1.0
+"""For connecting and the answer together; a broker on the same machine answers within milliseconds."""
+
+
+async def find_broker(url: BrokerUrl) -> str | None:
+    """Greet what listens at `url`.
+
+    Returns:
+        What the broker there calls itself, such as "callboard-broker/0.1.0"; None if nothing answers as a
+        callboard broker within PROBE_TIMEOUT_SEC.
+    """
+    try:
+        async with asyncio.timeout(PROBE_TIMEOUT_SEC):
+            answer = await _greet(url)
+    except (OSError, EOFError, ProtocolError):  # TimeoutError is an OSError
+        return None
+    if isinstance(answer, frames.Welcome):
+        return shown(str(answer.options.get("agent", "?")))[:80]
+    return "another version" if isinstance(answer, frames.Error) else None
+
+
+async def _greet(url: BrokerUrl) -> frames.Frame:
+    if url.path:
+        reader, writer = await asyncio.open_unix_connection(url.path)
+    else:
+        reader, writer = await asyncio.open_connection(url.host, url.port)
+    try:
+        identity = secrets.token_bytes(limits.INSTANCE_BYTES)
+        options: frames.Options = {"agent": agent("callboard-probe"), "instance": identity, "token": identity}
+        writer.write(encode(frames.Hello(limits.PROTOCOL_VERSION, options)))
+        head = await reader.readexactly(limits.PREFIX_BYTES)
+        size = min(int.from_bytes(head[1:], "big"), limits.MAX_HELLO_BYTES)
+        return decode(head + await reader.readexactly(size))
+    finally:
+        writer.close()
