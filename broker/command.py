@@ -11,7 +11,7 @@ import sys
 import tempfile
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from broker.capacity import raise_file_limit
 from broker.options import BrokerOptions
@@ -21,6 +21,8 @@ from proto.errors import CallboardError
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable
+
+logger: Final = logging.getLogger("callboard.broker")
 
 LEVELS = ("debug", "info", "warning", "error")
 
@@ -46,22 +48,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the daemon until SIGINT or SIGTERM; return the exit code."""
+    """Run the daemon until a signal stops it; return the exit code."""
     _set_up_logging(arguments.log_level, json_lines=arguments.json_logs)
     raise_file_limit()
     try:
         options = BrokerOptions(**{f.name: getattr(arguments, f.name) for f in fields(BrokerOptions)})
         with asyncio.Runner(loop_factory=process.new_event_loop) as runner:
-            runner.run(_serve(options, arguments.url_file))
+            runner.run(_serve(options, arguments.url_file, json_logs=arguments.json_logs))
     except CallboardError as error:
-        print(error, file=sys.stderr)  # noqa: T201 - what people read when it does not start
+        if arguments.json_logs:
+            logger.error("%s", error)  # noqa: TRY400 - its text says it all
+        else:
+            print(error, file=sys.stderr)  # noqa: T201 - what people read when it does not start
         return 1
     except (asyncio.CancelledError, KeyboardInterrupt):
         pass
     return 0
 
 
-async def _serve(options: BrokerOptions, url_file: Path | None) -> None:
+async def _serve(options: BrokerOptions, url_file: Path | None, *, json_logs: bool) -> None:
     from broker.server import Broker  # noqa: PLC0415 - --help needs no server
 
     task = asyncio.current_task()
@@ -69,9 +74,12 @@ async def _serve(options: BrokerOptions, url_file: Path | None) -> None:
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         _on_signal(loop, number, task.cancel)
+    _handle_hangup(loop, task.cancel)
     async with Broker(options) as broker:
         process.configure_process()
         _announce(broker.url)
+        if json_logs:
+            logger.info("Listening on %s", broker.url)
         if url_file is not None:
             _write_atomically(url_file, broker.url + "\n")
         try:
@@ -101,6 +109,29 @@ def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], 
         loop.add_signal_handler(number, stop)
     except NotImplementedError:  # Windows
         signal.signal(number, lambda _number, _frame: loop.call_soon_threadsafe(stop))
+
+
+def _handle_hangup(loop: asyncio.AbstractEventLoop, stop: Callable[[], object]) -> None:
+    """Let SIGHUP stop a broker that was started on a terminal: the terminal is gone.
+
+    Without a terminal it asks for a reload, and there is nothing to reload yet. If it is ignored (nohup), it
+    stays ignored.
+    """
+    number = getattr(signal, "SIGHUP", None)  # not on Windows
+    if number is None or signal.getsignal(number) is signal.SIG_IGN:
+        return
+    if _has_terminal():  # looked at now: when the signal comes the terminal may be gone
+        loop.add_signal_handler(number, stop)
+    else:
+        loop.add_signal_handler(number, logger.info, "SIGHUP: there is nothing to reload")
+
+
+def _has_terminal() -> bool:
+    try:
+        os.close(os.open("/dev/tty", os.O_RDWR | os.O_NOCTTY))
+    except OSError:
+        return False
+    return True
 
 
 def _write_atomically(path: Path, text: str) -> None:

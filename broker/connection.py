@@ -43,6 +43,9 @@ class Connection:
         agent: What the client calls itself, fit to be shown.
         opened_at: Loop time of the first moment.
         look_at: Loop time at which to look at it even if nobody relies on it.
+        address: Where it comes from: host and port, or "unix socket".
+        left: Whether it ends because the client or the broker wants to stop.
+        ending: Why it ends; "" until that is known.
         suspended_at: Loop time since which it has been silent too long, or None.
     """
 
@@ -52,6 +55,9 @@ class Connection:
         self.peer = 0
         self.session = 0
         self.agent = "?"
+        self.address = "?"
+        self.left = False
+        self.ending = ""
         self.channel = Channel(
             Role.BROKER, self, loop=broker.loop, max_message_bytes=broker.options.max_message_bytes
         )
@@ -66,6 +72,8 @@ class Connection:
 
     def opened(self) -> None:
         """ChannelHandler: somebody has connected."""
+        self.address = self.channel.peer_address
+        logger.debug("Connection from %s", self.address)
         self._broker.connection_opened(self)
 
     def frame_received(self, frame: frames.Frame) -> None:
@@ -84,9 +92,11 @@ class Connection:
 
     def _take_own(self, frame: frames.Frame) -> None:
         if isinstance(frame, frames.Goodbye):
+            self._ends(shown(frame.text), left=True)
             self.leave()
         elif isinstance(frame, frames.Error):
             logger.warning("%s closed its link: %s", self, shown(frame.text))
+            self._ends(f"it closed its link: {shown(frame.text)}")
             self.channel.close()
         elif isinstance(frame, frames.Inspect):
             self._questions.append(frame.id)
@@ -119,6 +129,7 @@ class Connection:
         self.peer, deliveries = router.connect(_identity(options, "instance"), _identity(options, "token"))
         self.router = router
         self._broker.joined(self)
+        logger.debug("Session opened: %s", self)
         self._broker.deliver(router, deliveries)
 
     def read_finished(self) -> None:
@@ -139,12 +150,13 @@ class Connection:
         logger.warning("Closing %s: %s: %s", self, error.code.name, shown(str(error)))
         # Its connection may last until it has read why: nobody should wait for it so long. But not now: the
         # broker may be in the midst of deliveries.
+        self._ends(f"{error.code.name}: {shown(str(error))}")
         self._broker.loop.call_soon(self.leave)
 
     def closed(self, error: Exception | None) -> None:
         """ChannelHandler: the connection is gone."""
-        if error is not None:
-            logger.debug("%s: %s", self, error)
+        self._ends("connection lost" if error is None else f"connection lost: {error}")
+        logger.debug("Connection from %s ended: %s", self.address, self.ending)
         self.leave()
         self._broker.connection_closed(self)
 
@@ -152,10 +164,19 @@ class Connection:
         """Take the peer out of its graph, and close."""
         router, self.router = self.router, None
         if router is not None:
+            self._ends("")
+            deliveries = router.disconnect(self.peer)
             self._broker.left(router, self.peer)
-            self._broker.deliver(router, router.disconnect(self.peer))
+            self._broker.deliver(router, deliveries)
             self._broker.flush()
         self.channel.close()
+
+    def _ends(self, reason: str, *, left: bool = False) -> None:
+        """Note why it ends; the first reason is the one."""
+        if not self.ending:
+            stopping = self._broker.draining
+            self.left = left or stopping
+            self.ending = "the broker is stopping" if stopping else reason or "closed"
 
     def end(self, code: ErrorCode, text: str) -> None:
         """Tell the peer why, and close."""
@@ -265,7 +286,9 @@ class Connection:
             self._broker.deliver(self.router, self.router.restore(self.peer))
 
     def __str__(self) -> str:
-        return f"link {self.peer or '(no handshake)'} [{self.agent}]"
+        nodes = [] if self.router is None else self.router.node_names(self.peer)
+        where = ", ".join((*nodes, self.address))
+        return f"link {self.peer or '(no handshake)'} [{self.agent}] ({where})"
 
 
 def _identity(options: frames.Options, key: str) -> bytes:

@@ -59,6 +59,8 @@ class Router:
         max_pending_calls: Unanswered calls of one peer.
         max_message_bytes: Size of one frame that a peer takes.
         max_queue_bytes: What may wait for a KEEP_ALL subscription whose credit allowed it.
+        report: Called with each endpoint that is declared and None, and with each that is removed and the
+            reason; "" if its connection has ended: the owner of that knows why. For logs.
 
     Attributes:
         domain: The same number.
@@ -74,8 +76,10 @@ class Router:
         max_pending_calls: int = MAX_PENDING_CALLS,
         max_queue_bytes: int = MAX_LINK_QUEUE_BYTES,
         max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
+        report: Callable[[Endpoint, str | None], None] | None = None,
     ) -> None:
         self.domain = domain
+        self._report = report or _ignore
         self._out: list[Delivery] = []
         self._max_endpoints = max_endpoints
         self._keys = count(1)
@@ -135,7 +139,7 @@ class Router:
         if old is not None and old.token == token:
             text = "the same node has connected again"
             self._out.append(Close(old.id, ErrorCode.TAKEN_OVER, text))
-            self._remove_peer(old)
+            self._remove_peer(old, text)
         if old is None or old.token == token:
             self._instances[instance] = peer
         return peer.id, self._finish()
@@ -144,22 +148,27 @@ class Router:
         """A connection is gone; an unknown one has been taken over."""
         peer = self._peers.get(peer_id)
         if peer is not None:
-            self._remove_peer(peer)
+            self._remove_peer(peer, "")
         return self._finish()
 
-    def _remove_peer(self, peer: Peer) -> None:
+    def _remove_peer(self, peer: Peer, reason: str) -> None:
         del self._peers[peer.id]
         if self._instances.get(peer.instance) is peer:
             del self._instances[peer.instance]
         self.graph.forget(peer)
         for endpoint in tuple(peer.endpoints.values()):
-            self._remove(endpoint)
+            self._remove(endpoint, reason)
         self.topics.forget_peer(peer.id)
         self.relied_on.discard(peer.id)
 
     def peer(self, peer_id: int) -> Peer | None:
         """Return what is known of a peer; None if it has been taken over."""
         return self._peers.get(peer_id)
+
+    def node_names(self, peer_id: int) -> list[str]:
+        """Return the full names of a peer's nodes."""
+        peer = self._peers.get(peer_id)
+        return [] if peer is None else [e.name for e in peer.endpoints.values() if isinstance(e, NodeRecord)]
 
     def refuse_calls(self) -> None:
         """The broker stops: take no new calls but what the pending ones need for their answers."""
@@ -232,6 +241,7 @@ class Router:
             endpoint.node.endpoints[endpoint.id] = endpoint
         number = endpoint.key if isinstance(endpoint, PublisherRecord) else 0
         self._out.append(Send(peer.id, frames.Accepted(endpoint.id, number)))
+        self._report(endpoint, None)
         if not peer.suspended:
             self._join(endpoint)
 
@@ -270,8 +280,8 @@ class Router:
         holder = self._names.get(frame.name)
         if holder is not None and holder.peer.suspended:
             # Frozen or cut off: the living goes before it. Should it come back, it is told.
-            self._remove_peer(holder.peer)
             text = f"another node '{frame.name}' has come while this link was silent"
+            self._remove_peer(holder.peer, text)
             self._out.append(Close(holder.peer.id, ErrorCode.TAKEN_OVER, text))
         elif holder is not None:
             self.relied_on.add(holder.peer.id)
@@ -337,7 +347,7 @@ class Router:
     def _undeclare(self, peer: Peer, frame: frames.Undeclare) -> None:
         endpoint = peer.endpoints.get(frame.id)
         if endpoint is not None:
-            self._remove(endpoint)
+            self._remove(endpoint, "undeclared")
 
     def _retire(self, peer: Peer, frame: frames.Retire) -> None:
         server = peer.endpoints.get(frame.id)
@@ -345,12 +355,13 @@ class Router:
             self.graph.remove(server)
             self.services.retire(server)
 
-    def _remove(self, endpoint: Endpoint) -> None:
+    def _remove(self, endpoint: Endpoint, reason: str) -> None:
         if endpoint.peer.endpoints.pop(endpoint.id, None) is None:
             return
+        self._report(endpoint, reason)
         if isinstance(endpoint, NodeRecord):
             for child in tuple(endpoint.endpoints.values()):
-                self._remove(child)
+                self._remove(child, reason)
             if self._names.get(endpoint.name) is endpoint:
                 del self._names[endpoint.name]
         elif endpoint.node is not None:
@@ -393,3 +404,7 @@ class Router:
     def _describe(self, peer: Peer, frame: frames.Describe) -> None:
         answer = frames.Definition(frame.type_hash, self.definitions.get(frame.type_hash))
         self._out.append(Send(peer.id, answer))
+
+
+def _ignore(_endpoint: Endpoint, _reason: str | None) -> None:
+    """Report nothing."""

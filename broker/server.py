@@ -22,6 +22,7 @@ from broker.drain import Drain
 from broker.errors import address_in_use_error, listen_error
 from broker.listening import SocketFile, listen_tcp, listen_unix
 from broker.options import BrokerOptions
+from broker.presence_log import log_change
 from broker.probe import find_broker
 from broker.records import CancelCalls, Discard, Enqueue, Send, SendCalls
 from broker.router import Router
@@ -288,14 +289,18 @@ class Broker:
         """Return the router of a domain's graph."""
         router = self._routers.get(domain)
         if router is None:
+            joined: dict[int, Connection] = {}
             router = self._routers[domain] = Router(
                 domain=domain,
                 max_endpoints=self.options.max_endpoints,
                 max_pending_calls=self.options.max_pending_calls,
                 max_message_bytes=self.options.max_message_bytes,
                 max_queue_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
+                report=lambda endpoint, reason: log_change(
+                    domain, joined.get(endpoint.peer.id), endpoint, reason
+                ),
             )
-            self._joined[router] = {}
+            self._joined[router] = joined
         return router
 
     def joined(self, connection: Connection) -> None:

@@ -288,6 +288,12 @@ class Channel(asyncio.BufferedProtocol):
         """Whether the transport is full, so that what is queued waits."""
         return self._paused
 
+    @property
+    def peer_address(self) -> str:
+        """The other end's host and port; "unix socket" for one of a socket file."""
+        name = None if self._transport is None else self._transport.get_extra_info("peername")
+        return f"{name[0]}:{name[1]}" if isinstance(name, tuple) else "unix socket"
+
     def descriptors(self) -> tuple[int, ...]:
         """DescriptorOwner: the socket's, if there is a connection."""
         sock = None if self._transport is None else self._transport.get_extra_info("socket")

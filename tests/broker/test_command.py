@@ -7,6 +7,7 @@ import contextlib
 import errno
 import json
 import os
+import pty
 import signal
 import subprocess
 import sys
@@ -30,11 +31,11 @@ PREFIX = "callboard broker listening on "
 
 
 @contextlib.asynccontextmanager
-async def started(*arguments: str) -> AsyncIterator[Process]:
+async def started(*arguments: str, session: bool = False) -> AsyncIterator[Process]:
     """Run the daemon; it is dead afterwards."""
     pipe = asyncio.subprocess.PIPE
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "broker", *arguments, stdout=pipe, stderr=pipe
+        *(sys.executable, "-m", "broker", *arguments), stdout=pipe, stderr=pipe, start_new_session=session
     )
     try:
         yield process
@@ -165,14 +166,60 @@ async def test_a_wrong_argument_is_no_traceback(arguments: list[str], code: int)
 
 
 async def test_json_logs_are_one_object_per_line() -> None:
-    """What a stranger does is logged as JSON that a collector can read."""
+    """From the place it listens at to what a stranger does: a collector can read each line."""
     async with started("--port", "0", "--json-logs") as process:
-        url = parse_url(await first_line(process))
-        reader, writer = await asyncio.open_connection(url.host, url.port)
+        url = await first_line(process)
+        reader, writer = await asyncio.open_connection(parse_url(url).host, parse_url(url).port)
         writer.write(b"GET / HTTP/1.1\r\n\r\n")
         await reader.read()
         writer.close()
         process.terminate()
         _, _, err = await end(process)
-    records = [json.loads(line) for line in err.splitlines()]
-    assert [record["level"] for record in records if record["logger"] == "callboard.broker"] == ["warning"]
+    first, second = [json.loads(line) for line in err.splitlines()]
+    assert (first["level"], first["message"]) == ("info", f"Listening on {url}")
+    assert (second["level"], second["logger"]) == ("warning", "callboard.broker")
+
+
+async def test_with_json_logs_an_error_at_the_start_is_an_object_too() -> None:
+    """What keeps it from listening is read by the collector as well."""
+    async with started("--host", "a..b", "--json-logs") as process:
+        code, _, err = await end(process)
+    assert code == 1
+    assert "cannot be resolved" in json.loads(err)["message"]
+
+
+async def test_sighup_without_a_terminal_is_no_end() -> None:
+    """It asks for a reload: the broker logs that there is nothing to reload, and goes on."""
+    async with started("--port", "0", session=True) as process:
+        await first_line(process)
+        process.send_signal(signal.SIGHUP)
+        assert process.stderr is not None
+        async with asyncio.timeout(20):
+            assert b"nothing to reload" in await process.stderr.readline()
+        process.terminate()
+        assert (await end(process))[0] == 0
+
+
+async def test_sighup_on_a_terminal_is_a_stop() -> None:
+    """The terminal has been closed: the broker ends in order."""
+    window, inside = pty.openpty()
+    with open(window, "rb", buffering=0), open(inside, "rb", buffering=0):  # noqa: ASYNC230, PTH123
+        on_terminal = (
+            "import fcntl, runpy, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0);"
+            "sys.argv[1:] = ['--port', '0']; runpy.run_module('broker', run_name='__main__')"
+        )
+        pipe = asyncio.subprocess.PIPE
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-c", on_terminal),
+            stdin=inside,
+            stdout=pipe,
+            stderr=pipe,
+            start_new_session=True,
+        )
+        try:
+            await first_line(process)
+            process.send_signal(signal.SIGHUP)
+            assert (await end(process))[0] == 0
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()

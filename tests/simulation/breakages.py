@@ -257,8 +257,8 @@ def relies_on_the_gone() -> Iterator[None]:
     """A broker goes on looking closely at links that are gone."""
     remove = Router._remove_peer
 
-    def forgetful(router: Router, peer: Peer) -> None:
-        remove(router, peer)
+    def forgetful(router: Router, peer: Peer, reason: str) -> None:
+        remove(router, peer, reason)
         router.relied_on.add(peer.id)
 
     with mock.patch.object(Router, "_remove_peer", forgetful):
