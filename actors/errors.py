@@ -102,3 +102,12 @@ class RemoteError(CallFailed):
 
     def __str__(self) -> str:
         return f"{self.type_name}: {self.text}"
+
+
+def error_text(error: BaseException) -> str:
+    """Return the text of an exception, whatever that does when it is asked, as one that UTF-8 can hold."""
+    try:
+        text = str(error)
+    except Exception:  # noqa: BLE001 - the user's exception; its own text must not hide it
+        return "(an exception without a readable text)"
+    return text.encode("utf-8", "backslashreplace").decode()

@@ -19,15 +19,6 @@ exit_ends_node: Final[ContextVar[bool]] = ContextVar("callboard_exit_ends_node",
 ends the node then, and is raised to whoever runs it, instead of going through the loop."""
 
 
-def error_text(error: BaseException) -> str:
-    """Return the text of an exception, whatever that does when it is asked, as one that UTF-8 can hold."""
-    try:
-        text = str(error)
-    except Exception:  # noqa: BLE001 - the user's exception; its own text must not hide it
-        return "(an exception without a readable text)"
-    return text.encode("utf-8", "backslashreplace").decode()
-
-
 def positional_limits(callback: Callable[..., Any]) -> tuple[int, float]:
     """Return the least and the greatest number of positional arguments a callable takes."""
     least, most = 0, 0.0

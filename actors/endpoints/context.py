@@ -7,10 +7,9 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 from actors.callbacks.callback_task import current_callback_task
-from actors.callbacks.functions import error_text
 from actors.callbacks.mailbox import Mailbox
 from actors.callbacks.timing import SLOW_CALLBACK_SEC, Stopwatch
-from actors.errors import NodeDestroyed, WaitTimeout
+from actors.errors import NodeDestroyed, WaitTimeout, error_text
 from proto import frames
 from proto.names import full_node_name
 

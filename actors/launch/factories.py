@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.callbacks.functions import error_text
+from actors.errors import error_text
 from actors.launch.errors import LaunchError
 from proto.errors import shown
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Final
 
-from actors.callbacks.functions import error_text
+from actors.errors import error_text
 from actors.launch.command_output import command_output
 from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError, LaunchFileError, NoLaunchFileError

@@ -18,7 +18,7 @@ from actors.launch.outgoing import Outgoing
 from actors.launch.steering import plain_line, steers
 from actors.launch.steps import OutputMode
 from actors.launch.wording import message_of
-from actors.runtime.log_output import harmless
+from actors.logging.terminal_text import harmless
 
 if TYPE_CHECKING:
     from pathlib import Path

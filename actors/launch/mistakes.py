@@ -5,7 +5,7 @@ from __future__ import annotations
 import traceback
 from typing import TYPE_CHECKING, Any
 
-from actors.callbacks.functions import error_text
+from actors.errors import error_text
 from actors.launch.actions import DeclareLaunchArgument
 from actors.launch.errors import LaunchError, LaunchFileError
 from actors.launch.summaries import function_name, in_short

@@ -8,7 +8,7 @@ from actors.launch.events import Level, ProcessIO, Stream
 from actors.launch.steering import shown_line, steers
 from actors.launch.steps import OutputMode
 from actors.launch.wording import message_of
-from actors.runtime.log_output import LEVEL_COLORS, RESET, harmless
+from actors.logging.terminal_text import LEVEL_COLORS, RESET, harmless
 
 if TYPE_CHECKING:
     from collections.abc import Callable

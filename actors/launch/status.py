@@ -16,7 +16,7 @@ from actors.launch.events import (
     ShuttingDown,
 )
 from actors.launch.steps import MAX_PROCESSES
-from actors.runtime.log_output import RESET
+from actors.logging.terminal_text import RESET
 
 if TYPE_CHECKING:
     from collections.abc import Callable

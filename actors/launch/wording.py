@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.callbacks.functions import error_text
+from actors.errors import error_text
 from actors.launch.events import (
     Level,
     Message,

@@ -6,23 +6,19 @@
 from __future__ import annotations
 
 import logging
-import re
 import sys
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from actors.config import environment
 from actors.logging.logger import ROOT_NAME, LoggingSeverity, severity_from_name
+from actors.logging.terminal_text import LEVEL_COLORS, RESET, harmless
 from proto.errors import shown
 
 if TYPE_CHECKING:
     from typing import TextIO
 
 _LABELS: Final = {logging.WARNING: "WARN", logging.CRITICAL: "FATAL"}
-LEVEL_COLORS: Final = {"DEBUG": "\x1b[32m", "WARN": "\x1b[33m", "ERROR": "\x1b[31m", "FATAL": "\x1b[31m"}
-RESET: Final = "\x1b[0m"
-# Controls but for line end and tab, and what turns the direction of text or cannot be encoded.
-_HARMFUL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 class RosFormatter(logging.Formatter):
@@ -107,10 +103,3 @@ def configure_logging(
 def _wants_color(stream: TextIO) -> bool:
     wish = environment.color_wish()
     return stream.isatty() if wish is None else wish
-
-
-def harmless(text: str) -> str:
-    """Return a text whose control characters, but for line ends and tabs, are escaped."""
-    if text.isprintable():
-        return text
-    return _HARMFUL.sub(lambda match: match[0].encode("unicode_escape").decode(), text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import weakref
 from typing import TYPE_CHECKING, Final
 
-from actors.callbacks.functions import error_text
+from actors.errors import error_text
 from actors.logging.logger import get_logger
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.supervision.events import ChildEvent, ChildEventKind, ChildEventMessage, ChildEvents, message_of

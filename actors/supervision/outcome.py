@@ -6,7 +6,7 @@ import signal
 from dataclasses import dataclass
 from typing import Final
 
-from actors.callbacks.functions import error_text
+from actors.errors import error_text
 
 MAX_REASON_CHARACTERS: Final = 500
 """What is kept of an exception's text: reasons are logged, kept and published."""

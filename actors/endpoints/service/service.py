@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 import msgpack
 
 from actors.callbacks.callback_task import CallbackTask
-from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, error_text, takes
+from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
 from actors.diagnostics.records import ServiceDiagnostics
 from actors.endpoints.context import NodeContext, Server
 from actors.endpoints.entries import EntryBatch
 from actors.endpoints.service.request_queue import MAX_QUEUED, RequestQueue
 from actors.endpoints.service_introspection import CallIdentity, EventKind, Introspectable
+from actors.errors import error_text
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, definition, type_hash, type_name

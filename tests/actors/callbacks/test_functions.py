@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from actors.callbacks.functions import as_coroutine, error_text, takes
+from actors.callbacks.functions import as_coroutine, takes
+from actors.errors import error_text
 
 
 class Handler:

@@ -1,0 +1,43 @@
+"""The import contracts in pyproject.toml hold what they say, also through modules that they do not name."""
+
+from __future__ import annotations
+
+import tomllib
+from copy import deepcopy
+from pathlib import Path
+
+import grimp
+import pytest
+from importlinter import configuration
+from importlinter.contracts.forbidden import ForbiddenContract
+
+ROOT = Path(__file__).resolve().parent.parent
+OPTIONS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
+PACKAGES = OPTIONS["root_packages"]
+
+
+@pytest.fixture(scope="module")
+def imports() -> grimp.ImportGraph:
+    """All imports of the product, those for types included."""
+    configuration.configure()
+    return grimp.build_graph(*PACKAGES, include_external_packages=True, cache_dir=None)
+
+
+def is_pure(imports: grimp.ImportGraph) -> bool:
+    """Check the contract of the pure modules."""
+    (options,) = (each for each in OPTIONS["contracts"] if "are pure" in each["name"])
+    contract = ForbiddenContract(options["name"], OPTIONS, options)
+    return contract.check(deepcopy(imports), verbose=False).kept
+
+
+def test_nothing_that_the_router_imports_may_import_asyncio(imports: grimp.ImportGraph) -> None:
+    """However many imports lie between: one `import asyncio` in any of these modules breaks the contract."""
+    assert is_pure(imports)
+    reached = {
+        name for name in imports.find_upstream_modules("broker.router") if name.split(".")[0] in PACKAGES
+    }
+    assert len(reached) > 20
+    for name in reached:
+        broken = deepcopy(imports)
+        broken.add_import(importer=name, imported="asyncio")
+        assert not is_pure(broken), f"{name} may import asyncio"
