@@ -1,18 +1,40 @@
-"""What all tests have in common: nothing of the developer's own brokers reaches them."""
+"""What all tests share: the developer's own brokers do not reach them, and processes start from bytecode."""
 
 from __future__ import annotations
 
 import atexit
 import os
+import shutil
+import sys
 import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from actors.config import environment
 
+if TYPE_CHECKING:
+    import pytest
 
-def pytest_configure() -> None:
+
+def pytest_configure(config: pytest.Config) -> None:
     """Forget the variables that choose a broker, here and in children, the contexts, and earlier logs."""
     for name in environment.VARIABLES:
         os.environ.pop(name, None)
     folder = tempfile.TemporaryDirectory(prefix="callboard-tests-")
     atexit.register(folder.cleanup)  # pytest's own hook for the end is not called in all workers
     os.environ["XDG_CONFIG_HOME"] = os.environ["XDG_STATE_HOME"] = folder.name
+    if sys.dont_write_bytecode and sys.pycache_prefix is None:
+        _cache_bytecode(config.rootpath / ".pytest_cache" / "bytecode")
+
+
+def _cache_bytecode(cache: Path) -> None:
+    """Keep bytecode in a folder, for this process, its workers and the programs that tests start.
+
+    PYTHONDONTWRITEBYTECODE wants no files beside the sources, but without bytecode each start of a program
+    compiles callboard again, which takes longer than all else that the program does.
+    """
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix = str(cache)
+    sys.dont_write_bytecode = False
+    temporary = Path(tempfile.gettempdir()).resolve()
+    atexit.register(shutil.rmtree, cache / temporary.relative_to(temporary.anchor), ignore_errors=True)
