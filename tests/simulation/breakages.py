@@ -375,7 +375,10 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "order of latched messages": (latches_backwards, True),
     "latched messages come": (latches_too_little, True),
     "latched messages are kept": (does_nothing(broker.topics, "latch"), True),
-    "latched messages outlive a broker": (does_nothing(Publisher, "_resend_retained"), False),
+    "latched messages outlive a broker": (
+        among(does_nothing(Publisher, "_resend_retained"), faults.drop, faults.crash_broker),
+        False,
+    ),
     "latched messages are for those who want them": (
         among(says_that_all_is_new, faults.drop, faults.crash_broker),
         False,
