@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 from actors.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from actors.config.arguments import InvalidRosArgumentError as InvalidRosArgumentError
-    from actors.config.arguments import RosArguments as RosArguments
-    from actors.config.arguments import parse_ros_arguments as parse_ros_arguments
+    from actors.arguments.ros_arguments import InvalidRosArgumentError as InvalidRosArgumentError
+    from actors.arguments.ros_arguments import RosArguments as RosArguments
+    from actors.arguments.ros_arguments import parse_ros_arguments as parse_ros_arguments
     from actors.diagnostics.records import NodeDiagnostics as NodeDiagnostics
     from actors.diagnostics.records import NodeRates as NodeRates
     from actors.endpoints.client.client import Client as Client
@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from actors.logging.logger import Logger as Logger
     from actors.logging.logger import LoggingSeverity as LoggingSeverity
     from actors.logging.logger import get_logger as get_logger
+    from actors.logging.output import configure_logging as configure_logging
     from actors.node.decorators import service as service
     from actors.node.decorators import subscription as subscription
     from actors.node.decorators import timer as timer
@@ -89,7 +90,6 @@ if TYPE_CHECKING:
     from actors.qos.profile import qos_profile_default as qos_profile_default
     from actors.qos.profile import qos_profile_sensor_data as qos_profile_sensor_data
     from actors.qos.profile import qos_profile_services_default as qos_profile_services_default
-    from actors.runtime.log_output import configure_logging as configure_logging
     from actors.runtime.run import run as run
     from actors.supervision.events import ChildEvent as ChildEvent
     from actors.supervision.events import ChildEventKind as ChildEventKind
@@ -122,7 +122,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "actors.config.arguments": (
+        "actors.arguments.ros_arguments": (
             "InvalidRosArgumentError",
             "RosArguments",
             "parse_ros_arguments",
@@ -189,7 +189,7 @@ __getattr__, __dir__ = lazy_names(
             "Message",
             "Service",
         ),
-        "actors.runtime.log_output": ("configure_logging",),
+        "actors.logging.output": ("configure_logging",),
         "actors.logging.logger": (
             "Logger",
             "LoggingSeverity",

@@ -16,7 +16,7 @@
         └── RemoteError                       the handler raised
 
 Others are beside what raises them: actors/interfaces/errors.py, actors/parameters/errors.py,
-actors/config/arguments.py, and proto/errors.py for names and URLs.
+actors/arguments/ros_arguments.py, and proto/errors.py for names and URLs.
 """
 
 from __future__ import annotations

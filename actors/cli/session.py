@@ -13,8 +13,8 @@ from actors.cli.place import CONNECT_TIMEOUT_SEC, place_of, why_unreachable
 from actors.config import environment
 from actors.errors import BrokerUnreachable
 from actors.logging.logger import LoggingSeverity
+from actors.logging.output import configure_logging
 from actors.node.node import Node
-from actors.runtime.log_output import configure_logging
 
 if TYPE_CHECKING:
     import argparse

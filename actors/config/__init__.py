@@ -1,5 +1,4 @@
-"""Configuration from outside: environment variables, `--ros-args`, remapping rules, broker contexts.
+"""Configuration from outside: environment variables, and contexts, which are named brokers.
 
-Imports parameters, logging and proto. Nothing else but `actors.run` and the command line reads argv or
-the environment.
+Imports proto only. Besides it only `actors.run` and the command line read argv or the environment.
 """

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from actors.arguments.ros_arguments import parse_ros_arguments, process_arguments
 from actors.callbacks.functions import exit_ends_node
 from actors.config import environment
-from actors.config.arguments import parse_ros_arguments, process_arguments
 from actors.launch.events import Level
 from actors.launch.voice import Voice
 from actors.logging.logger import LoggingSeverity, get_logger, severity_from_name

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from actors.launch.events import Level, Message, Stream
 from actors.launch.voice import Voice
 from actors.logging.logger import ROOT_NAME
-from actors.runtime.log_output import RosFormatter
+from actors.logging.output import RosFormatter
 from proto.errors import shown
 
 if TYPE_CHECKING:

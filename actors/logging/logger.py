@@ -222,7 +222,7 @@ class Logger:
         if logger.hasHandlers():
             logger.handle(record)
         else:
-            from actors.runtime.log_output import write_unhandled  # noqa: PLC0415 - it imports this module
+            from actors.logging.output import write_unhandled  # noqa: PLC0415 - it imports this module
 
             write_unhandled(record)
         return True

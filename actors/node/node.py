@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
+from actors.arguments.remapping import Remapper
+from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments, process_arguments
 from actors.callbacks.timing import SLOW_CALLBACK_SEC
-from actors.config.arguments import RosArguments, parse_ros_arguments, process_arguments
 from actors.config.contexts import find_place
-from actors.config.remapping import Remapper
 from actors.endpoints.client.client import Client
 from actors.endpoints.context import DEFAULT_CALL_TIMEOUT_SEC, NodeContext
 from actors.endpoints.publisher.publisher import Publisher

@@ -13,16 +13,16 @@ import threading
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.config import environment
-from actors.config.arguments import (
+from actors.arguments.ros_arguments import (
     InvalidRosArgumentError,
     RosArguments,
     parse_ros_arguments,
     process_arguments,
 )
+from actors.config import environment
 from actors.logging.logger import LoggingSeverity, get_logger
+from actors.logging.output import configure_logging
 from actors.node.lifecycle import GRACE_SEC
-from actors.runtime.log_output import configure_logging
 from actors.runtime.programs import run_program
 from actors.runtime.remaining_tasks import end_remaining_tasks
 from proto.aio import process

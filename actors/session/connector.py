@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import random
 import secrets
+import weakref
 from typing import TYPE_CHECKING, Final, Protocol
 
 from actors.errors import BrokerUnreachable, NodeNameTaken

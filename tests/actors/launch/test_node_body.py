@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.arguments.ros_arguments import process_arguments
 from actors.config import environment
-from actors.config.arguments import process_arguments
 from actors.interfaces.std_srvs.srv import Empty
 from actors.launch.events import Message, ProcessIO, Stream
 from actors.launch.node_body import NodeBody

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from actors.config.arguments import parse_ros_arguments
+from actors.arguments.ros_arguments import parse_ros_arguments
 from actors.launch.actions import Node, ParameterEntry, ParameterValue
 from actors.launch.errors import LaunchError
 from actors.launch.ros_arguments import ros_arguments

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.config.remapping import RemapKind, Remapper, RemapRule
+from actors.arguments.remapping import RemapKind, Remapper, RemapRule
 from proto.errors import (
     InvalidNamespaceError,
     InvalidNodeNameError,

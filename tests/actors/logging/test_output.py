@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.logging.logger import LoggingSeverity, get_logger
-from actors.runtime.log_output import RosFormatter, configure_logging
+from actors.logging.output import RosFormatter, configure_logging
 
 if TYPE_CHECKING:
     from collections.abc import Generator

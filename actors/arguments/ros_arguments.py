@@ -6,7 +6,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from actors.config.remapping import RemapRule
+from actors.arguments.remapping import RemapRule
 from actors.logging.logger import LoggingSeverity, severity_from_name
 from actors.parameters.overrides import ParameterOverride, load_parameter_file, overrides_for
 from proto.errors import CallboardError, shown

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.config.arguments import InvalidRosArgumentError, RosArguments, parse_ros_arguments
-from actors.config.remapping import RemapRule
+from actors.arguments.remapping import RemapRule
+from actors.arguments.ros_arguments import InvalidRosArgumentError, RosArguments, parse_ros_arguments
 from actors.logging.logger import LoggingSeverity
 from proto.errors import CallboardError
 

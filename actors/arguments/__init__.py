@@ -1,0 +1,4 @@
+"""ROS 2's command-line arguments (`--ros-args`), and the remapping rules among them.
+
+Imports config, logging, parameters and proto.
+"""
