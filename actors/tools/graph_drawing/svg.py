@@ -38,28 +38,36 @@ _BETWEEN_PARTS: Final = 36.0
 _LEGEND: Final = 48.0
 
 _STYLE: Final = """
-  .callboard { --paper: #ffffff; --ink: #1c2533; --soft: #667085;
-    --node: #eef3fb; --node-line: #5b7fb5; --topic: #e6f5ee; --topic-line: #2f9068;
-    --service: #fdf1e2; --service-line: #c67a22;
-    font: 13px ui-monospace, SFMono-Regular, Menlo, Consolas, "DejaVu Sans Mono", monospace; }
-  @media (prefers-color-scheme: dark) {
-    .callboard { --paper: #12161d; --ink: #e4e9f1; --soft: #98a2b3;
-      --node: #1d2838; --node-line: #7b9fd6; --topic: #15302a; --topic-line: #4fb98d;
-      --service: #36270f; --service-line: #e09c4a; } }
-  .callboard .paper { fill: var(--paper); }
-  .callboard text { fill: var(--ink); text-anchor: middle; dominant-baseline: central; }
-  .callboard .node rect { fill: var(--node); stroke: var(--node-line); stroke-width: 1.5; }
+  .callboard { font: 13px ui-monospace, SFMono-Regular, Menlo, Consolas, "DejaVu Sans Mono", monospace; }
+  .callboard .paper, .callboard .label { fill: #ffffff; }
+  .callboard text { fill: #1c2533; text-anchor: middle; dominant-baseline: central; }
+  .callboard .node rect { fill: #eef3fb; stroke: #5b7fb5; stroke-width: 1.5; }
   .callboard .node text { font-weight: 600; }
-  .callboard .topic { --fill: var(--topic); --line: var(--topic-line); }
-  .callboard .service { --fill: var(--service); --line: var(--service-line); }
-  .callboard .shape { fill: var(--fill); stroke: var(--line); stroke-width: 1.5; }
-  .callboard .label { fill: var(--paper); }
-  .callboard .wire { fill: none; stroke: var(--line); stroke-width: 1.6; stroke-linecap: round; }
-  .callboard .service .wire { stroke-dasharray: 5 4; }
-  .callboard .head { stroke: none; fill: var(--line); }
+  .callboard .shape { stroke-width: 1.5; }
+  .callboard .wire { fill: none; stroke-width: 1.6; stroke-linecap: round; }
+  .callboard .topic .shape { fill: #e6f5ee; stroke: #2f9068; }
+  .callboard .topic .wire { stroke: #2f9068; }
+  .callboard .topic .head { fill: #2f9068; }
+  .callboard .service .shape { fill: #fdf1e2; stroke: #c67a22; }
+  .callboard .service .wire { stroke: #c67a22; stroke-dasharray: 5 4; }
+  .callboard .service .head { fill: #c67a22; }
   .callboard .topic:hover .wire, .callboard .service:hover .wire { stroke-width: 3.2; }
-  .callboard .legend text { fill: var(--soft); font-size: 11px; font-weight: 400; text-anchor: start; }
+  .callboard .legend text { fill: #667085; font-size: 11px; font-weight: 400; text-anchor: start; }
+  @media screen { .callboard { max-width: 100%; height: auto; } }
+  @media (prefers-color-scheme: dark) {
+    .callboard .paper, .callboard .label { fill: #12161d; }
+    .callboard text { fill: #e4e9f1; }
+    .callboard .legend text { fill: #98a2b3; }
+    .callboard .node rect { fill: #1d2838; stroke: #7b9fd6; }
+    .callboard .topic .shape { fill: #15302a; stroke: #4fb98d; }
+    .callboard .topic .wire { stroke: #4fb98d; }
+    .callboard .topic .head { fill: #4fb98d; }
+    .callboard .service .shape { fill: #36270f; stroke: #e09c4a; }
+    .callboard .service .wire { stroke: #e09c4a; }
+    .callboard .service .head { fill: #e09c4a; } }
 """
+"""Colours are literal: librsvg, Inkscape and CairoSVG support no `var()`. CairoSVG ignores `@media` rules,
+and cannot read `height: auto`."""
 _HEADS: Final = "".join(
     f'<marker id="callboard-{kind}" class="{kind}" viewBox="0 0 10 10" refX="9.5" refY="5" markerWidth="9" '
     'markerHeight="9" markerUnits="userSpaceOnUse" orient="auto-start-reverse">'
@@ -112,7 +120,7 @@ def _document(model: GraphModel, body: str, width: float, height: float) -> str:
         [
             (
                 f'<svg xmlns="http://www.w3.org/2000/svg" class="callboard" role="img" width="{wide}" '
-                f'height="{high}" viewBox="0 0 {wide} {high}" style="max-width:100%;height:auto" '
+                f'height="{high}" viewBox="0 0 {wide} {high}" '
                 'aria-labelledby="callboard-title callboard-told">'
             ),
             '<title id="callboard-title">Graph of nodes</title>',

@@ -108,3 +108,14 @@ def test_too_much_is_refused(graph: Callable[[str], GraphSnapshot], monkeypatch:
 def test_an_empty_model_says_so() -> None:
     """An empty picture would look like a mistake."""
     assert ">no nodes</text>" in svg_of(GraphModel())
+
+
+def test_colours_need_no_browser(graph: Callable[[str], GraphSnapshot]) -> None:
+    """Renderers that know neither `var()` nor `@media` find a literal colour for each shape."""
+    style = ET.fromstring(svg_of(model_of(graph("course")))).findtext(f"{SVG}style") or ""
+    assert "var(" not in style
+    plain = style.partition("@media")[0]
+    for shape in (".paper", "text", ".node rect", ".topic .shape", ".service .shape", ".service .head"):
+        assert re.search(rf"\.callboard {shape}[^{{}}]*{{[^}}]*fill: #[0-9a-f]{{6}}", plain), shape
+    for line in (".node rect", ".topic .wire", ".service .wire"):
+        assert re.search(rf"\.callboard {line} {{[^}}]*stroke: #[0-9a-f]{{6}}", plain), line
