@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -87,7 +88,16 @@ def test_what_hides_callboard_from_scripts_is_found(tmp_path: Path) -> None:
     assert [status for status, _ in found] == ["warn", "warn"]
     assert "broker.py hides callboard's 'broker'" in found[0][1]
     assert "hides callboard's 'actors'" in found[1][1]
-    assert not machine_checks.shadows(Path(machine_checks.__file__).parent.parent.parent)
+
+
+def test_a_clone_of_callboard_does_not_hide_callboard(tmp_path: Path) -> None:
+    """Neither the one that is imported, nor another one."""
+    clone = Path(machine_checks.__file__).parent.parent.parent
+    assert not machine_checks.shadows(clone)
+    for name in ("proto/__init__.py", "broker/__init__.py", "actors/__init__.py", "actors/cli/main.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(clone / name, tmp_path / name)
+    assert not machine_checks.shadows(tmp_path)
 
 
 def test_few_open_files_are_said() -> None:
