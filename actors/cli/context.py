@@ -105,8 +105,13 @@ def _use(contexts: Contexts, name: str) -> None:
 
 
 def _say_where(contexts: Contexts) -> None:
-    say(f"Commands and nodes go to {contexts.get(contexts.current).url} from now on")
-    if environment.broker_url() is not None:
-        note("CALLBOARD_URL is set and goes before it: unset it")
-    elif environment.context_name() is not None:
-        note("CALLBOARD_CONTEXT is set and goes before it: unset it")
+    name = contexts.current
+    if (url := environment.broker_url()) is not None:
+        variable, where = "CALLBOARD_URL", url
+    elif (other := environment.context_name() or name) != name:
+        variable, where = "CALLBOARD_CONTEXT", f"context '{other}'"
+    else:
+        say(f"Commands and nodes go to {contexts.get(name).url} from now on")
+        return
+    say(f"The current context is '{name}'")
+    note(f"{variable} overrides it: commands and nodes go to {where} until you unset {variable}")

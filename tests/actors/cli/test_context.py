@@ -101,16 +101,44 @@ def test_what_is_wrong_is_one_line(
     assert Path(contexts_file()).read_bytes() == before
 
 
-def test_what_goes_before_a_chosen_context_is_said(
+@pytest.mark.parametrize(
+    ("variable", "value", "where"),
+    [
+        ("CALLBOARD_URL", "callboard://robot", "callboard://robot"),
+        ("CALLBOARD_CONTEXT", "robot", "context 'robot'"),
+    ],
+)
+@pytest.mark.parametrize(
+    "command",
+    [["use", "lab"], ["add", "lab", "--url", "callboard://b", "--replace", "--use"]],
+    ids=["use", "add"],
+)
+def test_an_overridden_choice_does_not_claim_success(
+    variable: str,
+    value: str,
+    where: str,
+    command: list[str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Commands do not go there: what overrides it is named, and where they go instead."""
+    main(["context", "add", "lab", "--url", "callboard://lab"])
+    monkeypatch.setenv(variable, value)
+    capsys.readouterr()
+    assert main(["context", *command]) == 0
+    assert capsys.readouterr() == (
+        "The current context is 'lab'\n",
+        f"{variable} overrides it: commands and nodes go to {where} until you unset {variable}\n",
+    )
+
+
+def test_a_variable_that_says_the_same_overrides_nothing(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nobody wonders why the choice does nothing."""
+    """CALLBOARD_CONTEXT with the name that was chosen."""
     monkeypatch.setenv("CALLBOARD_CONTEXT", "default")
     main(["context", "use", "default"])
-    assert capsys.readouterr().err == "CALLBOARD_CONTEXT is set and goes before it: unset it\n"
-    monkeypatch.setenv("CALLBOARD_URL", "callboard://robot")
-    main(["context", "use", "default"])
-    assert capsys.readouterr().err == "CALLBOARD_URL is set and goes before it: unset it\n"
+    assert capsys.readouterr() == ("Commands and nodes go to callboard://127.0.0.1:7411 from now on\n", "")
 
 
 async def test_verbs_follow_a_context(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
