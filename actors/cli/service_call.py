@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
 
     from actors.endpoints.client.client import Client
+    from actors.graph.snapshot import GraphSnapshot
     from actors.interfaces.message import Message
-    from actors.node.node import Node
 
 
 def run(options: argparse.Namespace) -> int:
@@ -43,8 +43,11 @@ async def _call(options: argparse.Namespace, srv_type: Any, request: Message | N
     loop = asyncio.get_running_loop()
     pace = None if options.rate is None else Pace(options.rate, loop.time)
     async with session(options) as node:
+        snapshot = await graph_of(node)
+        # Without a client yet: the broker would warn both sides of one with another type.
+        require_type(snapshot, EntryKind.SERVICE, node.resolve_service_name(options.service), srv_type)
         client: Client[Any, Any] = node.create_client(srv_type, options.service)
-        await _wait_for_server(options, node, client)
+        await _wait_for_server(options, snapshot, client)
         if request is None:
             coming = documents(partial(message_from_text, srv_type.Request))
         else:
@@ -75,13 +78,12 @@ async def _call_once(options: argparse.Namespace, client: Client[Any, Any], requ
         say(f"response:\n{response!r}\n")
 
 
-async def _wait_for_server(options: argparse.Namespace, node: Node, client: Client[Any, Any]) -> None:
-    snapshot = await graph_of(node)  # the broker's answer comes after what it has to say about the client
-    if client.service_is_ready():
-        return
-    require_type(snapshot, EntryKind.SERVICE, client.srv_name, client.srv_type)
-    hint = did_you_mean(client.srv_name, dict(snapshot.names_and_types(EntryKind.SERVICE)))
-    (note if options.json else say)(f"waiting for service to become available...{hint.lstrip(';')}")
+async def _wait_for_server(
+    options: argparse.Namespace, snapshot: GraphSnapshot, client: Client[Any, Any]
+) -> None:
+    if not snapshot.count(EntryKind.SERVICE, client.srv_name):
+        hint = did_you_mean(client.srv_name, dict(snapshot.names_and_types(EntryKind.SERVICE)))
+        (note if options.json else say)(f"waiting for service to become available...{hint.lstrip(';')}")
     if not await client.wait_for_service(options.timeout):
         raise CommandError(
             f"Service '{client.srv_name}' has no server of type {options.type} after {options.timeout:g} s",

@@ -187,8 +187,8 @@ async def test_bad_input_is_named(desk: Desk, arguments: tuple[str, ...], code: 
     assert text in ended.err
 
 
-async def test_call_with_the_wrong_type_does_not_wait(desk: Desk) -> None:
-    """What serves it is named."""
+async def test_call_with_the_wrong_type_does_not_wait(desk: Desk, caplog: pytest.LogCaptureFixture) -> None:
+    """What serves it is named; the command's own node is not, neither here nor at the server."""
     async with adder(desk):
         ended = await desk.callboard("service", "call", "/add_two_ints", "std_srvs/srv/Trigger")
     assert ended == (
@@ -196,6 +196,7 @@ async def test_call_with_the_wrong_type_does_not_wait(desk: Desk) -> None:
         "",
         "'/add_two_ints' is served as example_interfaces/srv/AddTwoInts, not std_srvs/srv/Trigger\n",
     )
+    assert caplog.messages == []
 
 
 async def test_calls_from_stdin(desk: Desk, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
