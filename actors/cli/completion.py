@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.cli.interrupts import raise_at_once
-from actors.cli.output import harmless
+from actors.cli.output import sanitize
 from actors.cli.parsing import parser_of
 from actors.cli.table import VERBS, Group, Verb
 from proto.codes import EntryKind
@@ -57,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
     raise_at_once()
     for offer in offers(words or [""]):
         about = offer.about.replace("\t", " ").replace("\n", " ")
-        print(harmless(f"{offer.word}\t{about}" if about else offer.word))
+        print(sanitize(f"{offer.word}\t{about}" if about else offer.word))
     return 0
 
 
@@ -113,7 +112,7 @@ class _Line:
     def __init__(self, command: str, verb: Verb, typed: list[str], begun: str) -> None:
         self._command = command
         self._begun = begun
-        parser = parser_of(command, verb, import_module(verb.module))
+        parser = parser_of(command, verb)
         actions = parser._actions  # noqa: SLF001 - there is no other way to ask
         self._options = {text: action for action in actions for text in action.option_strings}
         self._positionals = [action for action in actions if not action.option_strings]

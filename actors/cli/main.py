@@ -1,6 +1,6 @@
 """`callboard VERB …`: finds the verb, runs it, and turns whatever happens into an exit code.
 
-`table.py` says where each verb is; only the module of the one that is asked for is imported. Exit codes:
+`table.py` names the verbs; only the module of the one that is asked for is imported. Exit codes:
 0 done, 1 failed, 2 wrong usage, 3 no broker, 124 timeout, 130 SIGINT, 143 SIGTERM; the verbs that run until
 they are stopped end with 0 then.
 """
@@ -8,10 +8,10 @@ they are stopped end with 0 then.
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.cli.interrupts import Interrupted, ignore_signals, note_signals, put_back
-from actors.cli.table import VERBS, Group, Verb
+from actors.cli.table import VERBS, Group, Verb, load
 
 # Everything else is imported when signals are taken care of.
 # ruff: noqa: PLC0415
@@ -82,14 +82,12 @@ def _guarded(verb: Verb | None, arguments: list[str], words: int, *, own_process
 
 
 def _run(verb: Verb, arguments: list[str], words: int, *, own_process: bool) -> int:
-    from importlib import import_module
-
     from actors.cli.parsing import parser_of
 
-    module: Any = import_module(verb.module)
-    namespace = parser_of(" ".join(arguments[:words]), verb, module).parse_args(arguments[words:])
-    namespace.own_process = own_process
-    code: int = module.run(namespace)
+    command = " ".join(arguments[:words])
+    options = parser_of(command, verb).parse_args(arguments[words:])
+    options.own_process = own_process
+    code: int = load(command).run(options)
     return code
 
 
@@ -184,10 +182,10 @@ def _complain_of_clash(error: ImportError) -> int:
 def _complain(text: str, code: int) -> int:
     from contextlib import suppress
 
-    from actors.cli.output import note
+    from actors.cli.output import print_err
 
     with suppress(OSError):  # nobody reads it; the exit code still says it
-        note(text)
+        print_err(text)
     return code
 
 

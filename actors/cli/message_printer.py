@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.cli.errors import USAGE, CommandError
-from actors.cli.output import note, say, say_json
+from actors.cli.output import print_err, print_json, print_out
 from actors.interfaces.convert import message_to_csv, message_to_ordereddict, message_to_yaml
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
@@ -66,12 +66,12 @@ class MessagePrinter:
         try:
             printed = self._print(message, info, decode)
         except InvalidMessageError as error:
-            note(str(error))
+            print_err(str(error))
             return False
         except (CommandError, InvalidFilterError) as error:
             if not self._fitted:
                 raise
-            note(str(error))
+            print_err(str(error))
             return False
         self._fitted = True
         return printed
@@ -95,32 +95,32 @@ class MessagePrinter:
         options = self._options
         if options.json:
             plain = message_to_ordereddict({"value": value})["value"]
-            say_json(plain if info is None else {"info": info, "message": plain})
+            print_json(plain if info is None else {"info": info, "message": plain})
             return
         fields = isinstance(value, Message | dict)
         if fields and options.csv:
             text = message_to_csv(cast("Any", value), **self._shortened)
-            say(text if info is None else f"{message_to_csv(info)},{text}")
+            print_out(text if info is None else f"{message_to_csv(info)},{text}")
             return
         if fields:
             text = message_to_yaml(cast("Any", value), flow_style=options.flow_style, **self._shortened)
         else:
             text = str(message_to_ordereddict({"value": value}, **self._shortened)["value"])
         self._show_info(info)
-        say(text.rstrip("\n"))
-        say("---")
+        print_out(text.rstrip("\n"))
+        print_out("---")
 
     def _show_raw(self, data: bytes, info: dict[str, Any] | None) -> None:
         if self._options.json:
             document = {"msgpack": base64.b64encode(data).decode()}
-            say_json(document if info is None else {"info": info, **document})
+            print_json(document if info is None else {"info": info, **document})
             return
         self._show_info(info)
-        say(f"{data!r}\n---")
+        print_out(f"{data!r}\n---")
 
     def _show_info(self, info: dict[str, Any] | None) -> None:
         if info is not None:
-            say(f"{message_to_yaml(info)}---")
+            print_out(f"{message_to_yaml(info)}---")
 
 
 def _told(info: MessageInfo) -> dict[str, Any]:

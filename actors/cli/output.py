@@ -1,17 +1,20 @@
-"""What goes to stdout: lines that cannot steer a terminal, and JSON."""
+"""What goes to stdout: lines without terminal escapes, and JSON."""
 
 from __future__ import annotations
 
 import json
 import math
 import sys
-from typing import Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 QUOTED_CHARS: Final = 500
 """What an error quotes of its input, at most."""
 
 
-def harmless(text: str) -> str:
+def sanitize(text: str) -> str:
     """Escape what is not printable but for line ends and tabs: a message may come from a stranger."""
     if text.replace("\n", "").replace("\t", "").isprintable():
         return text
@@ -29,23 +32,32 @@ def shortened(text: str) -> str:
     return f"{line[:QUOTED_CHARS]}... ({len(text)} characters)"
 
 
-def say(text: str) -> None:
+def print_out(text: str) -> None:
     """Print a line, or several."""
-    print(harmless(text))
+    print(sanitize(text))
 
 
-def note(text: str) -> None:
+def print_err(text: str) -> None:
     """Print a line to stderr, for people."""
-    print(harmless(text), file=sys.stderr, flush=True)
+    print(sanitize(text), file=sys.stderr, flush=True)
 
 
-def say_json(value: object) -> None:
+def print_json(value: object) -> None:
     """Print one JSON document in one line. JSON has no NaN and no infinity: they become null."""
     try:
         text = json.dumps(value, allow_nan=False)
     except ValueError:
         text = json.dumps(_finite(value), allow_nan=False)
     print(text)
+
+
+def print_names(names: Iterable[str], *, json: bool = False) -> None:
+    """Print names, one a line, or as one JSON array."""
+    if json:
+        print_json(list(names))
+        return
+    for name in names:
+        print_out(name)
 
 
 def _finite(value: Any) -> Any:

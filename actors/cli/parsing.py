@@ -9,13 +9,12 @@ import sys
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from actors.cli.errors import USAGE
+from actors.cli.table import load
 from actors.cli.terminal import columns
 from actors.config.environment import MAX_DOMAIN
 from actors.tools.suggestions import did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from actors.cli.table import Verb
 
 SHOWN_LENGTH: Final = 128
@@ -26,6 +25,10 @@ QOS_PRESETS: Final = (
 )
 """Those of actors.qos.profile.QoSPresetProfiles that somebody can ask for."""
 _CHOICE: Final = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
+
+
+Options = argparse.Namespace
+"""What a command line says."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -45,6 +48,10 @@ class Parser(argparse.ArgumentParser):
             unknown = [each for each in rest if each.startswith("-")] or rest
             self.error(f"unrecognized arguments: {' '.join(unknown)}")
         return found
+
+    def add_flag(self, *names: str, help: str) -> None:  # noqa: A002 - argparse's name
+        """Add an option without a value."""
+        self.add_argument(*names, action="store_true", help=help)
 
     def error(self, message: str) -> NoReturn:
         """Print the text and what helps, and exit with 2."""
@@ -72,25 +79,22 @@ class _Help(argparse.RawDescriptionHelpFormatter):
         super().__init__(prog, **options)
 
 
-def parser_of(command: str, verb: Verb, module: Any) -> Parser:
-    """Return the parser of a verb, such as "topic list", whose module has been imported."""
+def parser_of(command: str, verb: Verb) -> Parser:
+    """Return the parser of a verb, such as "topic list"."""
+    module = load(command)
+    examples = [f"  {line}\n      {what}" for line, what in module.EXAMPLES.items()]
     summary = f"{verb.summary[0].upper()}{verb.summary[1:]}."
     parser = Parser(
         prog=f"callboard {command}",
         description=summary,
-        epilog=_shown_examples(module.EXAMPLES),
+        epilog="\n".join(["examples:", *examples]),
         formatter_class=_Help,
     )
     module.add_arguments(parser)
     return parser
 
 
-def _shown_examples(examples: Mapping[str, str]) -> str:
-    lines = [f"  {line}\n      {what}" for line, what in examples.items()]
-    return "\n".join(["examples:", *lines])
-
-
-def add_broker_options(parser: argparse.ArgumentParser) -> None:
+def add_broker_options(parser: Parser) -> None:
     """Add --url, --domain and --context."""
     parser.add_argument(
         "--url",
@@ -110,19 +114,25 @@ def add_broker_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_json_option(parser: argparse.ArgumentParser, shape: str = "one document") -> None:
+def add_json_option(parser: Parser, shape: str = "one document") -> None:
     """Add --json."""
-    parser.add_argument("--json", action="store_true", help=f"print JSON, {shape}")
+    parser.add_flag("--json", help=f"print JSON, {shape}")
 
 
-def add_kind_options(parser: argparse.ArgumentParser) -> None:
+def add_kind_options(parser: Parser) -> None:
     """Add ROS 2's options for kinds of interfaces."""
-    parser.add_argument("-m", "--only-msgs", action="store_true", help="messages")
-    parser.add_argument("-s", "--only-srvs", action="store_true", help="services")
-    parser.add_argument("-a", "--only-actions", action="store_true", help="actions")
+    parser.add_flag("-m", "--only-msgs", help="messages")
+    parser.add_flag("-s", "--only-srvs", help="services")
+    parser.add_flag("-a", "--only-actions", help="actions")
 
 
-def add_qos_options(parser: argparse.ArgumentParser) -> None:
+def chosen_kinds(options: Options) -> list[str]:
+    """Return the kinds of interfaces asked for: all if none is."""
+    wanted = {"msg": options.only_msgs, "srv": options.only_srvs, "action": options.only_actions}
+    return [kind for kind in wanted if wanted[kind]] or list(wanted)
+
+
+def add_qos_options(parser: Parser) -> None:
     """Add ROS 2's options for QoS: a preset, and single policies."""
     parser.add_argument(
         "--qos-profile", choices=QOS_PRESETS, metavar="NAME", help=f"a preset: {', '.join(QOS_PRESETS)}"
@@ -146,7 +156,7 @@ def add_qos_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def add_watch_options(parser: argparse.ArgumentParser, *, window: str, subscribe: bool = True) -> None:
+def add_watch_options(parser: Parser, *, window: str, subscribe: bool = True) -> None:
     """Add what `topic hz`, `bw` and `delay` have in common.
 
     Args:
@@ -163,26 +173,24 @@ def add_watch_options(parser: argparse.ArgumentParser, *, window: str, subscribe
         help=f"messages to look back on{about}; default: {window}{least}",
     )  # fmt: skip
     if subscribe:
-        parser.add_argument(
-            "--subscribe", action="store_true", help="measure what comes here, not what the broker counts"
-        )
-    parser.add_argument("--once", action="store_true", help="print the first result and end")
+        parser.add_flag("--subscribe", help="measure what comes here, not what the broker counts")
+    parser.add_flag("--once", help="print the first result and end")
     parser.add_argument(
         "--timeout", type=positive, metavar="SEC", help="end with 124 when no message comes for this long"
     )
 
 
-def add_print_options(parser: argparse.ArgumentParser) -> None:
+def add_print_options(parser: Parser) -> None:
     """Add how messages are printed, and how many."""
-    parser.add_argument("--once", action="store_true", help="print one message and end")
+    parser.add_flag("--once", help="print one message and end")
     parser.add_argument(
         "--timeout", type=positive, metavar="SEC", help="end with 124 when no message comes for this long"
     )
-    parser.add_argument("--csv", action="store_true", help="the values, separated by commas")
-    parser.add_argument("--flow-style", action="store_true", help="each message in one line")
-    parser.add_argument("--no-arr", action="store_true", help="describe arrays rather than print them")
-    parser.add_argument("--no-str", action="store_true", help="describe strings rather than print them")
-    parser.add_argument("-f", "--full-length", action="store_true", help="cut nothing short")
+    parser.add_flag("--csv", help="the values, separated by commas")
+    parser.add_flag("--flow-style", help="each message in one line")
+    parser.add_flag("--no-arr", help="describe arrays rather than print them")
+    parser.add_flag("--no-str", help="describe strings rather than print them")
+    parser.add_flag("-f", "--full-length", help="cut nothing short")
     parser.add_argument(
         "-l", "--truncate-length", type=count_or_zero, metavar="N", default=SHOWN_LENGTH,
         help=f"cut strings and arrays to this length; default: {SHOWN_LENGTH}",
@@ -220,3 +228,12 @@ def positive(text: str) -> float:
     if not 0 < number < math.inf:
         raise argparse.ArgumentTypeError(f"expected a number above 0, got '{text}'")
     return number
+
+
+def import_from_working_directory() -> None:
+    """Let packages in the current directory be imported, as for a script there."""
+    from pathlib import Path  # noqa: PLC0415 - most commands do without
+
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)

@@ -6,11 +6,10 @@ python -m actors.cli.reference > docs/reference/cli.md
 from __future__ import annotations
 
 import argparse
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from actors.cli.parsing import Parser, add_broker_options, parser_of
-from actors.cli.table import VERBS, Group, Verb
+from actors.cli.table import VERBS, Group, Verb, load
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -60,8 +59,7 @@ def _broker_options() -> str:
 
 
 def _verb(command: str, verb: Verb, level: str) -> str:
-    module: Any = import_module(verb.module)
-    parser = parser_of(command, verb, module)
+    module, parser = load(command), parser_of(command, verb)
     lines = [f"{level} callboard {command}", "", _sentence(verb.summary), "", *_examples(module.EXAMPLES)]
     # argparse offers no other way to see its arguments than the text of --help, which is each version's own.
     actions = [each for each in parser._actions if each.help != argparse.SUPPRESS]  # noqa: SLF001

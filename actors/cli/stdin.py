@@ -10,7 +10,7 @@ from contextlib import aclosing
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.cli.errors import CommandError
-from actors.cli.output import note
+from actors.cli.output import print_err
 from actors.tools.documents import Documents
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ async def documents(read: Callable[[str], T]) -> AsyncGenerator[T]:
         CommandError: stdin is no text, or `read` raises it; the text then has the document's number.
     """
     if sys.stdin is not None and sys.stdin.isatty():
-        note("Write YAML, and --- in a line of its own after each message; Ctrl-D ends")
+        print_err("Write YAML, and --- in a line of its own after each message; Ctrl-D ends")
     found, number = Documents(), 0
     async with aclosing(pieces()) as coming:
         async for piece in coming:

@@ -1,6 +1,6 @@
 """Aligned tables, and colour where it is wanted: a terminal, unless NO_COLOR or FORCE_COLOR say otherwise.
 
-    say_table([("/chatter", 2), ("/rosout", 10)], header=("TOPIC", "PUBLISHERS"), style=("name", "count"))
+    print_table([("/chatter", 2), ("/rosout", 10)], header=("TOPIC", "PUBLISHERS"), style=("name", "count"))
 
     TOPIC     PUBLISHERS
     /chatter           2
@@ -17,7 +17,7 @@ import sys
 import unicodedata
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-from actors.cli.output import harmless
+from actors.cli.output import sanitize
 from actors.cli.terminal import terminal_width
 from actors.config.environment import color_wish
 
@@ -53,7 +53,7 @@ class Styled(NamedTuple):
 Cell = str | int | float | Styled
 
 
-def say_styled(*parts: str | Styled) -> None:
+def print_styled(*parts: str | Styled) -> None:
     """Print one line put together of texts, coloured where that is wanted."""
     color = colored(sys.stdout)
     shown = [Styled(part, "") if isinstance(part, str) else part for part in parts]
@@ -109,7 +109,7 @@ def table_lines(
     return [_line(row, widths, right, color=color) for row in body]
 
 
-def say_table(
+def print_table(
     rows: Iterable[Sequence[Cell]],
     *,
     header: Sequence[str] | None = None,
@@ -159,7 +159,7 @@ def _styled(cell: Cell, style: Style) -> Styled:
 
 
 def _one_line(text: str) -> str:
-    return harmless(text).replace("\n", "\\n").replace("\t", "\\t")
+    return sanitize(text).replace("\n", "\\n").replace("\t", "\\t")
 
 
 def _at(style: Sequence[Style], at: int) -> Style:

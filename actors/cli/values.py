@@ -6,10 +6,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from actors.cli.errors import CommandError
-from actors.cli.here import look_here
 from actors.cli.output import shortened
+from actors.cli.parsing import import_from_working_directory
 from actors.interfaces.convert import message_from_fields
-from actors.interfaces.message import Message, Service, type_name
+from actors.interfaces.message import Message, Service, type_hash, type_name
 from actors.interfaces.registry import find_interface
 from actors.qos.profile import (
     DurabilityPolicy,
@@ -21,11 +21,15 @@ from actors.qos.profile import (
 )
 from actors.tools.nesting import deeper_than
 from actors.tools.stamps import Stamps
+from proto.codes import EntryKind
 
 if TYPE_CHECKING:
     import argparse
 
+    from actors.graph.snapshot import GraphSnapshot
+
 M = TypeVar("M", bound=Message)
+_DONE_BY: Final = {EntryKind.PUBLISHER: "published", EntryKind.SERVICE: "served"}
 _MAX_DEPTH: Final = 1000
 """Levels that values may be nested, to be read at all."""
 
@@ -36,7 +40,7 @@ def named_interface(name: str) -> type[Any]:
     Raises:
         UnknownInterfaceError: There is none; with a suggestion.
     """
-    look_here()
+    import_from_working_directory()
     return find_interface(name)
 
 
@@ -127,3 +131,17 @@ def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:
     if options.qos_liveliness_lease_duration_seconds is not None:
         asked["liveliness_lease_duration"] = options.qos_liveliness_lease_duration_seconds
     return replace(base, **asked)
+
+
+def require_type(snapshot: GraphSnapshot, kind: EntryKind, name: str, wanted: type[Any]) -> None:
+    """Check that a publisher of a topic, or a server of a service, has a type; or that none is there.
+
+    Raises:
+        CommandError: All of them have other types; the text names these.
+    """
+    offers = {(entry.type_name, entry.type_hash) for entry in snapshot.of_kind(kind) if entry.name == name}
+    if not offers or (type_name(wanted), type_hash(wanted)) in offers:
+        return
+    own = type_name(wanted)
+    types = sorted(f"another definition of {own}" if each == own else each for each, _ in offers)
+    raise CommandError(f"'{name}' is {_DONE_BY[kind]} as {' and '.join(dict.fromkeys(types))}, not {own}")

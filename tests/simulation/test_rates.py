@@ -8,7 +8,7 @@ from unittest import mock
 
 import pytest
 
-from actors.cli.topic_hz_heard import Heard
+from actors.cli.measuring import RateMeter
 from tests.simulation.records import Note
 from tests.simulation.stage import Stage, play
 
@@ -18,14 +18,14 @@ def test_a_timer_of_one_hertz_is_heard_at_one_hertz() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard = Heard("/red", None, lambda _: True)
-        listener.create_subscription(None, "red", heard.take, 10, raw=True)
+        meter = RateMeter("/red", None, lambda _: True)
+        listener.create_subscription(None, "red", meter.add, 10, raw=True)
         publisher = talker.create_publisher(Note, "red")
         await stage.until(lambda: publisher.get_subscription_count() == 1)
         talker.create_timer(1.0, lambda: publisher.publish(Note()))
         for seconds in range(1, 30):
             await asyncio.sleep(1.0)
-            found = heard.rate.summary()
+            found = meter.rate.summary()
             if seconds > 2:
                 assert found is not None
                 assert found.per_sec == pytest.approx(1.0, rel=0.01)

@@ -11,7 +11,7 @@ from actors.bench.own import callboard
 from actors.bench.roles import HELD, ROLES
 from actors.bench.trial import missing
 from actors.bench.workloads import WORKLOADS, chosen
-from actors.cli import bench
+from actors.cli.commands import bench
 
 
 def test_the_command_line_knows_every_workload() -> None:

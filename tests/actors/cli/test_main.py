@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, NoReturn
 import pytest
 
 from actors.cli import main, table
+from actors.cli.commands.interface import list as interface_list
 from actors.cli.errors import CommandError
 from actors.cli.interrupts import Interrupted
-from actors.cli.verbs import interface_list
 from actors.errors import BrokerUnreachable, ServiceTimeout
 
 if TYPE_CHECKING:
@@ -141,9 +141,9 @@ def test_signals_and_broken_pipes_are_silent(
 def test_a_verb_that_stays_may_be_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
     """SIGTERM to what runs until it is stopped is no failure."""
     _interface_raises(monkeypatch, Interrupted(signal.SIGTERM))
-    stays = table.Verb("actors.cli.verbs.interface_list", "stay", stays=True)
-    monkeypatch.setitem(table.VERBS, "interface", stays)
-    assert main.main(["interface"]) == 0
+    group = table.Group("types", {"list": table.Verb("stay", stays=True)})
+    monkeypatch.setitem(table.VERBS, "interface", group)
+    assert main.main(["interface", "list"]) == 0
 
 
 def test_signal_handlers_are_put_back() -> None:

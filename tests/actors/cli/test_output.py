@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from actors.cli.output import harmless, say, say_json
+from actors.cli.output import print_json, print_out, sanitize
 
 
 @pytest.mark.parametrize(
@@ -22,22 +22,22 @@ from actors.cli.output import harmless, say, say_json
 )
 def test_text_is_harmless(text: str, shown: str) -> None:
     """What is not printable is escaped; line ends, tabs and other scripts stay."""
-    assert harmless(text) == shown
+    assert sanitize(text) == shown
 
 
 def test_say_escapes(capsys: pytest.CaptureFixture[str]) -> None:
     """All lines go through `harmless`."""
-    say("\x1b]0;title\x07")
+    print_out("\x1b]0;title\x07")
     assert capsys.readouterr().out == "\\x1b]0;title\\x07\n"
 
 
 def test_json_has_no_nan(capsys: pytest.CaptureFixture[str]) -> None:
     """What JSON does not have becomes null, at every depth."""
-    say_json({"a": [1.5, float("nan")], "b": {"c": float("-inf")}})
+    print_json({"a": [1.5, float("nan")], "b": {"c": float("-inf")}})
     assert json.loads(capsys.readouterr().out) == {"a": [1.5, None], "b": {"c": None}}
 
 
 def test_json_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     """So that a stream of documents is NDJSON."""
-    say_json({"text": "two\nlines \x9b"})
+    print_json({"text": "two\nlines \x9b"})
     assert capsys.readouterr().out == '{"text": "two\\nlines \\u009b"}\n'

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import shlex
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from actors.cli.parsing import parser_of
-from actors.cli.table import Verb, each_verb
+from actors.cli.table import Verb, each_verb, load
 
 VERBS = each_verb()
 SHAPES = Path(__file__).parents[3] / "docs" / "reference" / "json.md"
@@ -19,19 +17,19 @@ SHAPES = Path(__file__).parents[3] / "docs" / "reference" / "json.md"
 @pytest.mark.parametrize(("command", "verb"), VERBS, ids=[command for command, _ in VERBS])
 def test_each_example_can_be_typed(command: str, verb: Verb) -> None:
     """A verb has an example; each begins with its name and is read without complaint."""
-    module: Any = import_module(verb.module)
+    module = load(command)
     assert module.EXAMPLES
     for line in module.EXAMPLES:
         words = shlex.split(line.partition(" | ")[0])
         named = ["callboard", *command.split()]
         assert words[: len(named)] == named
-        parser_of(command, verb, module).parse_args(words[len(named) :])
+        parser_of(command, verb).parse_args(words[len(named) :])
 
 
 @pytest.mark.parametrize(("command", "verb"), VERBS, ids=[command for command, _ in VERBS])
 def test_help_is_short_and_plain(command: str, verb: Verb) -> None:
     """Each argument is explained, and no summary ends like a sentence."""
-    parser = parser_of(command, verb, import_module(verb.module))
+    parser = parser_of(command, verb)
     assert not verb.summary.endswith(".")
     assert all(action.help for action in parser._actions)
 
@@ -43,8 +41,6 @@ def test_each_shape_of_json_is_described() -> None:
         if line.startswith("## "):
             described += line.removeprefix("## ").split(", ")
     having = [
-        command
-        for command, verb in VERBS
-        if "--json" in parser_of(command, verb, import_module(verb.module))._option_string_actions
+        command for command, verb in VERBS if "--json" in parser_of(command, verb)._option_string_actions
     ]
     assert sorted(described) == sorted(having)

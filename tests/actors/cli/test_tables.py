@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from actors.cli.tables import Style, Styled, colored, painted, say_table, table_lines, width
+from actors.cli.tables import Style, Styled, colored, painted, print_table, table_lines, width
 
 
 class _Terminal(io.StringIO):
@@ -106,16 +106,16 @@ def test_say_table_fits_a_terminal(
 ) -> None:
     """And cuts nothing short in a pipe."""
     monkeypatch.setenv("COLUMNS", "20")
-    say_table([("x" * 50,)])
+    print_table([("x" * 50,)])
     terminal = _Terminal()
     monkeypatch.setattr(sys, "stdout", terminal)
-    say_table([("x" * 50,)])
+    print_table([("x" * 50,)])
     assert terminal.getvalue() == f"{'x' * 19}…\n"
     assert capsys.readouterr().out == f"{'x' * 50}\n"
 
 
 def test_say_table_prints_plain_text_into_a_pipe(capsys: pytest.CaptureFixture[str]) -> None:
     """And nothing at all without rows."""
-    say_table([], header=("A", "B"))
-    say_table([("x", 1)], header=("A", "B"), style=("name", "count"))
+    print_table([], header=("A", "B"))
+    print_table([("x", 1)], header=("A", "B"), style=("name", "count"))
     assert capsys.readouterr().out == "A  B\nx  1\n"

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import replace
 
 import pytest
 
 from actors.cli.errors import CommandError
-from actors.cli.parsing import QOS_PRESETS, add_qos_options
+from actors.cli.parsing import QOS_PRESETS, Parser, add_qos_options
 from actors.cli.values import message_from_text, named_message, named_service, profile
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import Twist
@@ -74,7 +73,7 @@ def test_wrong_values_say_why(text: str, reason: str) -> None:
 
 def asked(options: str, default: QoSProfile) -> QoSProfile:
     """Return the profile that a command line asks for."""
-    parser = argparse.ArgumentParser()
+    parser = Parser()
     add_qos_options(parser)
     return profile(parser.parse_args(options.split()), default)
 

@@ -1,0 +1,140 @@
+"""Watching topics by the broker's counters: nothing has to be heard to know how much is said.
+
+The broker is looked at every 20 ms, so that slow rates are exact soon. A look costs more the more topics and
+links there are; so looking takes no more than 3 % of the time, as long as that allows for one look a second.
+"""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from actors.cli.broker_target import inspector
+from actors.cli.errors import TIMEOUT, CommandError
+from actors.cli.named import TOPIC
+from actors.cli.output import print_err
+from actors.errors import BrokerUnreachable
+from actors.session.start_hint import start_hint
+from actors.tools.rates import LEAST_SEC, CounterRate
+from actors.tools.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Callable, Iterator
+
+    from actors.graph.broker_report import BrokerReport
+    from actors.graph.inspector import Inspector
+
+PRINT_EVERY_SEC: Final = 1.0
+LOOK_EVERY_SEC: Final = 0.02
+LOOK_SHARE: Final = 0.03
+
+
+class Watched:
+    """A topic that is watched.
+
+    Attributes:
+        topic: Its full name.
+        counter: What the broker's counter has said so far.
+        new: Messages since it was last shown.
+    """
+
+    def __init__(self, topic: str, window: int, *, least_sec: float = LEAST_SEC) -> None:
+        self.topic = topic
+        self.counter = CounterRate(window, least_sec=least_sec)
+        self.new = 0
+        self._anew = partial(CounterRate, window, least_sec=least_sec)
+
+    def look(self, report: BrokerReport | None) -> None:
+        """Take in a look at the broker; None if it could not be looked at: what comes next begins anew."""
+        if report is None:
+            self.counter = self._anew()
+            return
+        found, before = report.topics.get(self.topic), self.counter.total
+        messages, size_bytes = (found.messages, found.bytes) if found else (0, 0)
+        first = not self.counter.begun
+        self.counter.look(report.totals.stamp_sec, messages, size_bytes)
+        if not first:
+            self.new += messages - before if messages >= before else messages
+
+
+def watch(options: argparse.Namespace, default_window: int, show: Callable[[list[Watched]], bool]) -> int:
+    """Call `show` once a second; it returns whether there was anything to show. Return the exit code.
+
+    Raises:
+        InvalidTopicNameError: A name is no topic's.
+        CommandError: No message for as long as `--timeout` says.
+    """
+    window, least_sec = (options.window, 0.0) if options.window else (default_window, LEAST_SEC)
+    names = dict.fromkeys(map(TOPIC.full_name, options.topics))
+    watched = [Watched(name, window, least_sec=least_sec) for name in names]
+    with inspector(options) as look:
+        _warn_unpublished(look.report(), watched)
+        silent_sec = 0.0
+        for _ in ticks(Looks(look).take, watched):
+            silent_sec = 0.0 if any(each.new for each in watched) else silent_sec + PRINT_EVERY_SEC
+            shown = show(watched)
+            for each in watched:
+                each.new = 0
+            if options.once and shown:
+                break
+            if options.timeout is not None and silent_sec >= options.timeout:
+                raise CommandError(f"No message on {', '.join(names)} within {options.timeout:g} s", TIMEOUT)
+    return 0
+
+
+class Looks:
+    """Looks at a broker that may go and come back."""
+
+    def __init__(self, inspector: Inspector) -> None:
+        self._inspector = inspector
+        self._lost = False
+
+    def take(self) -> BrokerReport | None:
+        """Return what the broker says; None while there is none, which stderr says once."""
+        try:
+            if self._lost:
+                self._inspector.connect()
+            report = self._inspector.report()
+        except BrokerUnreachable as error:
+            self._inspector.close()
+            if not self._lost:
+                print_err(f"{error}; waiting for it to come back. {start_hint(self._inspector.url)}")
+            self._lost = True
+            return None
+        self._lost = False
+        return report
+
+
+def ticks(
+    look: Callable[[], BrokerReport | None],
+    watched: list[Watched],
+    *,
+    clock: Callable[[], float] = time.monotonic,
+    pause: Callable[[float], None] = time.sleep,
+) -> Iterator[None]:
+    """Look at the broker again and again, and yield once a second, without drift.
+
+    While there is none, it is looked for once a second.
+    """
+    due = clock() + PRINT_EVERY_SEC
+    while True:
+        began = clock()
+        report = look()
+        for each in watched:
+            each.look(report)
+        took = clock() - began
+        if began >= due:
+            due = max(due + PRINT_EVERY_SEC, began)
+            yield
+        rest_sec = max(LOOK_EVERY_SEC, took / LOOK_SHARE) if report else PRINT_EVERY_SEC
+        pause(min(rest_sec, PRINT_EVERY_SEC))
+
+
+def _warn_unpublished(report: BrokerReport, watched: list[Watched]) -> None:
+    for each in watched:
+        found = report.topics.get(each.topic)
+        if found is None or not found.publishers:
+            hint = did_you_mean(each.topic, set(report.topics) - {each.topic})
+            print_err(f"WARNING: topic [{each.topic}] does not appear to be published yet{hint}")

@@ -1,0 +1,182 @@
+"""`callboard demo`: a broker and five nodes in one process, talking for a few seconds."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import socket
+import statistics
+import sys
+from contextlib import AsyncExitStack, contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from actors.cli.interrupts import Interrupted
+from actors.cli.output import print_out, sanitize
+from actors.cli.parsing import Options, Parser, positive
+from actors.config import environment
+from actors.logging.logger import ROOT_NAME
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from actors.cli.commands.demo.nodes import (
+        AddTwoIntsClient,
+        AddTwoIntsServer,
+        MinimalPublisher,
+        MinimalSubscriber,
+        PublishingSubscriber,
+    )
+    from broker import BrokerOptions
+
+TALK_SEC: Final = 6.3
+"""Not a multiple of the nodes' periods, so that nothing is under way when it ends."""
+_COLORS: Final = {
+    "add_two_ints_server": 35,
+    "add_two_ints_client": 33,
+    "minimal_publisher": 32,
+    "minimal_subscriber": 36,
+    "publishing_subscriber": 34,
+}
+_WIDTH: Final = max(map(len, _COLORS))
+
+
+EXAMPLES: Final = {
+    "callboard demo": "a broker and five nodes, for a few seconds",
+}
+
+
+def add_arguments(parser: Parser) -> None:
+    """Describe the verb."""
+    parser.add_argument(
+        "--seconds",
+        type=positive,
+        metavar="SEC",
+        default=TALK_SEC,
+        help=f"how long to talk; default: {TALK_SEC:g}",
+    )
+
+
+def run(options: Options) -> int:
+    """Let the nodes talk, and sum up what there was, also after a signal."""
+    cast: list[Cast] = []
+    with _labelled_log() as lines, suppress(Interrupted, asyncio.CancelledError):
+        from actors.cli.loop import run_async
+
+        run_async(lambda: _talk(options.seconds, cast, lines))
+    print_out(_summary(cast[0] if cast else None))
+    return 0
+
+
+class Cast(NamedTuple):
+    """The demo's nodes."""
+
+    server: AddTwoIntsServer
+    client: AddTwoIntsClient
+    publisher: MinimalPublisher
+    subscriber: MinimalSubscriber
+    repeater: PublishingSubscriber
+
+
+async def _talk(seconds: float, cast: list[Cast], lines: _Lines) -> None:
+    """Run everything for a while; puts the nodes into `cast` for the summary."""
+    from actors.cli.commands.demo import nodes as demo_nodes
+    from broker import Broker
+
+    task = asyncio.current_task()
+    assert task is not None
+    lines.when_unheard = task.cancel
+    async with AsyncExitStack() as stack:
+        folder = stack.enter_context(TemporaryDirectory(prefix="callboard-demo-"))
+        broker = await stack.enter_async_context(Broker(_options(folder)))
+        print_out(
+            f"A broker at {broker.url}, and five nodes that talk for {seconds:.0f} s. Ctrl-C ends it.\n"
+        )
+        nodes = Cast(
+            demo_nodes.AddTwoIntsServer(broker.url),
+            demo_nodes.AddTwoIntsClient(broker.url),
+            demo_nodes.MinimalPublisher(broker.url),
+            demo_nodes.MinimalSubscriber(broker.url),
+            demo_nodes.PublishingSubscriber(broker.url),
+        )
+        cast.append(nodes)
+        for node in nodes:
+            await stack.enter_async_context(node)
+        with suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                await nodes.client.ask_again_and_again()
+
+
+def _options(folder: str) -> BrokerOptions:
+    """Return a broker's options: a free port, or a unix socket where even the loopback device is down."""
+    from broker import BrokerOptions
+
+    try:
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            socket.create_connection(server.getsockname(), timeout=1.0).close()
+    except OSError:
+        return BrokerOptions(unix=Path(folder) / "broker.sock")
+    return BrokerOptions(port=0)
+
+
+def _summary(cast: Cast | None) -> str:
+    if cast is None:
+        return "\nStopped before anything was said."
+    sent = cast.publisher.publisher.published + cast.repeater.publisher.published
+    heard = cast.subscriber.subscription.received + cast.repeater.subscription.received
+    calls = cast.client.call_seconds
+    p50 = f", p50 {1000 * statistics.median(calls):.2f} ms" if calls else ""
+    return f"\n{sent} messages sent, {heard} heard; {len(calls)} service calls{p50}."
+
+
+class _Labels(logging.Formatter):
+    """A node's name, in the node's colour, before each of its lines."""
+
+    def __init__(self, *, color: bool) -> None:
+        super().__init__()
+        self._color = color
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line or lines."""
+        name = record.name.removeprefix(ROOT_NAME + ".")
+        text = record.getMessage()
+        if record.levelno >= logging.WARNING:
+            text = f"{record.levelname}: {text}"
+        if record.exc_info:
+            text = f"{text}\n{self.formatException(record.exc_info)}"
+        start = f"\x1b[{_COLORS.get(name, 31)}m" if self._color else ""
+        end = "\x1b[0m" if self._color else ""
+        return "\n".join(f"{start}{name:<{_WIDTH}} | {line}{end}" for line in sanitize(text).splitlines())
+
+
+class _Lines(logging.StreamHandler[Any]):
+    """Writes to stdout; when nobody reads it any more, the demo ends rather than complain at every line."""
+
+    when_unheard: Callable[[], object] | None = None
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - logging's name
+        """Called when writing has failed."""
+        if isinstance(sys.exception(), OSError) and self.when_unheard is not None:
+            self.when_unheard()
+        else:
+            super().handleError(record)
+
+
+@contextmanager
+def _labelled_log() -> Generator[_Lines]:
+    """Send the nodes' log lines to stdout under their labels."""
+    log = logging.getLogger(ROOT_NAME)
+    handler = _Lines(sys.stdout)
+    wish = environment.color_wish()
+    handler.setFormatter(_Labels(color=sys.stdout.isatty() if wish is None else wish))
+    level, propagate = log.level, log.propagate
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    log.propagate = False
+    try:
+        yield handler
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(level)
+        log.propagate = propagate

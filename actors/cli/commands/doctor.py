@@ -1,0 +1,85 @@
+"""`callboard doctor`: what was looked at, how it is, and what to do."""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+from collections import Counter
+from typing import TYPE_CHECKING, Final
+
+from actors.cli.errors import FAILURE, OK
+from actors.cli.interrupts import raise_at_once
+from actors.cli.output import print_json
+from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
+from actors.cli.terminal import terminal_width
+
+if TYPE_CHECKING:
+    from actors.cli.tables import Style
+    from actors.tools.check import Check, Status
+
+EXAMPLES: Final = {
+    "callboard doctor": "look at everything; 0 if nothing is wrong, 1 if something is",
+    "callboard doctor --json": "the same for programs",
+}
+_STYLES: Final[dict[Status, Style]] = {"ok": "good", "warn": "warn", "fail": "bad", "skip": "dim"}
+_STATUS_WIDTH: Final = 4
+_NARROWEST: Final = 20
+
+
+def add_arguments(parser: Parser) -> None:
+    """Describe the arguments."""
+    add_json_option(parser, "a list of {name, status, finding, remedy}; status: ok, warn, fail or skip")
+    add_broker_options(parser)
+
+
+def run(options: Options) -> int:
+    """Look at everything and print what was found."""
+    from actors.tools.health import all_good, examine
+
+    raise_at_once()
+    checks = examine(options.url or None, options.domain, options.context or None)
+    if options.json:
+        print_json([check._asdict() for check in checks])
+    else:
+        _print(checks)
+    return OK if all_good(checks) else FAILURE
+
+
+def _print(checks: list[Check]) -> None:
+    from actors.cli.tables import colored, painted
+
+    color = colored(sys.stdout)
+    width = max(len(check.name) for check in checks)
+    indent = " " * (_STATUS_WIDTH + width + 4)
+    columns = terminal_width()
+    room = None if columns is None else max(columns - len(indent), _NARROWEST)
+    for check in checks:
+        status = painted(check.status, _STYLES[check.status], color=color)
+        padding = " " * (_STATUS_WIDTH - len(check.status))
+        first, *more = _lines(check.finding, room)
+        print(f"{status}{padding}  {check.name:<{width}}  {painted(first, '', color=color)}")
+        for line in more:
+            print(f"{indent}{painted(line, '', color=color)}")
+        for line in _lines(check.remedy, room) if check.remedy else ():
+            print(painted(f"{indent}{line}", "dim", color=color))
+    print(f"\n{_verdict(checks)}")
+
+
+def _lines(text: str, room: int | None) -> list[str]:
+    """Return a text in lines that fit into a room, if its words do."""
+    if room is None or len(text) <= room:
+        return [text]
+    return textwrap.wrap(text, room, break_long_words=False, break_on_hyphens=False)
+
+
+def _verdict(checks: list[Check]) -> str:
+    counts = Counter(check.status for check in checks)
+    problems = _several(counts["fail"], "problem")
+    warnings = _several(counts["warn"], "warning")
+    if counts["fail"]:
+        return f"{problems}, {warnings}." if counts["warn"] else f"{problems}."
+    return f"Nothing is wrong; {warnings}." if counts["warn"] else "All is well."
+
+
+def _several(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -1,0 +1,78 @@
+"""`callboard launch`."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any, Final
+
+from actors.cli.parsing import Options, Parser, add_broker_options, positive
+
+EXAMPLES: Final = {
+    "callboard launch robot.py": "what it describes, until Ctrl-C; with a broker if there is none",
+    "callboard launch my_package robot.py speed:=1.5": "a file of an installed package, with an argument",
+    "callboard launch robot.py --show-args": "which arguments there are",
+    "callboard launch robot.py --watch": "the same while you write it: what is saved runs anew",
+    "callboard launch robot.py --dry-run": "what it would start, as commands",
+    "callboard launch robot.py --output both": "lines to the screen and to log files",
+    "callboard launch robot.py --json | jq .event": "what happens, for programs",
+}
+
+
+class _PrintSchema(argparse.Action):
+    """Prints the schema and ends, as --help does its text."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *args: Any) -> None:
+        """Do it."""
+        del args
+        from actors.launch.documents.schema import schema_text
+
+        print(schema_text(), end="")
+        parser.exit()
+
+
+def add_arguments(parser: Parser) -> None:
+    """Describe the arguments."""
+    parser.add_argument(
+        "file",
+        metavar="FILE",
+        help="a Python, YAML or TOML file; or a package, and a file in its launch folder",
+    )
+    parser.add_argument(
+        "arguments",
+        metavar="NAME:=VALUE",
+        nargs="*",
+        default=[],
+        help="arguments of the launch file; of two values for one name the last counts",
+    )
+    look = parser.add_mutually_exclusive_group()
+    look.add_argument("-s", "--show-args", action="store_true", help="print the arguments and end")
+    look.add_argument("-p", "--print-description", action="store_true", help="print the actions and end")
+    look.add_argument("-n", "--dry-run", action="store_true", help="print what it would start, and end")
+    look.add_argument("--json", action="store_true", help="print all that happens as JSON, an object a line")
+    look.add_argument(
+        "--schema",
+        nargs=0,
+        action=_PrintSchema,
+        help="print the JSON schema of YAML and TOML files, for editors, and end; needs no FILE",
+    )
+    parser.add_argument(
+        "--output",
+        choices=("screen", "log", "both"),
+        help="where the lines of all processes go, whatever the file says; with log, those of stderr to the "
+        "screen, too",
+    )
+    parser.add_argument(
+        "--stop-timeout",
+        type=positive,
+        metavar="SEC",
+        help="what a process gets after SIGINT, and again after SIGTERM; default: 5",
+    )
+    parser.add_flag("--watch", help="start processes again when their source changes")
+    add_broker_options(parser)
+
+
+def run(options: Options) -> int:
+    """Run it."""
+    from actors.cli.commands.launch import execution
+
+    return execution.run(options)

@@ -1,0 +1,242 @@
+"""`callboard launch`: what a launch file describes, started, labelled, and stopped together."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import sys
+from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from actors.cli.broker_target import unknown_context
+from actors.cli.commands.launch.reports import Reports
+from actors.cli.errors import BROKEN_PIPE, FAILURE, OK, USAGE, CommandError, exit_code
+from actors.cli.interrupts import raise_at_once
+from actors.cli.loop import exit_asked_for, run_async
+from actors.cli.output import print_out
+from actors.config import environment
+from actors.config.contexts import UnknownContextError
+from actors.launch.declarations import all_declared
+from actors.launch.description import described
+from actors.launch.errors import UnknownArgumentError
+from actors.launch.files import SUFFIXES, Files
+from actors.launch.launching import Launch
+from actors.launch.steps import STOP_TIMEOUT_SEC, Call, End, OutputMode, React, Say, Start
+from actors.launch.substitutions import Scope
+from actors.launch.summaries import plain_text, written
+from actors.launch.voice_logs import own_logs, voice_logs
+from actors.launch.voice_streams import voice_streams
+from actors.tools.suggestions import did_you_mean
+from proto.aio import process
+from proto.errors import CallboardError, shown
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
+
+    from actors.launch.actions import DeclareLaunchArgument
+    from actors.launch.description import LaunchDescription
+    from actors.launch.steps import Step
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run what the file describes; or say what that is."""
+    raise_at_once()  # until the loop runs: launch files, and commands in them, may take long
+    words = [options.file, *options.arguments]
+    path, given = _file_of(words)
+    arguments = dict(map(_argument, given))
+    library = Files()
+    with _prints_aside(json=options.json):
+        description = library.description(str(path))
+    if options.show_args:
+        scope = Scope(
+            library=library,
+            configurations=arguments,
+            environment=dict(os.environ),
+            folder=str(path.parent),
+            file=str(path),
+        )
+        for line in _shown_arguments(all_declared(description.actions, scope)):
+            print_out(line)
+        return OK
+    if options.print_description:
+        for line in described(description.actions):
+            print_out(line)
+        return OK
+    with _prints_aside(json=options.json):
+        launch = _planned(options, description, arguments, library)
+    if options.dry_run:
+        for line in _shown_steps(launch.steps):
+            print_out(line)
+        return OK
+    process.configure_process()
+    watched = library.launch_files if options.watch else None
+    # What it embeds, nodes and the broker, runs as fast as in a process of its own.
+    return run_async(lambda: _run(launch, watched, json=options.json), loop_factory=process.new_event_loop)
+
+
+@contextmanager
+def _prints_aside(*, json: bool) -> Generator[None]:
+    """Where JSON is to stand alone, let what launch files print go to stderr."""
+    with redirect_stdout(sys.stderr) if json else nullcontext():
+        yield
+
+
+def _planned(
+    options: argparse.Namespace, description: LaunchDescription, arguments: dict[str, str], library: Files
+) -> Launch:
+    try:
+        return Launch(
+            description,
+            arguments=arguments,
+            url=options.url or None,
+            domain=options.domain,
+            context=options.context or None,
+            environment=_environment(json=options.json),
+            library=library,
+            output=OutputMode(options.output) if options.output else None,
+            stop_timeout_sec=STOP_TIMEOUT_SEC if options.stop_timeout is None else options.stop_timeout,
+            keep=options.watch,
+            watch_graph=options.json,
+        )
+    except UnknownArgumentError as error:
+        hint = did_you_mean(error.name, error.known) or "; see --show-args"
+        raise CommandError(f"{error}{hint}", USAGE) from error
+    except UnknownContextError as error:
+        raise unknown_context(error) from error
+
+
+# Which file, with what
+
+
+def _file_of(words: Sequence[str]) -> tuple[Path, Sequence[str]]:
+    """Return the launch file that the words name, and the words behind that."""
+    first = Path(words[0])
+    if first.is_file() or first.suffix or os.sep in words[0]:
+        return first.absolute(), words[1:]
+    if len(words) < 2 or ":=" in words[1]:
+        raise CommandError(
+            f"No launch file '{shown(words[0])}'; for a package write: callboard launch PACKAGE FILE"
+        )
+    return _file_in_package(words[0], words[1]), words[2:]
+
+
+def _file_in_package(package: str, name: str) -> Path:
+    from actors.tools.executables import find_package
+
+    found = find_package(package)
+    if found is None:
+        raise CommandError(f"No launch file and no installed package '{shown(package)}'")
+    folder = (found.share() or Path()) / "launch"
+    path = folder / name
+    if found.share() is not None and path.is_file():
+        return path.absolute()
+    there = folder.iterdir() if found.share() is not None and folder.is_dir() else ()
+    files = sorted(each.name for each in there if each.suffix in SUFFIXES)
+    hint = did_you_mean(name, files) or f"; there is: {', '.join(files) or 'none'}"
+    raise CommandError(f"No launch file '{shown(name)}' in package '{package}'{hint}")
+
+
+def _argument(word: str) -> tuple[str, str]:
+    name, separator, value = word.partition(":=")
+    if not name or not separator:
+        raise CommandError(f"Malformed launch argument '{shown(word)}': expected name:=value", USAGE)
+    return name, value
+
+
+def _environment(*, json: bool) -> dict[str, str]:
+    """Return what programs get: also what a terminal behind their pipes can do."""
+    colors = environment.color_wish() is None and sys.stdout.isatty() and not json
+    return {**os.environ, "FORCE_COLOR": "1"} if colors else dict(os.environ)
+
+
+# What it would do
+
+
+def _shown_arguments(arguments: Iterable[DeclareLaunchArgument]) -> Iterator[str]:
+    listed = list(arguments)
+    yield "Arguments, as name:=value:" if listed else "The file has no arguments."
+    for each in listed:
+        value = each.default_value
+        text = plain_text(value)
+        text = written(value) if text is None else text or "''"
+        facts = ["required" if value is None else f"default: {text}"]
+        if each.choices is not None:
+            facts.append(f"one of: {', '.join(each.choices)}")
+        yield f"  {each.name} ({'; '.join(facts)})"
+        if each.description:
+            yield from (f"      {line}" for line in each.description.splitlines())
+
+
+def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:
+    for step in steps:
+        when = f"{indent}after {step.after_sec:g} s: " if step.after_sec else indent
+        match step:
+            case Start(process=process):
+                extra = "".join(f"{name}={value} " for name, value in process.own_environment.items())
+                waits = ", ".join(map(str, process.depends_on))
+                when += f"when there is {waits}: " if waits else ""
+                yield f"{when}[{process.label}] {extra}{process.shown}"
+                if process.on_exit is not None:
+                    yield from _shown_steps([process.on_exit], f"{indent}    ")
+            case Say():
+                yield f"{when}{'warn' if step.warning else 'say'}: {step.text}"
+            case End():
+                yield f"{when}end: {step.reason}"
+            case Call():
+                yield f"{when}call {step.name}"
+            case React():
+                yield f"{when}{'once' if step.once else 'whenever'} {step.what}:"
+                yield from _shown_steps(step.preview, f"{indent}    ")
+                if not step.preview:
+                    yield f"{indent}    what a function says then"
+
+
+# Doing it
+
+
+async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -> int:
+    """Run a launch to its end; return the exit code. With launch files to watch it restarts what changes."""
+    loop = asyncio.get_running_loop()
+
+    def when_unheard() -> None:
+        with suppress(RuntimeError):  # the loop has been closed
+            loop.call_soon_threadsafe(partial(launch.stop, "nobody reads the output", insist=False))
+
+    reports = Reports(json=json, when_unheard=when_unheard)
+    launch.listen(reports)
+    code = FAILURE
+    try:
+        with own_logs(launch.tell), voice_logs(), voice_streams(reports.printed):
+            _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone", insist=False))
+            good = await (launch.run() if watched is None else _run_watched(launch, watched))
+        code = OK if good else FAILURE
+    except asyncio.CancelledError:
+        if not launch.failed:
+            code = exit_asked_for() or OK
+            raise
+    except CallboardError as error:
+        code = exit_code(error)
+        raise
+    finally:
+        reports.close(code)
+    return BROKEN_PIPE if code == OK and reports.unheard else code
+
+
+async def _run_watched(launch: Launch, launch_files: Collection[str]) -> bool:
+    from actors.launch.watching import SourceWatch
+
+    watch = SourceWatch(launch.steps, launch_files=launch_files, restart=launch.restart, tell=launch.tell)
+    launch.listen(watch.heard)
+    async with watch.running():
+        return await launch.run()
+
+
+def _stop_at_hangup(loop: asyncio.AbstractEventLoop, stop: Callable[[], None]) -> None:
+    """A closed terminal stops the launch like a signal; not under nohup."""
+    number = getattr(signal, "SIGHUP", None)
+    if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+        loop.add_signal_handler(number, stop)

@@ -1,0 +1,112 @@
+"""`callboard run`: a script, or an installed program, in place of this process.
+
+Signals, output and exit code are the program's own, since it is this process from then on.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NoReturn
+
+from actors.cli.broker_target import set_environment
+from actors.cli.errors import USAGE, CommandError
+from actors.cli.interrupts import raise_if_noted
+from actors.cli.parsing import Options, Parser, add_broker_options
+from actors.tools.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from actors.tools.executables import Executable
+
+_USAGE: Final = "callboard run SCRIPT.py [ARGS], or callboard run PACKAGE EXECUTABLE [ARGS]"
+
+
+EXAMPLES: Final = {
+    "callboard run talker.py --ros-args -r chatter:=news": "a script, with a topic renamed",
+    "callboard run my_package talker": "a console script of an installed package",
+    "callboard run --prefix 'gdb -ex run --args' my_package talker": "in a debugger",
+}
+
+
+def add_arguments(parser: Parser) -> None:
+    """Describe the verb."""
+    parser.usage = f"{_USAGE}\n       options of callboard's own stand before SCRIPT or PACKAGE"
+    add_broker_options(parser)
+    parser.add_argument(
+        "--prefix", metavar="COMMAND", help="what to start it with, such as 'gdb -ex run --args'"
+    )
+    parser.add_argument("program", metavar="SCRIPT", help="a Python file; or a package with console scripts")
+    # argparse takes everything from the first positional on, options and `--` included.
+    rest = parser.add_argument(
+        "arguments", metavar="ARGS", nargs="...", help="for the program: --ros-args -r a:=b"
+    )
+    rest.required = False
+
+
+def run(options: Options) -> int:
+    """Become the program. Returns never; raises CommandError if there is no such program."""
+    set_environment(options)
+    prefix = _prefix(options.prefix)
+    path = Path(options.program)
+    if path.is_file() or (path / "__main__.py").is_file():
+        _become(*prefix, sys.executable, "-u", str(path), *options.arguments)
+    if path.suffix == ".py" or os.sep in options.program:
+        raise CommandError(f"No script '{path}'{_similar_file(path)}")
+    code = _named_executable(options.program, options.arguments).command()
+    _become(*prefix, sys.executable, "-u", "-P", "-c", code, *options.arguments[1:])
+
+
+def _prefix(text: str | None) -> list[str]:
+    try:
+        return shlex.split(text or "")
+    except ValueError as error:
+        raise CommandError(f"--prefix '{text}' is no command: {error}", USAGE) from None
+
+
+def _become(program: str, *arguments: str) -> NoReturn:
+    sys.stdout.flush()
+    raise_if_noted()
+    try:
+        os.execvp(program, [program, *arguments])  # noqa: S606 - no shell is wanted
+    except FileNotFoundError:
+        raise CommandError(f"No command '{program}'") from None
+
+
+def _similar_file(path: Path) -> str:
+    folder = path.parent
+    files = [str(each) for each in folder.glob("*.py")] if folder.is_dir() else []
+    return did_you_mean(str(path), files)
+
+
+def _named_executable(package: str, arguments: list[str]) -> Executable:
+    from actors.tools.executables import find_package
+
+    found = find_package(package)
+    if found is None:
+        raise CommandError(f"No script and no installed package '{package}'{_remedy(package)}")
+    programs = {each.name: each for each in found.executables()}
+    if not programs:
+        raise CommandError(f"Package '{package}' has no console scripts to run")
+    listed = ", ".join(programs)
+    if not arguments:
+        raise CommandError(f"Which program of '{package}'? There is: {listed}")
+    if arguments[0] not in programs:
+        hint = did_you_mean(arguments[0], programs) or f"; there is: {listed}"
+        raise CommandError(f"No program '{arguments[0]}' in package '{package}'{hint}")
+    return programs[arguments[0]]
+
+
+def _remedy(package: str) -> str:
+    """Say what may have been meant, or what has been forgotten."""
+    from actors.tools.executables import normalized, packages
+
+    if Path(f"{package}.py").is_file():
+        return f"; did you mean './{package}.py'?"
+    if (Path(package) / "pyproject.toml").is_file():
+        return f"; install it with: pip install -e {shlex.quote(f'./{package}')}"
+    if Path("pyproject.toml").is_file() and normalized(Path.cwd().name) == normalized(package):
+        return "; install it with: pip install -e ."
+    known = [each.name for each in packages() if each.uses_callboard or each.executables()]
+    return did_you_mean(package, known) or f"; write {_USAGE}"

@@ -1,0 +1,221 @@
+"""Where the live view gets what it shows: a broker, through the command's hidden node."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import deque
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar
+
+from actors.cli.hidden_node import graph_of
+from actors.cli.output import sanitize
+from actors.errors import BrokerUnreachable
+from actors.interfaces.convert import message_to_yaml
+from actors.interfaces.errors import InvalidMessageError
+from actors.tools.hearing import decoder_of, profile_of
+from actors.tools.overview import Look
+from actors.tools.percentiles import Percentiles
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+
+    from actors.endpoints.subscription.backlog import MessageInfo
+    from actors.endpoints.subscription.subscription import Subscription
+    from actors.graph.snapshot import GraphSnapshot
+    from actors.interfaces.message import Message
+    from actors.node.node import Node
+
+T = TypeVar("T")
+SHOWN_AT_ONCE: Final = 5
+"""Messages kept for the next time that somebody looks; what comes on top of that is counted."""
+DEPTH: Final = 100
+SHOWN_LENGTH: Final = 128
+"""What is shown of a string or a sequence, as in `topic echo`."""
+SHOWN_LINES: Final = 30
+"""What is shown of a message."""
+
+
+class HeardMessage(NamedTuple):
+    """A message as it is shown: where it is from, when it was sent, how long it took, and its text."""
+
+    node: str
+    sent_ns: int
+    delay_s: float
+    text: str
+
+
+class Heard(NamedTuple):
+    """What has come since the last time.
+
+    Attributes:
+        messages: The newest.
+        besides: How many there were besides.
+        measured: Of how many of the last messages the delay is known.
+        half_s, most_s: What half of those and 99 % of those took at most; None if there are none.
+    """
+
+    messages: list[HeardMessage]
+    besides: int
+    measured: int
+    half_s: float | None
+    most_s: float | None
+
+
+class Ear(Protocol):
+    """Hears one topic."""
+
+    async def take(self) -> Heard:
+        """Return what has come since the last time."""
+        ...
+
+    async def close(self) -> None:
+        """Hear no more."""
+        ...
+
+
+class Source(Protocol):
+    """What the view shows.
+
+    Attributes:
+        place: Where the broker is.
+    """
+
+    place: str
+
+    async def look(self) -> Look:
+        """Return what is there now.
+
+        Raises:
+            BrokerUnreachable: There is no broker now.
+        """
+        ...
+
+    async def listen(self, topic: str, snapshot: GraphSnapshot) -> Ear:
+        """Begin to hear a topic."""
+        ...
+
+
+class NodeSource:
+    """What a node can see of its broker.
+
+    It is made in the node's loop and used in any: while one thread draws a screen, another one can measure.
+
+    Args:
+        node: It has been entered.
+        place: Where its broker is.
+    """
+
+    def __init__(self, node: Node, place: str) -> None:
+        self.place = place
+        self._node = node
+        self._loop = asyncio.get_running_loop()
+
+    async def look(self) -> Look:
+        """Return what is there now."""
+        return await _done(self._loop, self._look())
+
+    async def _look(self) -> Look:
+        if not self._node.connected:  # the node comes back by itself; nobody waits here for it
+            raise BrokerUnreachable(f"No broker at {self.place}")
+        return Look(await graph_of(self._node), await self._node.get_broker_stats())
+
+    async def listen(self, topic: str, snapshot: GraphSnapshot) -> Ear:
+        """Begin to hear a topic."""
+        ear = NodeEar(self._node, self._loop, topic, snapshot)
+        await ear.open()
+        return ear
+
+
+class NodeEar:
+    """Hears one topic through a node; keeps the newest messages undecoded until somebody looks.
+
+    Args:
+        node: Hears it.
+        loop: The node's.
+        topic: Its full name.
+        snapshot: Who is there.
+    """
+
+    def __init__(
+        self, node: Node, loop: asyncio.AbstractEventLoop, topic: str, snapshot: GraphSnapshot
+    ) -> None:
+        self._node = node
+        self._loop = loop
+        self._topic = topic
+        self._decode = decoder_of(snapshot, topic)
+        self._profile = profile_of(snapshot, topic, depth=DEPTH)
+        self._waiting: deque[tuple[bytes, MessageInfo]] = deque(maxlen=SHOWN_AT_ONCE)
+        self._delays = Percentiles()
+        self._known = 0
+        self._since_ns = time.time_ns()
+        self._subscription: Subscription[Any] | None = None
+
+    async def open(self) -> None:
+        """Begin."""
+        await _done(self._loop, self._open())
+
+    async def _open(self) -> None:
+        self._subscription = self._node.create_subscription(
+            None, self._topic, self._hear, self._profile, raw=True
+        )
+
+    def _hear(self, data: bytes, info: MessageInfo) -> None:
+        self._waiting.append((data, info))
+        if info.source_timestamp >= self._since_ns:  # a latched message is as old as it is
+            self._delays.add(_delay(info))
+
+    async def take(self) -> Heard:
+        """Return what has come since the last time."""
+        waiting, heard = await _done(self._loop, self._take())
+        for data, info in waiting:
+            text = shown(data, self._decode)
+            heard.messages.append(
+                HeardMessage(info.publisher_node, info.source_timestamp, _delay(info), text)
+            )
+        return heard
+
+    async def _take(self) -> tuple[list[tuple[bytes, MessageInfo]], Heard]:
+        assert self._subscription is not None
+        waiting = list(self._waiting)
+        self._waiting.clear()
+        known = self._subscription.received + self._subscription.dropped + self._subscription.lost
+        besides = max(0, known - self._known - len(waiting))
+        self._known = known
+        delays = self._delays
+        return waiting, Heard([], besides, len(delays), delays.at(0.5), delays.at(0.99))
+
+    async def close(self) -> None:
+        """Hear no more."""
+        await _done(self._loop, self._close())
+
+    async def _close(self) -> None:
+        assert self._subscription is not None
+        self._node.destroy_subscription(self._subscription)
+
+
+async def _done(loop: asyncio.AbstractEventLoop, work: Coroutine[Any, Any, T]) -> T:
+    """Return what a coroutine comes to in a loop, which may be another thread's."""
+    return await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(work, loop))
+
+
+def _delay(info: MessageInfo) -> float:
+    return (info.received_timestamp - info.source_timestamp) / 1e9
+
+
+def shown(data: bytes, decode: Callable[[bytes], Any]) -> str:
+    """Return a message as YAML, cut short, that cannot steer a terminal."""
+    try:
+        message = decode(data)
+        lines = _lines(message, no_arr=False)
+        if len(lines) > SHOWN_LINES:  # an image, say: its size tells more than its first pixels
+            lines = _lines(message, no_arr=True)
+    except InvalidMessageError as error:
+        return sanitize(str(error))
+    if len(lines) > SHOWN_LINES:
+        lines = [*lines[:SHOWN_LINES], f"... {len(lines) - SHOWN_LINES} more lines"]
+    return "\n".join(lines)
+
+
+def _lines(message: Message | dict[str, Any], *, no_arr: bool) -> list[str]:
+    text = message_to_yaml(message, truncate_length=SHOWN_LENGTH, no_arr=no_arr)
+    return sanitize(text).rstrip("\n").split("\n")

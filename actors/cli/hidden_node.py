@@ -1,0 +1,92 @@
+"""A command's place in the graph: a hidden node that gives up soon if there is no broker."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import secrets
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Final
+
+from actors.cli.broker_target import CONNECT_TIMEOUT_SEC, target_of, why_unreachable
+from actors.cli.errors import USAGE, CommandError
+from actors.config import environment
+from actors.errors import BrokerUnreachable
+from actors.logging.logger import LoggingSeverity
+from actors.logging.output import configure_logging
+from actors.node.node import Node
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import AsyncGenerator
+
+    from actors.graph.snapshot import GraphSnapshot
+
+STOP_TIMEOUT_SEC: Final = 1.0
+
+
+@asynccontextmanager
+async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -> AsyncGenerator[Node]:
+    """Join the graph that `--url`, `--domain` and `--context` name.
+
+    Args:
+        options: The command line.
+        name: The node's name; None for a hidden one.
+
+    Raises:
+        BrokerUnreachable: No broker within 2 s; the text says how to start one, or that something else has
+            the port.
+        ProtocolError: What listens there speaks something else.
+        InvalidUrlError: The URL cannot be read.
+    """
+    if options.own_process:
+        _set_up_log()
+    place = target_of(options)
+    # A process id alone is not unique: in a container it is 1.
+    hidden = f"_callboard_cli_{os.getpid()}_{secrets.token_hex(3)}"
+    node = Node(
+        hidden if name is None else name,
+        url=place.url,
+        domain=place.domain,
+        use_global_arguments=False,
+        connect_timeout_sec=CONNECT_TIMEOUT_SEC,
+        stop_timeout_sec=STOP_TIMEOUT_SEC,
+        slow_callback_sec=None,  # a terminal may be slow
+    )
+    log = node.get_logger()
+    log.set_level(LoggingSeverity.FATAL)  # the error below says it all
+    try:
+        async with asyncio.timeout(CONNECT_TIMEOUT_SEC):
+            await node.__aenter__()
+    except (BrokerUnreachable, TimeoutError):
+        raise await asyncio.to_thread(why_unreachable, place) from None
+    log.set_level(LoggingSeverity.UNSET)
+    async with _leaving(node):
+        yield node
+
+
+def _set_up_log() -> None:
+    """The command's node and the library say on stderr what goes wrong; CALLBOARD_LOG_LEVEL sets how much."""
+    try:
+        configure_logging(environment.log_level() or LoggingSeverity.WARN)
+    except ValueError as error:
+        raise CommandError(str(error), USAGE) from None
+
+
+@asynccontextmanager
+async def _leaving(node: Node) -> AsyncGenerator[None]:
+    try:
+        yield
+    except BaseException as error:
+        await node.__aexit__(type(error), error, error.__traceback__)
+        raise
+    await node.__aexit__(None, None, None)
+
+
+async def graph_of(node: Node) -> GraphSnapshot:
+    """Return the graph as it is now, without the command's own node."""
+    snapshot = await node.get_graph()
+    own = node.get_fully_qualified_name()
+    for key in [key for key, entry in snapshot.entries.items() if own in {entry.node, entry.name}]:
+        del snapshot.entries[key]
+    return snapshot

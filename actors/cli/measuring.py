@@ -1,0 +1,204 @@
+"""Measuring what a subscription receives: `topic delay`, and `topic hz` and `bw` with `--subscribe`."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+
+from actors.cli.broker_counters import PRINT_EVERY_SEC
+from actors.cli.errors import CommandError
+from actors.cli.hidden_node import graph_of, hidden_node
+from actors.cli.loop import run_async
+from actors.cli.output import print_out
+from actors.cli.parsing import import_from_working_directory
+from actors.cli.subscriber import Listener, warn_unpublished
+from actors.interfaces.errors import InvalidMessageError
+from actors.qos.profile import QoSProfile, ReliabilityPolicy
+from actors.tools.hearing import decoder_of
+from actors.tools.message_filter import InvalidFilterError
+from actors.tools.rates import (
+    BANDWIDTH_WINDOW,
+    LEAST_SEC,
+    RATE_WINDOW,
+    Bandwidth,
+    BandwidthSummary,
+    Delay,
+    Rate,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.cli.parsing import Options
+    from actors.endpoints.subscription.backlog import MessageInfo
+    from actors.graph.snapshot import GraphSnapshot
+    from actors.tools.message_filter import MessageFilter
+
+MEASURING: Final = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Matches every publisher, and holds a burst."""
+
+
+class Meter:
+    """Measures the messages of one topic.
+
+    Attributes:
+        topic: Its full name.
+        new: Messages since it was last shown.
+    """
+
+    def __init__(self, topic: str) -> None:
+        self.topic = topic
+        self.new = 0
+
+    def add(self, data: bytes, info: MessageInfo) -> None:
+        """Count a message."""
+        raise NotImplementedError
+
+
+MeterT = TypeVar("MeterT", bound=Meter)
+
+
+def measure(
+    options: Options,
+    topics: list[str],
+    meter_of: Callable[[str, GraphSnapshot], MeterT],
+    show: Callable[[list[MeterT]], bool],
+    *,
+    announce_from: int,
+) -> int:
+    """Measure until a signal, and call `show` once a second; return the exit code.
+
+    Args:
+        options: `once` and `timeout`, `json`, and where the broker is.
+        topics: As the command line names them.
+        meter_of: Makes the meter of a topic.
+        show: Prints what the meters have, and returns whether there was anything.
+        announce_from: How many topics there must be for a line about each; none with `--json`.
+
+    Raises:
+        CommandError: No message for as long as `--timeout` says.
+    """
+
+    async def receive() -> None:
+        async with hidden_node(options) as node:
+            names = list(dict.fromkeys(map(node.resolve_topic_name, topics)))
+            snapshot = await graph_of(node)
+            meters: list[MeterT] = []
+            with Listener(node, timeout_sec=options.timeout) as listener:
+                for name in names:
+                    warn_unpublished(snapshot, name)
+                    meter = meter_of(name, snapshot)
+                    listener.subscribe(name, meter.add, MEASURING)
+                    meters.append(meter)
+                    if len(names) >= announce_from and not options.json:
+                        print_out(f"Subscribed to [{name}]")
+                async for _ in listener.ticks(PRINT_EVERY_SEC):
+                    known = show(meters)
+                    for meter in meters:
+                        meter.new = 0
+                    if known and options.once:
+                        return
+
+    import_from_working_directory()
+    run_async(receive)
+    return 0
+
+
+class RateMeter(Meter):
+    """How often messages come.
+
+    Args:
+        topic: Its full name.
+        window: The messages to look back on; None for ROS 2's number, and a second at least.
+        counts: Tells which of its messages count.
+    """
+
+    def __init__(self, topic: str, window: int | None, counts: Callable[[bytes], bool]) -> None:
+        super().__init__(topic)
+        self.rate = Rate(window or RATE_WINDOW, least_sec=0.0 if window else LEAST_SEC)
+        self._counts = counts
+
+    def add(self, data: bytes, info: MessageInfo) -> None:
+        """Count a message.
+
+        Raises:
+            InvalidFilterError: The filter does not fit it, and has fitted none before.
+            InvalidMessageError: It is no message, or the filter does not fit it alone.
+        """
+        if self._counts(data):
+            self.rate.add(info.received_timestamp / 1e9)
+            self.new += 1
+
+
+def filtered(chosen: MessageFilter | None, topic: str, snapshot: GraphSnapshot) -> Callable[[bytes], bool]:
+    """Return what tells which messages of a topic count."""
+    if chosen is None:
+        return lambda _: True
+    decode, fitted = decoder_of(snapshot, topic), False
+
+    def counts(data: bytes) -> bool:
+        nonlocal fitted
+        try:
+            passes = chosen.passes(decode(data))
+        except InvalidFilterError as error:
+            if fitted:  # it is this message's fault, and not the filter's
+                raise InvalidMessageError(str(error)) from None
+            raise
+        fitted = True
+        return passes
+
+    return counts
+
+
+class BandwidthMeter(Meter):
+    """How many bytes come."""
+
+    def __init__(self, topic: str, window: int | None) -> None:
+        super().__init__(topic)
+        self._bandwidth = Bandwidth(window or BANDWIDTH_WINDOW, least_sec=0.0 if window else LEAST_SEC)
+
+    def add(self, data: bytes, info: MessageInfo) -> None:
+        """Count a message."""
+        self._bandwidth.add(info.received_timestamp / 1e9, len(data))
+
+    def summary(self) -> BandwidthSummary | None:
+        """Return what came until now; None if there was nothing."""
+        return self._bandwidth.summary(time.time_ns() / 1e9)
+
+
+class DelayMeter(Meter):
+    """How old messages are when they come, by the stamp in their header."""
+
+    def __init__(self, topic: str, window: int | None, snapshot: GraphSnapshot) -> None:
+        super().__init__(topic)
+        self.delay = Delay(window or RATE_WINDOW)
+        self._decode = decoder_of(snapshot, topic)
+
+    def add(self, data: bytes, info: MessageInfo) -> None:
+        """Count a message.
+
+        Raises:
+            CommandError: It has no header, and none before had.
+            InvalidMessageError: It is no message, or it alone has no header.
+        """
+        sent_ns = _stamp_ns(self._decode(data))
+        if sent_ns is None:
+            if self.delay.summary() is not None:
+                raise InvalidMessageError("it has no header")
+            text = "msg does not have header: the delay is read from header.stamp, which messages of"
+            raise CommandError(f"{text} {self.topic} do not have")
+        self.delay.add((info.received_timestamp - sent_ns) / 1e9)
+        self.new += 1
+
+
+def _stamp_ns(message: Any) -> int | None:
+    """Return the time in a message's header; None if it has none."""
+    stamp = _field(_field(message, "header"), "stamp")
+    sec, nanosec = _field(stamp, "sec"), _field(stamp, "nanosec")
+    if isinstance(sec, int) and isinstance(nanosec, int):
+        return sec * 1_000_000_000 + nanosec
+    return None
+
+
+def _field(value: Any, name: str) -> Any:
+    return cast("dict[str, Any]", value).get(name) if isinstance(value, dict) else getattr(value, name, None)

@@ -1,0 +1,287 @@
+"""`list`, `info`, `type` and `find` for topics and for services."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
+from proto.codes import EntryKind
+from proto.names import is_hidden, validate_full_service_name, validate_full_topic_name
+
+# Reading arguments needs nothing else.
+# ruff: noqa: PLC0415
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from actors.cli.errors import CommandError
+    from actors.cli.tables import Styled
+    from actors.graph.snapshot import EndpointInfo, NamesAndTypes
+    from actors.time.types import Duration
+
+
+class Side(NamedTuple):
+    """The endpoints at one end of a topic or service: their kind, name, and the heading of their number."""
+
+    kind: EntryKind
+    noun: str
+    heading: str
+
+
+class Named(NamedTuple):
+    """Topics, or services.
+
+    Attributes:
+        noun: "topic" or "service", which is also the name of the argument.
+        example: A name.
+        example_type: A type.
+        kinds: The endpoints that make one exist.
+        sides: Its endpoints, in the order in which `info` prints them.
+        validate: Raises if no topic or service can have this full name.
+    """
+
+    noun: str
+    example: str
+    example_type: str
+    kinds: tuple[EntryKind, ...]
+    sides: tuple[Side, Side]
+    validate: Callable[[str], object]
+
+    def full_name(self, text: str) -> str:
+        """Return the full name; the first slash may be left out.
+
+        Raises:
+            InvalidNameError: No topic or service can have this name.
+        """
+        full = absolute(text)
+        self.validate(full)
+        return full
+
+    def option(self, options: Options, name: str) -> Any:
+        """Return an option whose name ends with the noun, such as `count_topics`."""
+        return getattr(options, f"{name}_{self.noun}s")
+
+
+TOPIC: Final = Named(
+    "topic",
+    "/chatter",
+    "std_msgs/msg/String",
+    (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION),
+    (
+        Side(EntryKind.PUBLISHER, "publisher", "Publisher count"),
+        Side(EntryKind.SUBSCRIPTION, "subscription", "Subscription count"),
+    ),
+    validate_full_topic_name,
+)
+SERVICE: Final = Named(
+    "service",
+    "/add_two_ints",
+    "std_srvs/srv/Trigger",
+    (EntryKind.SERVICE,),
+    (
+        Side(EntryKind.CLIENT, "client", "Clients count"),
+        Side(EntryKind.SERVICE, "server", "Services count"),
+    ),
+    validate_full_service_name,
+)
+
+
+def absolute(text: str) -> str:
+    """Return a name with its first slash."""
+    return text if text.startswith("/") or not text else f"/{text}"
+
+
+def unknown(text: str, name: str, known: Iterable[str]) -> CommandError:
+    """Return the error for a name that is not in the graph, with what may have been meant.
+
+    Args:
+        text: ROS 2's text.
+        name: The name.
+        known: The names that there are.
+    """
+    from actors.cli.errors import CommandError
+    from actors.tools.suggestions import did_you_mean
+
+    return CommandError(f"{text}{did_you_mean(name, known)}")
+
+
+def add_hidden_option(named: Named, parser: Parser) -> None:
+    """Add ROS 2's option for names with a leading underscore."""
+    parser.add_flag(f"--include-hidden-{named.noun}s", help="also names with a leading _")
+
+
+def add_list_options(named: Named, parser: Parser) -> None:
+    """Describe the options of `list`, but for those behind ROS 2's."""
+    parser.add_flag("-t", "--show-types", help="with their types")
+    parser.add_flag("-c", f"--count-{named.noun}s", help="only how many there are")
+
+
+def list_names(named: Named, options: Options) -> int:
+    """Print the names; return the exit code."""
+    from actors.cli.output import print_json
+    from actors.cli.tables import Styled, print_styled
+
+    found = _look(named, options, hidden=named.option(options, "include_hidden"))
+    if named.option(options, "count"):
+        print_json(len(found))
+    elif options.json:
+        print_json([{"name": name, "types": types} for name, types in found])
+    else:
+        for name, types in found:
+            print_styled(Styled(name, "name"), *(types_shown(types) if options.show_types else ()))
+    return 0
+
+
+def types_shown(types: list[str]) -> tuple[str | Styled, ...]:
+    """Return ` [type, type]` as parts of a line."""
+    from actors.cli.tables import Styled
+
+    return (" [", Styled(", ".join(types), "type"), "]")
+
+
+def add_find_arguments(named: Named, parser: Parser) -> None:
+    """Describe the arguments of `find`."""
+    parser.add_argument("type", metavar="TYPE", help=f"such as {named.example_type}")
+    parser.add_flag("-c", f"--count-{named.noun}s", help="only how many there are")
+    add_hidden_option(named, parser)
+    add_json_option(parser, "one array of names")
+    add_broker_options(parser)
+
+
+def find_names(named: Named, options: Options) -> int:
+    """Print the names whose type is `options.type`; return the exit code."""
+    from actors.cli.output import print_err, print_json, print_names
+    from actors.tools.suggestions import did_you_mean
+
+    every = _look(named, options, hidden=named.option(options, "include_hidden"))
+    found = [name for name, types in every if any(_same_type(options.type, each) for each in types)]
+    if named.option(options, "count"):
+        print_json(len(found))
+    else:
+        print_names(found, json=options.json)
+    if not found and (hint := did_you_mean(options.type, {each for _, types in every for each in types})):
+        print_err(f"Nothing has type '{options.type}'{hint}")
+    return 0
+
+
+def add_type_arguments(named: Named, parser: Parser) -> None:
+    """Describe the arguments of `type`."""
+    parser.add_argument(named.noun, metavar=named.noun.upper(), help=f"such as {named.example}")
+    add_hidden_option(named, parser)
+    add_json_option(parser, "one array of types")
+    add_broker_options(parser)
+
+
+def print_types(named: Named, options: Options) -> int:
+    """Print the types of a name, one a line; return the exit code.
+
+    Raises:
+        CommandError: There is no such name.
+    """
+    from actors.cli.output import print_names
+
+    noun, name = named.noun, named.full_name(getattr(options, named.noun))
+    every = dict(_look(named, options, hidden=True))
+    if name not in every:
+        raise unknown(f"Unknown {noun} '{name}'", name, every)
+    if is_hidden(name) and not named.option(options, "include_hidden"):
+        raise unknown(f"Hidden {noun} '{name}': add --include-hidden-{noun}s", name, ())
+    print_names(every[name], json=options.json)
+    return 0
+
+
+def add_info_arguments(named: Named, parser: Parser) -> None:
+    """Describe the arguments of `info`."""
+    nouns = [side.noun for side in named.sides]
+    parser.add_argument(named.noun, metavar=named.noun.upper(), help=f"such as {named.example}")
+    parser.add_flag("-v", "--verbose", help=f"also each {' and '.join(nouns)}: node, type hash, QoS")
+    add_json_option(parser, f"one object: name, types, {', '.join(f'{noun}s' for noun in nouns)}")
+    add_broker_options(parser)
+
+
+def print_info(named: Named, options: Options) -> int:
+    """Print the type and the endpoints of a name; return the exit code.
+
+    Raises:
+        CommandError: There is no such name.
+    """
+    from actors.cli.broker_target import inspector
+    from actors.cli.output import print_json
+
+    name = named.full_name(getattr(options, named.noun))
+    with inspector(options) as look:
+        snapshot = look.graph()
+    types = dict(snapshot.names_and_types(*(side.kind for side in named.sides)))
+    if name not in types:
+        raise unknown(f"Unknown {named.noun} '{name}'", name, types)
+    found = {side: snapshot.endpoints(side.kind, name) for side in named.sides}
+    if options.json:
+        lists = {
+            f"{side.noun}s": [_document(each) for each in endpoints] for side, endpoints in found.items()
+        }
+        print_json({"name": name, "types": types[name], **lists})
+    else:
+        _print_info(types[name], found, verbose=options.verbose)
+    return 0
+
+
+def _print_info(types: list[str], found: dict[Side, list[EndpointInfo]], *, verbose: bool) -> None:
+    from actors.cli.tables import Styled, print_styled
+
+    joined = types[0] if len(types) == 1 else str(types)
+    print_styled("Type: ", Styled(joined if types else "any", "type"))  # any: only raw subscriptions
+    if verbose:
+        print()
+    for side, endpoints in found.items():
+        print_styled(f"{side.heading}: ", Styled(str(len(endpoints)), "heading"))
+        if verbose:
+            print()
+            for endpoint in endpoints:
+                for line in str(endpoint).splitlines():
+                    label, colon, value = line.partition(":")
+                    shown = Styled(value, "name") if label == "Node name" else value
+                    print_styled(Styled(label, "dim"), colon, shown)
+                print()
+
+
+def _document(endpoint: EndpointInfo) -> dict[str, Any]:
+    """Return an endpoint for JSON."""
+    from proto.names import full_node_name
+
+    qos = endpoint.qos_profile
+    return {
+        "node": full_node_name(endpoint.node_namespace, endpoint.node_name),
+        "type": endpoint.topic_type,
+        "type_hash": endpoint.topic_type_hash,
+        "endpoint_id": endpoint.endpoint_id,
+        "qos": {
+            "history": qos.history.short_key,
+            "depth": qos.depth,
+            "reliability": qos.reliability.short_key,
+            "durability": qos.durability.short_key,
+            "lifespan_ns": _nanoseconds(qos.lifespan),
+            "deadline_ns": _nanoseconds(qos.deadline),
+            "liveliness": qos.liveliness.short_key,
+            "liveliness_lease_duration_ns": _nanoseconds(qos.liveliness_lease_duration),
+        },
+    }
+
+
+def _nanoseconds(limit: Duration) -> int | None:
+    from actors.qos.profile import UNLIMITED
+
+    return None if limit == UNLIMITED else limit.nanoseconds
+
+
+def _look(named: Named, options: Options, *, hidden: bool) -> NamesAndTypes:
+    from actors.cli.broker_target import inspector
+
+    with inspector(options) as look:
+        names = look.graph().names_and_types(*named.kinds)
+    return [each for each in names if hidden or not is_hidden(each[0])]
+
+
+def _same_type(wanted: str, found: str) -> bool:
+    """Whether a type is meant; its kind may be left out, as in std_msgs/String."""
+    package, _, name = found.split("/") if found.count("/") == 2 else ("", "", found)
+    return wanted in {found, f"{package}/{name}"}

@@ -1,0 +1,171 @@
+"""Subscriptions of a command, until it has heard enough, something fails, or nothing comes for too long."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import Counter
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.cli.errors import TIMEOUT, CommandError
+from actors.cli.output import print_err
+from actors.endpoints.events import SubscriptionEventCallbacks
+from actors.interfaces.errors import InvalidMessageError
+from actors.tools.suggestions import did_you_mean
+from proto.codes import EntryKind
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable, Coroutine
+    from typing import Self
+
+    from actors.endpoints.subscription.backlog import MessageInfo
+    from actors.endpoints.subscription.subscription import Subscription
+    from actors.graph.snapshot import GraphSnapshot
+    from actors.interfaces.message import Message
+    from actors.node.node import Node
+    from actors.qos.profile import QoSProfile
+
+NOTE_EVERY_SEC: Final = 1.0
+"""Losses are told at most this often: whoever is too slow for the messages is too slow for more lines."""
+
+
+TURN_SEC: Final = 0.02
+"""Whatever takes longer with a message lets the loop turn before the next one: the link is to stay alive."""
+
+
+class _Losses:
+    """What a subscription has missed, and how much of that has been told."""
+
+    def __init__(self, subscription: Subscription[Any], clock: Callable[[], float]) -> None:
+        self.subscription = subscription
+        self._clock = clock
+        self._told = 0
+        self._told_at = -math.inf
+
+    def tell(self, rest_sec: float) -> None:
+        """Say what has been missed since the last time, unless that was less than `rest_sec` ago."""
+        heard = self.subscription
+        total = heard.dropped + heard.lost + heard.lost_on_break
+        if total == self._told or self._clock() - self._told_at < rest_sec:
+            return
+        print_err(
+            f"{total - self._told} message(s) of {heard.topic_name} lost: too fast, or lost on the way; "
+            f"{total} in all"
+        )
+        self._told, self._told_at = total, self._clock()
+
+
+class Listener:
+    """What a command hears. Leaving it tells on stderr what was lost, and what was left out.
+
+    Args:
+        node: The command's.
+        timeout_sec: How long nothing may come; None for ever.
+        tell_losses: Say on stderr how many messages were lost.
+    """
+
+    def __init__(self, node: Node, *, timeout_sec: float | None = None, tell_losses: bool = True) -> None:
+        self._node = node
+        self._timeout_sec = math.inf if timeout_sec is None else timeout_sec
+        self._tell_losses = tell_losses
+        self._loop = asyncio.get_running_loop()
+        self._done: asyncio.Future[None] = self._loop.create_future()
+        self._heard_at = self._loop.time()
+        self._heard: list[_Losses] = []
+        self._left_out: Counter[str] = Counter()
+        """Messages of each topic that could not be read."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Tell the losses that have not been told."""
+        self._tell(0.0)
+        for topic, number in self._left_out.items():
+            if number > 1:
+                print_err(f"{number} messages of {topic} left out in all")
+
+    def subscribe(
+        self,
+        topic: str,
+        take: Callable[[Any, MessageInfo], object],
+        qos: QoSProfile,
+        *,
+        msg_type: type[Message] | None = None,
+        raw: bool = False,
+    ) -> None:
+        """Give `take` each message of a topic: as bytes without a type, or with `raw`.
+
+        InvalidMessageError from it leaves the message out, which stderr says once; what else it raises ends
+        the waiting.
+        """
+
+        def heard(message: Any, info: MessageInfo) -> Coroutine[Any, Any, None] | None:
+            if self._done.done():
+                return None
+            self._heard_at = self._loop.time()
+            try:
+                take(message, info)
+            except InvalidMessageError as error:
+                if not self._left_out[topic]:
+                    print_err(f"A message of {topic} is left out: {error}")
+                self._left_out[topic] += 1
+            except Exception as error:  # noqa: BLE001 - raised again where the command waits
+                self._done.set_exception(error)
+            slow = self._loop.time() - self._heard_at > TURN_SEC
+            return asyncio.sleep(0) if slow else None
+
+        events = SubscriptionEventCallbacks(message_lost=lambda _: self._tell(NOTE_EVERY_SEC))
+        subscription = self._node.create_subscription(
+            msg_type, topic, heard, qos, raw=raw or msg_type is None, event_callbacks=events
+        )
+        self._heard.append(_Losses(subscription, self._loop.time))
+
+    def _tell(self, rest_sec: float) -> None:
+        for losses in self._heard if self._tell_losses else []:
+            losses.tell(rest_sec)
+
+    def enough(self) -> None:
+        """Hear nothing more."""
+        if not self._done.done():
+            self._done.set_result(None)
+
+    async def wait(self) -> None:
+        """Wait until it is enough.
+
+        Raises:
+            CommandError: Nothing has come for too long.
+        """
+        async for _ in self.ticks(math.inf):
+            pass
+
+    async def ticks(self, period_sec: float) -> AsyncIterator[None]:
+        """Yield once in a period, without drift, until it is enough.
+
+        Raises:
+            CommandError: Nothing has come for too long.
+        """
+        due = self._loop.time() + period_sec
+        while True:
+            end = self._heard_at + self._timeout_sec
+            wake = min(due, end)
+            left = None if wake == math.inf else max(0.0, wake - self._loop.time())
+            await asyncio.wait({self._done}, timeout=left)
+            if self._done.done():
+                self._done.result()
+                return
+            now = self._loop.time()
+            if now >= self._heard_at + self._timeout_sec:
+                names = ", ".join(each.subscription.topic_name for each in self._heard)
+                raise CommandError(f"No message on {names} within {self._timeout_sec:g} s", TIMEOUT)
+            if now >= due:
+                due = max(due + period_sec, now)
+                yield
+
+
+def warn_unpublished(snapshot: GraphSnapshot, topic: str) -> None:
+    """Say on stderr that nobody publishes a topic yet, and what else may be meant."""
+    if not snapshot.count(EntryKind.PUBLISHER, topic):
+        known = dict(snapshot.names_and_types(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION))
+        known.pop(topic, None)
+        print_err(f"WARNING: topic [{topic}] does not appear to be published yet{did_you_mean(topic, known)}")

@@ -1,0 +1,255 @@
+"""`callboard launch` as far as it starts nothing: what it says of a file, and of mistakes."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from typing import TYPE_CHECKING, NoReturn
+
+import pytest
+
+from actors.cli.main import main
+from actors.launch.errors import LaunchError
+from actors.launch.steps import STOP_TIMEOUT_SEC
+from tests.actors.site_packages import Site
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FILE = """
+    from actors.launch import DeclareLaunchArgument, ExecuteProcess, GroupAction, LaunchConfiguration
+    from actors.launch import LaunchDescription, LogInfo, Shutdown, TimerAction
+
+    def generate_launch_description():
+        return LaunchDescription([
+            DeclareLaunchArgument("speed", default_value="1.5", description="how fast, in m/s"),
+            DeclareLaunchArgument("robot", choices=["a", "b"]),
+            GroupAction([
+                ExecuteProcess(
+                    cmd=["echo", "x y", LaunchConfiguration("speed")], additional_env={"ROBOT": "r2"}
+                ),
+            ]),
+            LogInfo(msg="hello"),
+            TimerAction(period=2, actions=[Shutdown(reason="enough")]),
+        ])
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> str:
+    """A launch file."""
+    path = tmp_path / "a.launch.py"
+    path.write_text(textwrap.dedent(FILE))
+    return str(path)
+
+
+def test_arguments_are_shown(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each with its default, its choices and what it is for, also if a required one is missing."""
+    assert main(["launch", file, "--show-args"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "Arguments, as name:=value:",
+        "  speed (default: 1.5)",
+        "      how fast, in m/s",
+        "  robot (required; one of: a, b)",
+    ]
+
+
+@pytest.mark.parametrize(("options", "expected"), [((), STOP_TIMEOUT_SEC), (("--stop-timeout", "7"), 7.0)])
+def test_the_time_for_stopping_is_the_launchs_own_unless_given(
+    file: str, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...], expected: float
+) -> None:
+    """The option's default stands in its help only, and is the constant."""
+    made: list[float] = []
+
+    def launch(*args: object, stop_timeout_sec: float, **given: object) -> NoReturn:
+        made.append(stop_timeout_sec)
+        raise LaunchError("enough")
+
+    monkeypatch.setattr("actors.cli.commands.launch.execution.Launch", launch)
+    assert main(["launch", file, *options]) == 1
+    assert made == [expected]
+
+
+def test_the_help_says_how_long_stopping_may_take(capsys: pytest.CaptureFixture[str]) -> None:
+    """It does so without reading the constant, which would take time."""
+    assert main(["launch", "--help"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"what a process gets after SIGINT, and again after SIGTERM; default: {STOP_TIMEOUT_SEC:g}" in said
+
+
+def test_arguments_of_included_files_are_shown_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each line of what they are for is indented, and a default is shown as it would be given."""
+    (tmp_path / "inner.launch.yaml").write_text("launch: [{arg: {name: inner, default: $(var outer)}}]")
+    path = tmp_path / "a.launch.py"
+    source = """
+        from actors.launch import DeclareLaunchArgument as Arg, IncludeLaunchDescription as Include
+        from actors.launch import LaunchConfiguration, LaunchDescription, TextSubstitution
+
+        def generate_launch_description():
+            return LaunchDescription([
+                Arg("outer", default_value=TextSubstitution(text="20"), description="one\\ntwo"),
+                Arg("empty", default_value=""),
+                Include(["inner", LaunchConfiguration("what", default=".launch.yaml")]),
+            ])
+    """
+    path.write_text(textwrap.dedent(source))
+    assert main(["launch", str(path), "-s"]) == 0
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        "  outer (default: 20)",
+        "      one",
+        "      two",
+        "  empty (default: '')",
+        "  inner (default: LaunchConfiguration('outer'))",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("line", "error"),
+    [
+        ((), "the following arguments are required: FILE"),
+        (("f.py", "--typo", "need:=1"), "unrecognized arguments: --typo"),
+    ],
+)
+def test_only_what_is_wrong_is_said_of_a_command_line(
+    capsys: pytest.CaptureFixture[str], line: tuple[str, ...], error: str
+) -> None:
+    """Neither arguments that need not be there, nor those behind an option that nobody knows."""
+    assert main(["launch", *line]) == 2
+    assert capsys.readouterr().err == f"callboard launch: {error}; see callboard launch --help\n"
+
+
+def test_a_file_without_arguments_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Rather than nothing."""
+    path = tmp_path / "a.py"
+    path.write_text("import actors.launch\ngenerate_launch_description = actors.launch.LaunchDescription")
+    assert main(["launch", str(path), "-s"]) == 0
+    assert capsys.readouterr().out == "The file has no arguments.\n"
+
+
+def test_the_description_is_printed(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """An action a line, with what differs from its defaults; what it contains stands below it."""
+    assert main(["launch", file, "-p"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("DeclareLaunchArgument(name='speed', default_value='1.5'")
+    assert lines[2] == "GroupAction()"
+    assert lines[3].startswith(
+        "    ExecuteProcess(additional_env={'ROBOT': 'r2'}, cmd=['echo', 'x y', Launch"
+    )
+    assert lines[-1] == "    Shutdown(reason='enough')"
+
+
+def test_a_dry_run_prints_what_it_would_do(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Commands as they would be typed, and what comes later."""
+    assert main(["launch", file, "robot:=a", "speed:=2", "--dry-run"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "[echo-1] ROBOT=r2 echo 'x y' 2",
+        "say: hello",
+        "after 2 s: end: enough",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "error"),
+    [
+        ((), 1, "{file}: Launch argument 'robot' is required: give robot:=…"),
+        (("robot:=c",), 1, "{file}: Launch argument 'robot' must be one of a, b, not 'c'"),
+        (("robot:=a", "sped:=1"), 2, "No launch argument 'sped'; did you mean 'speed'?"),
+        (("robot:=a", "zzz:=1"), 2, "No launch argument 'zzz'; see --show-args"),
+        (("robot",), 2, "Malformed launch argument 'robot': expected name:=value"),
+        ((":=a",), 2, "Malformed launch argument ':=a': expected name:=value"),
+    ],
+)
+def test_wrong_arguments_are_one_line(
+    file: str, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], code: int, error: str
+) -> None:
+    """Which says what would be right."""
+    assert main(["launch", file, *arguments]) == code
+    assert capsys.readouterr() == ("", f"{error.format(file=file)}\n")
+
+
+@pytest.mark.parametrize(
+    ("source", "error"),
+    [
+        (None, "No launch file '{file}': No such file or directory"),
+        ("x = 1", "{file} has no function generate_launch_description()"),
+        ("def generate_launch_description(): return [1]", "must return a LaunchDescription, not [1]"),
+        (
+            "def generate_launch_description():\n  return 1 / 0",
+            "{file}, line 2: ZeroDivisionError: division by",
+        ),
+        ("\ndef f(:", "{file}, line 2: SyntaxError: invalid syntax"),
+        ("import nothing_like_it", "{file}, line 1: ModuleNotFoundError: No module named 'nothing_like_it'"),
+        ("import sys\n\nsys.exit(3)", "{file}, line 3: SystemExit: 3"),
+        (
+            "from actors.launch.substitutions import Command",
+            "); all names of launch files are in actors.launch",
+        ),
+        (
+            "from launch import LaunchDescription",
+            "{file}, line 1: ModuleNotFoundError: No module named 'launch'; here it is: from",
+        ),
+        (
+            "from actors.launch import LaunchDescription\n\nLaunchDescription([1])",
+            "{file}, line 3: A launch description has actions in it, such as Node(…), not 1",
+        ),
+    ],
+)
+def test_a_wrong_file_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], source: str | None, error: str
+) -> None:
+    """Which says where in the file."""
+    path = tmp_path / "wrong.py"
+    if source is not None:
+        path.write_text(source)
+    assert main(["launch", str(path)]) == 1
+    out, text = capsys.readouterr()
+    assert out == ""
+    assert error.format(file=path) in text
+    assert text.count("\n") == 1
+
+
+def test_a_launch_file_of_a_package_is_found(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In its launch folder; a name that is nearly right is answered with the right one."""
+    site = Site(tmp_path / "environment")
+    site.install("launchable_robot")
+    folder = site.path / "launchable_robot" / "launch"
+    folder.mkdir(parents=True)
+    (folder.parent / "__init__.py").touch()
+    (folder / "all.launch.py").write_text(textwrap.dedent(FILE))
+    monkeypatch.syspath_prepend(site.path)
+    assert main(["launch", "launchable_robot", "all.launch.py", "robot:=a", "-n"]) == 0
+    assert "echo 'x y' 1.5" in capsys.readouterr().out
+    assert main(["launch", "launchable_robot", "al.launch.py"]) == 1
+    assert capsys.readouterr().err == (
+        "No launch file 'al.launch.py' in package 'launchable_robot'; did you mean 'all.launch.py'?\n"
+    )
+    (folder / "less.launch.yaml").write_text("launch: [{log: {message: less}}]")
+    (folder / "notes.txt").touch()
+    assert main(["launch", "launchable_robot", "less.launch.yaml", "-n"]) == 0
+    assert capsys.readouterr().out == "say: less\n"
+    assert main(["launch", "launchable_robot", "x"]) == 1
+    assert capsys.readouterr().err.endswith("; there is: all.launch.py, less.launch.yaml\n")
+    assert main(["launch", "launchable_robot"]) == 1
+    assert "for a package write: callboard launch PACKAGE FILE" in capsys.readouterr().err
+    assert main(["launch", "no_such_package", "x.py"]) == 1
+    assert capsys.readouterr().err == "No launch file and no installed package 'no_such_package'\n"
+
+
+def test_the_schema_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Without a file."""
+    assert main(["launch", "--schema"]) == 0
+    assert json.loads(capsys.readouterr().out)["required"] == ["launch"]
+
+
+def test_another_machines_broker_is_not_made_here(
+    file: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A launch whose broker is elsewhere and does not answer says so and starts nothing."""
+    assert main(["launch", file, "robot:=a", "--url", "callboard://broker.invalid:7411"]) == 3
+    out, text = capfd.readouterr()
+    assert out == ""
+    assert text.startswith("No broker at callboard://broker.invalid:7411. Start one there with: ")

@@ -1,0 +1,67 @@
+"""`callboard doctor` prints what was looked at, and its exit code says whether anything is wrong."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from actors.cli.commands.doctor import _verdict
+from actors.cli.main import main
+from actors.tools.check import Check
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pytest
+
+    from tests.actors.cli.conftest import Desk
+
+
+async def test_all_is_well_with_a_broker(desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each finding is one line; 0."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    ended = await desk.callboard("doctor")
+    assert ended.code == 0
+    assert ended.err == ""
+    assert f"ok    broker        {desk.url} answers in " in ended.out
+
+
+async def test_json_has_the_same(desk: Desk) -> None:
+    """A list of checks."""
+    ended = await desk.callboard("doctor", "--json")
+    assert {tuple(check) for check in ended.json} == {("name", "status", "finding", "remedy")}
+    assert "broker" in {check["name"] for check in ended.json}
+
+
+def test_what_is_wrong_is_followed_by_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
+    """Then the code is 1."""
+    assert main(["doctor", "--url", "callboard+unix:///nowhere"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    at = lines.index("fail  broker        No broker at callboard+unix:///nowhere (--url)")
+    assert lines[at + 1] == "                    Start one with: callboard broker --unix /nowhere"
+    assert lines[-1].startswith("1 problem")
+
+
+def test_long_findings_are_wrapped_to_the_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is cut off; what follows stands below the finding. Pipes get whole lines: see above."""
+    url = "callboard+unix:///nowhere,callboard+unix:///nobody"
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    assert main(["doctor", "--url", url]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    at = lines.index("fail  broker        No broker at callboard+unix:///nowhere,")
+    assert lines[at + 1] == "                    callboard+unix:///nobody (--url)"
+    assert all(len(line) <= 60 for line in lines[at:])
+    assert all(line.startswith(" " * 20) for line in lines[at + 1 : -2])
+
+
+def test_the_verdict_counts() -> None:
+    """Problems and warnings; neither is well."""
+    fine, odd, bad = Check("a", "ok", ""), Check("a", "warn", ""), Check("a", "fail", "")
+    assert _verdict([fine]) == "All is well."
+    assert _verdict([fine, odd]) == "Nothing is wrong; 1 warning."
+    assert _verdict([bad]) == "1 problem."
+    assert _verdict([bad, bad, odd]) == "2 problems, 1 warning."

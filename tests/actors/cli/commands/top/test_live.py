@@ -1,0 +1,49 @@
+"""The node that looks lives on a loop of its own."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import threading
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.cli.commands.top.live import Lookout
+from actors.errors import BrokerUnreachable
+from actors.interfaces.std_msgs.msg import String
+
+if TYPE_CHECKING:
+    from tests.actors.cli.conftest import Desk
+
+
+def options(url: str) -> argparse.Namespace:
+    """Return a command line's options."""
+    return argparse.Namespace(url=url, domain=None, context=None, own_process=False)
+
+
+async def test_a_lookout_sees_and_hears_from_another_thread(desk: Desk) -> None:
+    """And leaves the graph when it is left; its thread has ended then."""
+    async with desk.node("talker") as talker:
+        publisher = talker.create_publisher(String, "chatter", 10)
+        await talker.get_graph()
+        async with Lookout(options(desk.url)) as source:
+            assert source.place == desk.url
+            look = await source.look()
+            assert look.snapshot.nodes() == ["/talker"]
+            ear = await source.listen("/chatter", look.snapshot)
+            await desk.matched(publisher)
+            publisher.publish(String(data="hello"))
+            async with asyncio.timeout(20):
+                while not (heard := await ear.take()).messages:
+                    pass
+            assert heard.messages[0].text == "data: hello"
+        assert (await talker.get_graph()).nodes() == ["/talker"]
+    assert "lookout" not in {thread.name for thread in threading.enumerate()}
+
+
+async def test_no_broker_is_an_error_at_once() -> None:
+    """Raised where it is waited for, with what starts one."""
+    with pytest.raises(BrokerUnreachable, match="Start one"):
+        async with Lookout(options("callboard://127.0.0.1:1")):
+            pass

@@ -1,0 +1,126 @@
+"""What the live view gets from a real broker."""
+
+from __future__ import annotations
+
+import array
+from typing import TYPE_CHECKING
+
+import msgpack
+import pytest
+
+from actors.cli.commands.top.source import SHOWN_AT_ONCE, SHOWN_LENGTH, SHOWN_LINES, NodeSource, shown
+from actors.errors import BrokerUnreachable
+from actors.interfaces.codec import codec_for, decode_untyped
+from actors.interfaces.std_msgs.msg import String
+from tests.actors.meeting import latched, until
+
+if TYPE_CHECKING:
+    from actors.cli.commands.top.source import Ear, Heard, HeardMessage
+    from tests.actors.meeting import Meeting
+
+
+async def hear(ear: Ear, count: int) -> tuple[list[HeardMessage], Heard]:
+    """Take until so many messages have come, shown or not."""
+    messages: list[HeardMessage] = []
+    known = 0
+
+    async def enough() -> Heard:
+        nonlocal known
+        while True:
+            heard = await ear.take()
+            messages.extend(heard.messages)
+            known += len(heard.messages) + heard.besides
+            if known >= count:
+                assert known == count
+                return heard
+
+    return messages, await enough()
+
+
+async def test_a_look_is_of_the_others(meeting: Meeting) -> None:
+    """The node that looks is not in it, and what it hears is not either."""
+    talker, looker = await meeting.node("talker"), await meeting.node("_looker")
+    talker.create_publisher(String, "chatter", 10)
+    source = NodeSource(looker, "here")
+    ear = await source.listen("/chatter", await looker.get_graph())
+    look = await source.look()
+    assert look.snapshot.nodes() == ["/talker"]
+    assert {entry.node for entry in look.snapshot.entries.values()} == {"/talker"}
+    assert look.report.totals.connections == 2
+    await ear.close()
+
+
+async def test_messages_are_heard_with_where_they_are_from(meeting: Meeting) -> None:
+    """Their text, their publisher's node and how long they took; after the end none."""
+    talker, looker = await meeting.node("talker"), await meeting.node("_looker")
+    publisher = talker.create_publisher(String, "chatter", 10)
+    ear = await NodeSource(looker, "here").listen("/chatter", await talker.get_graph())
+    await until(lambda: publisher.get_subscription_count() == 1)
+    assert await ear.take() == ([], 0, 0, None, None)
+    publisher.publish(String(data="hello"))
+    (message,), heard = await hear(ear, 1)
+    assert (message.node, message.text, heard.measured) == ("/talker", "data: hello", 1)
+    assert heard.half_s == heard.most_s == message.delay_s
+    await ear.close()
+    await until(lambda: publisher.get_subscription_count() == 0)
+
+
+async def test_only_the_newest_are_read(meeting: Meeting) -> None:
+    """Whatever comes on top of what one can read is counted."""
+    talker, looker = await meeting.node("talker"), await meeting.node("_looker")
+    publisher = talker.create_publisher(String, "chatter", 1000)
+    ear = await NodeSource(looker, "here").listen("/chatter", await talker.get_graph())
+    await until(lambda: publisher.get_subscription_count() == 1)
+    for number in range(50):
+        publisher.publish(String(data=str(number)))
+    await looker.get_graph()  # what was sent before the answer has come, too
+    messages, heard = await hear(ear, 50)
+    assert messages[-1].text == "data: '49'"
+    assert heard.besides == 50 - SHOWN_AT_ONCE
+    assert heard.measured == 50
+
+
+async def test_a_latched_message_has_no_delay(meeting: Meeting) -> None:
+    """It is as old as it is, which says nothing of the way."""
+    talker, looker = await meeting.node("talker"), await meeting.node("_looker")
+    talker.create_publisher(String, "map", latched(1)).publish(String(data="old"))
+    ear = await NodeSource(looker, "here").listen("/map", await talker.get_graph())
+    (message,), heard = await hear(ear, 1)
+    assert (message.text, heard.measured, heard.half_s) == ("data: old", 0, None)
+
+
+async def test_a_lost_broker_is_told_at_once(meeting: Meeting) -> None:
+    """Without waiting for the node, which comes back by itself."""
+    looker = await meeting.node("_looker")
+    source = NodeSource(looker, "callboard://here:1")
+    await source.look()
+    await meeting.stop_broker()
+    await until(lambda: not looker.connected)
+    with pytest.raises(BrokerUnreachable, match="No broker at callboard://here:1"):
+        await source.look()
+
+
+def test_long_messages_are_cut() -> None:
+    """In length and in lines; a screen cannot be steered."""
+    text = shown(codec_for(String).encode(String(data="x" * 500)), decode_untyped)
+    assert text == f"data: {'x' * SHOWN_LENGTH}..."
+    lines = shown(
+        msgpack.packb({f"field_{number}": number for number in range(100)}), decode_untyped
+    ).splitlines()
+    assert len(lines) == SHOWN_LINES + 1
+    assert lines[-1] == f"... {100 - SHOWN_LINES} more lines"
+    assert "\x1b" not in shown(codec_for(String).encode(String(data="\x1b[2J")), decode_untyped)
+
+
+def test_long_arrays_are_described() -> None:
+    """Short ones are shown."""
+    for size, lines in ((2, ["width: 2", "data:", "- 1", "- 1"]), (100, ["width: 100"])):
+        text = shown(msgpack.packb({"width": size, "data": [1] * size}), decode_untyped)
+        assert text.splitlines()[: len(lines)] == lines
+    assert "length: 100" in text
+
+
+def test_what_is_no_message_is_said() -> None:
+    """The screen shows why."""
+    assert "Not a message" in shown(array.array("B", [0xC1]).tobytes(), decode_untyped)
+    assert "Not a message" in shown(b"\x81\xa4data" + b"\x91" * 300 + b"\xc0", decode_untyped)
