@@ -30,7 +30,6 @@ from typing import TYPE_CHECKING, Final
 from actors.interfaces.catalog import standard_packages
 from actors.tools.licenses import license_text, spdx
 from actors.tools.maintainer import EMAIL
-from actors.tools.requirement import is_requirement
 from proto.errors import CallboardError, shown
 
 if TYPE_CHECKING:
@@ -40,6 +39,7 @@ NO_LICENSE: Final = "TODO: License declaration"
 NO_DESCRIPTION: Final = "TODO: Package description"
 VERSION: Final = "0.0.0"
 MAX_NAME_LENGTH: Final = 100
+MAX_DEPENDENCY_LENGTH: Final = 1000
 
 _NAME: Final = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
 _TAKEN: Final = (
@@ -48,6 +48,7 @@ _TAKEN: Final = (
     "callboard",
     "msgpack",
     "msgspec",
+    "packaging",
     "proto",
     "test",
     "tests",
@@ -107,8 +108,7 @@ class NewPackage:
                 f"Invalid email address '{self.maintainer_email}': write one such as me@example.org"
             )
         for each in self.dependencies:
-            if not is_requirement(each):
-                raise InvalidPackageError(f"Invalid dependency '{shown(each)}': write one such as numpy>=2")
+            _check_dependency(each)
 
     def license_text(self) -> str | None:
         """Return the text of its licence; None if that is not known here."""
@@ -227,6 +227,17 @@ def _check_node_name(name: str) -> None:
             f"Aborted since nodes can't be named '{name}': their programs would replace another one. "
             "Please choose a different node name."
         )
+
+
+def _check_dependency(text: str) -> None:
+    from packaging.requirements import InvalidRequirement, Requirement  # noqa: PLC0415 - seldom needed
+
+    try:
+        if len(text) > MAX_DEPENDENCY_LENGTH or not text.isprintable():
+            raise InvalidRequirement
+        Requirement(text)
+    except InvalidRequirement:
+        raise InvalidPackageError(f"Invalid dependency '{shown(text)}': write one such as numpy>=2") from None
 
 
 def _check_name(kind: str, name: str) -> None:

@@ -170,6 +170,7 @@ def test_nodes_whose_program_would_replace_another(name: str) -> None:
         ("dependencies", ("--index-url",)),
         ("dependencies", ("x; rm",)),
         ("dependencies", ("numpy\n",)),
+        ("dependencies", ("x" * 1001,)),
     ],
 )
 def test_texts_that_cannot_be(field: str, value: Any) -> None:
