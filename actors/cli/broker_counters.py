@@ -31,7 +31,7 @@ LOOK_EVERY_SEC: Final = 0.02
 LOOK_SHARE: Final = 0.03
 
 
-class Watched:
+class WatchedTopic:
     """A topic that is watched.
 
     Attributes:
@@ -59,7 +59,9 @@ class Watched:
             self.new += messages - before if messages >= before else messages
 
 
-def watch(options: argparse.Namespace, default_window: int, show: Callable[[list[Watched]], bool]) -> int:
+def watch(
+    options: argparse.Namespace, default_window: int, show: Callable[[list[WatchedTopic]], bool]
+) -> int:
     """Call `show` once a second; it returns whether there was anything to show. Return the exit code.
 
     Raises:
@@ -68,7 +70,7 @@ def watch(options: argparse.Namespace, default_window: int, show: Callable[[list
     """
     window, least_sec = (options.window, 0.0) if options.window else (default_window, LEAST_SEC)
     names = dict.fromkeys(map(TOPIC.full_name, options.topics))
-    watched = [Watched(name, window, least_sec=least_sec) for name in names]
+    watched = [WatchedTopic(name, window, least_sec=least_sec) for name in names]
     with inspector(options) as look:
         _warn_unpublished(look.report(), watched)
         silent_sec = 0.0
@@ -109,7 +111,7 @@ class Looks:
 
 def ticks(
     look: Callable[[], BrokerReport | None],
-    watched: list[Watched],
+    watched: list[WatchedTopic],
     *,
     clock: Callable[[], float] = time.monotonic,
     pause: Callable[[float], None] = time.sleep,
@@ -132,7 +134,7 @@ def ticks(
         pause(min(rest_sec, PRINT_EVERY_SEC))
 
 
-def _warn_unpublished(report: BrokerReport, watched: list[Watched]) -> None:
+def _warn_unpublished(report: BrokerReport, watched: list[WatchedTopic]) -> None:
     for each in watched:
         found = report.topics.get(each.topic)
         if found is None or not found.publishers:

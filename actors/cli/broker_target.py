@@ -54,11 +54,11 @@ def set_environment(options: argparse.Namespace) -> None:
     """
     if options.url is None and options.domain is None and options.context is None:
         return
-    place = target_of(options)
+    target = target_of(options)
     if options.url is not None or options.context is not None:
-        os.environ["CALLBOARD_URL"] = place.url
+        os.environ["CALLBOARD_URL"] = target.url
     if options.domain is not None or options.context is not None:
-        os.environ["CALLBOARD_DOMAIN"] = str(place.domain)
+        os.environ["CALLBOARD_DOMAIN"] = str(target.domain)
 
 
 @contextmanager
@@ -71,15 +71,15 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
     """
     from actors.graph.inspector import Inspector  # noqa: PLC0415 - `--help` needs none
 
-    place = target_of(options)
+    target = target_of(options)
     raise_at_once()
-    look = Inspector(place.url, domain=place.domain, timeout_sec=CONNECT_TIMEOUT_SEC)
+    look = Inspector(target.url, domain=target.domain, timeout_sec=CONNECT_TIMEOUT_SEC)
     try:
         look.connect()
     except BrokerUnreachable:
         if look.listening is not None:
             raise
-        raise BrokerUnreachable(missing_broker(place, look.error)) from None
+        raise BrokerUnreachable(missing_broker(target, look.error)) from None
     try:
         with look:
             yield look
@@ -87,11 +87,11 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
         raise BrokerUnreachable(f"{error}. {start_hint(look.url)}") from None
 
 
-def why_unreachable(place: Place) -> CallboardError:
+def why_unreachable(target: Place) -> CallboardError:
     """Return the error that says why a node has found no broker: there is nothing, or something else."""
     from actors.graph.inspector import Inspector  # noqa: PLC0415 - only in trouble
 
-    look = Inspector(place.url, domain=place.domain, timeout_sec=SECOND_LOOK_SEC)
+    look = Inspector(target.url, domain=target.domain, timeout_sec=SECOND_LOOK_SEC)
     try:
         look.connect()
     except ProtocolError as error:
@@ -100,10 +100,10 @@ def why_unreachable(place: Place) -> CallboardError:
         if look.listening is not None:
             return error
     look.close()
-    return BrokerUnreachable(missing_broker(place, look.error))
+    return BrokerUnreachable(missing_broker(target, look.error))
 
 
-def missing_broker(place: Place, error: OSError | None = None) -> str:
+def missing_broker(target: Place, error: OSError | None = None) -> str:
     """Say in one line that there is no broker, and what starts one; `error` is of the attempt to connect."""
-    source = "" if place.url_from in {"--url", DEFAULT} else f" ({place.url_from})"
-    return f"No broker at {', '.join(map(str, place.urls))}{source}. {start_hint(place.urls[0], error)}"
+    source = "" if target.url_from in {"--url", DEFAULT} else f" ({target.url_from})"
+    return f"No broker at {', '.join(map(str, target.urls))}{source}. {start_hint(target.urls[0], error)}"

@@ -200,13 +200,13 @@ class _Line:
         from actors.config.contexts import find_place  # noqa: PLC0415
         from actors.graph.inspector import Inspector  # noqa: PLC0415 - most words need no broker
 
-        domain = self._said("domain")
+        domain = self._value_of("domain")
         number = int(domain) if domain and domain.isdecimal() else None
-        place = find_place(self._said("url"), number, self._said("context"))
-        with Inspector(place.url, domain=place.domain, timeout_sec=BROKER_TIMEOUT_SEC) as look:
+        target = find_place(self._value_of("url"), number, self._value_of("context"))
+        with Inspector(target.url, domain=target.domain, timeout_sec=BROKER_TIMEOUT_SEC) as look:
             return look.graph()
 
-    def _said(self, option: str) -> str | None:
+    def _value_of(self, option: str) -> str | None:
         return next(iter(self.values.get(option, ())), None)
 
     def names(self, *kinds: EntryKind) -> Iterator[Offer]:
@@ -239,7 +239,7 @@ class _Line:
     def _declared_types(self) -> list[str]:
         """Return the types that the topic or service on the line has now."""
         for dest, kinds in (("topic", TOPIC_KINDS), ("service", SERVICE_KINDS)):
-            name = self._said(dest)
+            name = self._value_of(dest)
             if name is not None:
                 try:
                     declared = dict(self.snapshot().names_and_types(*kinds))

@@ -48,7 +48,7 @@ def echo(options: Options, source_of: Callable[[Node, GraphSnapshot], Source]) -
             topic, decode, msg_type = source_of(node, snapshot)
             qos = profile(options, profile_of(snapshot, topic, depth=DEPTH))
             with Listener(
-                node, timeout_sec=options.timeout, tell_losses=not options.no_lost_messages
+                node, timeout_sec=options.timeout, report_losses=not options.no_lost_messages
             ) as listener:
 
                 def show(message: Any, info: MessageInfo) -> None:

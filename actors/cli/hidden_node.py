@@ -1,4 +1,4 @@
-"""A command's place in the graph: a hidden node that gives up soon if there is no broker."""
+"""The node of a command: hidden, and given up soon if there is no broker."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -
     """
     if options.own_process:
         _set_up_log()
-    place = target_of(options)
+    target = target_of(options)
     # A process id alone is not unique: in a container it is 1.
     hidden = f"_callboard_cli_{os.getpid()}_{secrets.token_hex(3)}"
     node = Node(
         hidden if name is None else name,
-        url=place.url,
-        domain=place.domain,
+        url=target.url,
+        domain=target.domain,
         use_global_arguments=False,
         connect_timeout_sec=CONNECT_TIMEOUT_SEC,
         stop_timeout_sec=STOP_TIMEOUT_SEC,
@@ -59,7 +59,7 @@ async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -
         async with asyncio.timeout(CONNECT_TIMEOUT_SEC):
             await node.__aenter__()
     except (BrokerUnreachable, TimeoutError):
-        raise await asyncio.to_thread(why_unreachable, place) from None
+        raise await asyncio.to_thread(why_unreachable, target) from None
     log.set_level(LoggingSeverity.UNSET)
     async with _leaving(node):
         yield node

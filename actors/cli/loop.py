@@ -6,7 +6,13 @@ import asyncio
 import threading
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from actors.cli.interrupts import STOP_SIGNALS, Interrupted, note_signals, noted, raise_if_noted
+from actors.cli.interrupts import (
+    STOP_SIGNALS,
+    Interrupted,
+    raise_if_signalled,
+    record_signals,
+    recorded_signal,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -46,12 +52,12 @@ def run_async(
 
         if threading.current_thread() is threading.main_thread():
             _listen(asyncio.get_running_loop(), stop)
-            earlier = noted()
+            earlier = recorded_signal()
             if earlier is not None:
                 stop(earlier)
         return await main()
 
-    raise_if_noted()
+    raise_if_signalled()
     try:
         with asyncio.Runner(loop_factory=loop_factory) as runner:
             try:
@@ -67,7 +73,7 @@ def run_async(
             raise
         raise Interrupted(received[0]) from None
     finally:
-        note_signals()  # the loop has put the system's own handlers in place
+        record_signals()  # the loop has put the system's own handlers in place
 
 
 def exit_asked_for() -> int | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from actors.cli.interrupts import Interrupted, ignore_signals, note_signals, put_back
+from actors.cli.interrupts import Interrupted, ignore_signals, record_signals, restore_handlers
 from actors.cli.table import VERBS, Group, Verb, load
 
 # Everything else is imported when signals are taken care of.
@@ -35,20 +35,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     if arguments[:1] == ["help"] and len(arguments) > 1:
         arguments = [*arguments[1:], "--help"]
     verb, words = _find(arguments)
-    before = note_signals()
+    before = record_signals()
     try:
         return _guarded(verb, arguments, words, own_process=own_process)
     except KeyboardInterrupt as stop:
         number = stop.number if isinstance(stop, Interrupted) else 2
         return 0 if verb is not None and verb.stays else 128 + number
     except ImportError as error:
-        return _complain_of_clash(error)
+        return _report_clash(error)
     finally:
         if own_process:
             ignore_signals()
-            _let_go_of_pipes()
+            _discard_output()
         else:
-            put_back(before)
+            restore_handlers(before)
 
 
 def _find(arguments: list[str]) -> tuple[Verb | None, int]:
@@ -75,10 +75,10 @@ def _guarded(verb: Verb | None, arguments: list[str], words: int, *, own_process
     except BrokenPipeError:
         return errors.BROKEN_PIPE
     except CallboardError as error:
-        return _complain(str(error), errors.exit_code(error))
+        return _report(str(error), errors.exit_code(error))
     except OSError as error:
         name = " ".join(["callboard", *arguments[: words if verb else 0]])
-        return _complain(f"{name}: {_spoken(error)}", errors.FAILURE)
+        return _report(f"{name}: {_system_text(error)}", errors.FAILURE)
 
 
 def _run(verb: Verb, arguments: list[str], words: int, *, own_process: bool) -> int:
@@ -163,7 +163,7 @@ def _listed(verbs: Mapping[str, Verb | Group]) -> str:
     return "\n".join(f"  {name:<{width}} {verb.summary}" for name, verb in verbs.items())
 
 
-def _complain_of_clash(error: ImportError) -> int:
+def _report_clash(error: ImportError) -> int:
     """Another package called `proto` may go before callboard's: nothing of callboard's works then."""
     from pathlib import Path
 
@@ -179,7 +179,7 @@ def _complain_of_clash(error: ImportError) -> int:
     return 1
 
 
-def _complain(text: str, code: int) -> int:
+def _report(text: str, code: int) -> int:
     from contextlib import suppress
 
     from actors.cli.output import print_err
@@ -189,7 +189,7 @@ def _complain(text: str, code: int) -> int:
     return code
 
 
-def _spoken(error: OSError) -> str:
+def _system_text(error: OSError) -> str:
     """Return what the system says, without its number, and of which file it says so."""
     import os
 
@@ -211,7 +211,7 @@ def _set_up_streams() -> None:
             reconfigure(line_buffering=True, errors="backslashreplace")
 
 
-def _let_go_of_pipes() -> None:
+def _discard_output() -> None:
     """Whatever is left for a stream that nobody reads must not raise when the interpreter ends."""
     try:
         sys.stdout.flush()

@@ -51,8 +51,8 @@ class MessagePrinter:
     def show(self, message: Any, info: MessageInfo, decode: Callable[[bytes], Any]) -> bool:
         """Print a message, or pass it over; return whether it was printed.
 
-        What is no message is told on stderr and passed over. So is a message that does not fit the field or
-        the filter, once another one has: it is the message's fault then, not the option's.
+        Bytes that are no message are reported on stderr and passed over. So is a message that does not fit
+        the field or the filter, once another one has: it is the message's fault then, not the option's.
 
         Args:
             message: An instance of its class, a dict of its fields, or its bytes.
@@ -78,17 +78,17 @@ class MessagePrinter:
 
     def _print(self, message: Any, info: MessageInfo, decode: Callable[[bytes], Any]) -> bool:
         options = self._options
-        told = _told(info) if options.include_message_info else None
+        info_fields = _info_fields(info) if options.include_message_info else None
         if options.raw and self._chosen is None:
-            self._show_raw(message, told)
+            self._show_raw(message, info_fields)
             return True
         whole = decode(message) if isinstance(message, bytes) else message
         if self._chosen is not None and not self._chosen.passes(whole):
             return False
         if options.raw:
-            self._show_raw(message, told)
+            self._show_raw(message, info_fields)
         else:
-            self._show(whole if options.field is None else _part(whole, options.field), told)
+            self._show(whole if options.field is None else _part(whole, options.field), info_fields)
         return True
 
     def _show(self, value: Any, info: dict[str, Any] | None) -> None:
@@ -123,7 +123,7 @@ class MessagePrinter:
             print_out(f"{message_to_yaml(info)}---")
 
 
-def _told(info: MessageInfo) -> dict[str, Any]:
+def _info_fields(info: MessageInfo) -> dict[str, Any]:
     return {**info._asdict(), "publisher_gid": info.publisher_gid.hex()}
 
 

@@ -34,54 +34,54 @@ TURN_SEC: Final = 0.02
 
 
 class _Losses:
-    """What a subscription has missed, and how much of that has been told."""
+    """What a subscription has missed, and how much of that has been reported."""
 
     def __init__(self, subscription: Subscription[Any], clock: Callable[[], float]) -> None:
         self.subscription = subscription
         self._clock = clock
-        self._told = 0
-        self._told_at = -math.inf
+        self._reported = 0
+        self._reported_at = -math.inf
 
-    def tell(self, rest_sec: float) -> None:
-        """Say what has been missed since the last time, unless that was less than `rest_sec` ago."""
-        heard = self.subscription
-        total = heard.dropped + heard.lost + heard.lost_on_break
-        if total == self._told or self._clock() - self._told_at < rest_sec:
+    def report(self, rest_sec: float) -> None:
+        """Print what was missed since the last report, unless that was less than `rest_sec` ago."""
+        missed = self.subscription
+        total = missed.dropped + missed.lost + missed.lost_on_break
+        if total == self._reported or self._clock() - self._reported_at < rest_sec:
             return
         print_err(
-            f"{total - self._told} message(s) of {heard.topic_name} lost: too fast, or lost on the way; "
+            f"{total - self._reported} message(s) of {missed.topic_name} lost: too fast, or lost on the way; "
             f"{total} in all"
         )
-        self._told, self._told_at = total, self._clock()
+        self._reported, self._reported_at = total, self._clock()
 
 
 class Listener:
-    """What a command hears. Leaving it tells on stderr what was lost, and what was left out.
+    """The subscriptions of a command. On exit it reports on stderr what was lost and what was left out.
 
     Args:
-        node: The command's.
-        timeout_sec: How long nothing may come; None for ever.
-        tell_losses: Say on stderr how many messages were lost.
+        node: The command's node.
+        timeout_sec: Longest time without a message; None for no limit.
+        report_losses: Report lost messages on stderr.
     """
 
-    def __init__(self, node: Node, *, timeout_sec: float | None = None, tell_losses: bool = True) -> None:
+    def __init__(self, node: Node, *, timeout_sec: float | None = None, report_losses: bool = True) -> None:
         self._node = node
         self._timeout_sec = math.inf if timeout_sec is None else timeout_sec
-        self._tell_losses = tell_losses
+        self._report_losses = report_losses
         self._loop = asyncio.get_running_loop()
         self._done: asyncio.Future[None] = self._loop.create_future()
-        self._heard_at = self._loop.time()
-        self._heard: list[_Losses] = []
-        self._left_out: Counter[str] = Counter()
+        self._received_at = self._loop.time()
+        self._subscriptions: list[_Losses] = []
+        self._rejected: Counter[str] = Counter()
         """Messages of each topic that could not be read."""
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Tell the losses that have not been told."""
-        self._tell(0.0)
-        for topic, number in self._left_out.items():
+        """Report the losses that have not been reported."""
+        self._report(0.0)
+        for topic, number in self._rejected.items():
             if number > 1:
                 print_err(f"{number} messages of {topic} left out in all")
 
@@ -100,33 +100,33 @@ class Listener:
         the waiting.
         """
 
-        def heard(message: Any, info: MessageInfo) -> Coroutine[Any, Any, None] | None:
+        def receive(message: Any, info: MessageInfo) -> Coroutine[Any, Any, None] | None:
             if self._done.done():
                 return None
-            self._heard_at = self._loop.time()
+            self._received_at = self._loop.time()
             try:
                 take(message, info)
             except InvalidMessageError as error:
-                if not self._left_out[topic]:
+                if not self._rejected[topic]:
                     print_err(f"A message of {topic} is left out: {error}")
-                self._left_out[topic] += 1
+                self._rejected[topic] += 1
             except Exception as error:  # noqa: BLE001 - raised again where the command waits
                 self._done.set_exception(error)
-            slow = self._loop.time() - self._heard_at > TURN_SEC
+            slow = self._loop.time() - self._received_at > TURN_SEC
             return asyncio.sleep(0) if slow else None
 
-        events = SubscriptionEventCallbacks(message_lost=lambda _: self._tell(NOTE_EVERY_SEC))
+        events = SubscriptionEventCallbacks(message_lost=lambda _: self._report(NOTE_EVERY_SEC))
         subscription = self._node.create_subscription(
-            msg_type, topic, heard, qos, raw=raw or msg_type is None, event_callbacks=events
+            msg_type, topic, receive, qos, raw=raw or msg_type is None, event_callbacks=events
         )
-        self._heard.append(_Losses(subscription, self._loop.time))
+        self._subscriptions.append(_Losses(subscription, self._loop.time))
 
-    def _tell(self, rest_sec: float) -> None:
-        for losses in self._heard if self._tell_losses else []:
-            losses.tell(rest_sec)
+    def _report(self, rest_sec: float) -> None:
+        for losses in self._subscriptions if self._report_losses else []:
+            losses.report(rest_sec)
 
     def enough(self) -> None:
-        """Hear nothing more."""
+        """Stop waiting, and take no more messages."""
         if not self._done.done():
             self._done.set_result(None)
 
@@ -147,7 +147,7 @@ class Listener:
         """
         due = self._loop.time() + period_sec
         while True:
-            end = self._heard_at + self._timeout_sec
+            end = self._received_at + self._timeout_sec
             wake = min(due, end)
             left = None if wake == math.inf else max(0.0, wake - self._loop.time())
             await asyncio.wait({self._done}, timeout=left)
@@ -155,8 +155,8 @@ class Listener:
                 self._done.result()
                 return
             now = self._loop.time()
-            if now >= self._heard_at + self._timeout_sec:
-                names = ", ".join(each.subscription.topic_name for each in self._heard)
+            if now >= self._received_at + self._timeout_sec:
+                names = ", ".join(each.subscription.topic_name for each in self._subscriptions)
                 raise CommandError(f"No message on {names} within {self._timeout_sec:g} s", TIMEOUT)
             if now >= due:
                 due = max(due + period_sec, now)

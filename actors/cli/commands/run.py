@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, NoReturn
 
 from actors.cli.broker_target import set_environment
 from actors.cli.errors import USAGE, CommandError
-from actors.cli.interrupts import raise_if_noted
+from actors.cli.interrupts import raise_if_signalled
 from actors.cli.parsing import Options, Parser, add_broker_options
 from actors.tools.suggestions import did_you_mean
 
@@ -67,7 +67,7 @@ def _prefix(text: str | None) -> list[str]:
 
 def _become(program: str, *arguments: str) -> NoReturn:
     sys.stdout.flush()
-    raise_if_noted()
+    raise_if_signalled()
     try:
         os.execvp(program, [program, *arguments])  # noqa: S606 - no shell is wanted
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Signals: noted while no loop runs, cancelling what runs on one."""
+"""Signals: recorded_signal while no loop runs, cancelling what runs on one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.cli import loop
-from actors.cli.interrupts import Interrupted, note_signals, put_back, raise_at_once, raise_if_noted
+from actors.cli.interrupts import (
+    Interrupted,
+    raise_at_once,
+    raise_if_signalled,
+    record_signals,
+    restore_handlers,
+)
 from actors.cli.loop import exit_asked_for, run_async
 
 if TYPE_CHECKING:
@@ -23,10 +29,10 @@ SIGNALS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids
 @pytest.fixture(autouse=True)
 def _handlers() -> Iterator[None]:
     """As `main` does around a verb."""
-    before = note_signals()
+    before = record_signals()
     yield
-    note_signals()  # forgets what was noted
-    put_back(before)
+    record_signals()  # forgets what was recorded_signal
+    restore_handlers(before)
 
 
 def test_the_result_comes_back() -> None:
@@ -57,7 +63,7 @@ def test_a_signal_cancels_and_is_reported(number: signal.Signals) -> None:
 
 @SIGNALS
 def test_a_signal_before_the_loop_is_not_lost(number: signal.Signals) -> None:
-    """It is noted where it comes, and ends the command before the coroutine starts."""
+    """It is recorded_signal where it comes, and ends the command before the coroutine starts."""
     signal.raise_signal(number)
 
     async def main() -> None:
@@ -74,7 +80,7 @@ def test_a_second_signal_raises_at_once() -> None:
     with pytest.raises(Interrupted):
         signal.raise_signal(signal.SIGTERM)
     with pytest.raises(Interrupted, match="2"):
-        raise_if_noted()
+        raise_if_signalled()
 
 
 def test_signals_may_raise_where_they_come() -> None:

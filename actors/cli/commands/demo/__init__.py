@@ -60,7 +60,7 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Let the nodes talk, and sum up what there was, also after a signal."""
-    cast: list[Cast] = []
+    cast: list[DemoNodes] = []
     with _labelled_log() as lines, suppress(Interrupted, asyncio.CancelledError):
         from actors.cli.loop import run_async
 
@@ -69,7 +69,7 @@ def run(options: Options) -> int:
     return 0
 
 
-class Cast(NamedTuple):
+class DemoNodes(NamedTuple):
     """The demo's nodes."""
 
     server: AddTwoIntsServer
@@ -79,7 +79,7 @@ class Cast(NamedTuple):
     repeater: PublishingSubscriber
 
 
-async def _talk(seconds: float, cast: list[Cast], lines: _Lines) -> None:
+async def _talk(seconds: float, cast: list[DemoNodes], lines: _Lines) -> None:
     """Run everything for a while; puts the nodes into `cast` for the summary."""
     from actors.cli.commands.demo import nodes as demo_nodes
     from broker import Broker
@@ -93,7 +93,7 @@ async def _talk(seconds: float, cast: list[Cast], lines: _Lines) -> None:
         print_out(
             f"A broker at {broker.url}, and five nodes that talk for {seconds:.0f} s. Ctrl-C ends it.\n"
         )
-        nodes = Cast(
+        nodes = DemoNodes(
             demo_nodes.AddTwoIntsServer(broker.url),
             demo_nodes.AddTwoIntsClient(broker.url),
             demo_nodes.MinimalPublisher(broker.url),
@@ -120,7 +120,7 @@ def _options(folder: str) -> BrokerOptions:
     return BrokerOptions(port=0)
 
 
-def _summary(cast: Cast | None) -> str:
+def _summary(cast: DemoNodes | None) -> str:
     if cast is None:
         return "\nStopped before anything was said."
     sent = cast.publisher.publisher.published + cast.repeater.publisher.published

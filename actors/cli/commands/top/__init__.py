@@ -68,7 +68,7 @@ def _print(options: Options) -> int:
         if options.json:
             print_json(seen.as_dict())
         else:
-            _say_tables(seen)
+            _print_tables(seen)
         if options.once:
             break
     return OK
@@ -99,19 +99,19 @@ def _wanted(seen: Overview, options: Options) -> Overview:
     return replace(shown, topics=tuple(topics), nodes=tuple(nodes), services=tuple(services))
 
 
-def _say_tables(seen: Overview) -> None:
+def _print_tables(seen: Overview) -> None:
     from actors.cli.commands.top.columns import NODES, SERVICES, TOPICS, headlines
     from actors.cli.tables import colored, painted
 
     color = colored(sys.stdout)
     for line in headlines(seen.totals):
         print("  ".join(painted(part.text, part.style, color=color) for part in line))
-    _say_rows(TOPICS, seen.topics)
-    _say_rows(NODES, seen.nodes)
-    _say_rows(SERVICES, seen.services)
+    _print_rows(TOPICS, seen.topics)
+    _print_rows(NODES, seen.nodes)
+    _print_rows(SERVICES, seen.services)
 
 
-def _say_rows(columns: Sequence[Column[RowT]], rows: Sequence[RowT]) -> None:
+def _print_rows(columns: Sequence[Column[RowT]], rows: Sequence[RowT]) -> None:
     from actors.cli.tables import print_table
 
     if not rows:

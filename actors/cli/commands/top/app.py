@@ -41,7 +41,7 @@ class TopApp(App[None]):
     Args:
         source: Where looks and messages come from.
         interval_s: Between two looks.
-        echo_interval_s: Between two looks at what has been heard.
+        echo_interval_s: Between two looks at what has been received.
         words: What the filter has in it at first.
         hidden: Whether hidden names are shown at first.
     """
@@ -49,7 +49,7 @@ class TopApp(App[None]):
     TITLE = "callboard top"
     ENABLE_COMMAND_PALETTE = False
     CSS: ClassVar[str] = """
-    #place { height: 1; padding: 0 1; background: $panel; }
+    #target { height: 1; padding: 0 1; background: $panel; }
     #totals { height: auto; padding: 0 1; }
     #lost { display: none; height: auto; padding: 0 1; background: $error; color: $text; }
     #lost.open { display: block; }
@@ -98,7 +98,7 @@ class TopApp(App[None]):
 
     def compose(self) -> ComposeResult:
         """Make what is on the screen."""
-        yield Static(id="place")
+        yield Static(id="target")
         yield Static(id="totals")
         yield Static(id="lost")
         with TabbedContent(initial="topics"):
@@ -112,7 +112,7 @@ class TopApp(App[None]):
 
     def on_mount(self) -> None:
         """Begin to look."""
-        self._say_place()
+        self._show_target()
         self._tables["topics"].focus()
         self.run_worker(self._watch(), name="looks")
         self.set_interval(self._echo_interval_s, self._echo.take)
@@ -129,7 +129,7 @@ class TopApp(App[None]):
             look = await self._source.look()
         except BrokerUnreachable:
             text = (
-                f"The broker at {self._source.place} does not answer. What you see is old; trying again ..."
+                f"The broker at {self._source.target} does not answer. What you see is old; trying again ..."
             )
             banner.update(text)
             banner.add_class("open")
@@ -144,7 +144,7 @@ class TopApp(App[None]):
         """Bring the screen in line with what has been seen last."""
         if self._seen is None:
             return
-        self._say_totals(self._seen)
+        self._show_totals(self._seen)
         shown = self._seen if self._hidden else self._seen.without_hidden()
         tabs = self.query_one(TabbedContent)
         rows: dict[str, Sequence[Any]] = {
@@ -159,15 +159,15 @@ class TopApp(App[None]):
             named = [row for row in self._seen.topics if row.name == self._echo.topic]
             self._echo.seen(named[0] if named else None)
 
-    def _say_totals(self, seen: Overview) -> None:
+    def _show_totals(self, seen: Overview) -> None:
         lines = [Text("   ").join(map(look_of, line)) for line in headlines(seen.totals)]
         self.query_one("#totals", Static).update(Text("\n").join(lines))
 
-    def _say_place(self) -> None:
-        line = Text.assemble(("callboard top", "bold"), "  ", sanitize(self._source.place))
+    def _show_target(self) -> None:
+        line = Text.assemble(("callboard top", "bold"), "  ", sanitize(self._source.target))
         if self._paused:
             line.append("  paused", "bold yellow")
-        self.query_one("#place", Static).update(line)
+        self.query_one("#target", Static).update(line)
 
     @property
     def _echo(self) -> EchoPane:
@@ -190,7 +190,7 @@ class TopApp(App[None]):
         """Let everything stand, or go on."""
         self._paused = not self._paused
         self._echo.pause(paused=self._paused)
-        self._say_place()
+        self._show_target()
 
     def action_hidden(self) -> None:
         """Show names with a leading underscore, or hide them."""

@@ -15,7 +15,7 @@ from actors.cli.output import sanitize
 if TYPE_CHECKING:
     from textual.app import ComposeResult
 
-    from actors.cli.commands.top.source import Ear, Heard, HeardMessage
+    from actors.cli.commands.top.source import Received, ReceivedMessage, TopicReader
     from actors.tools.overview import TopicRow
 
 KEPT_LINES: Final = 2000
@@ -32,8 +32,8 @@ class EchoPane(Vertical):
     DEFAULT_CSS: ClassVar[str] = """
     EchoPane { display: none; height: 1fr; border-top: heavy $accent; }
     EchoPane.open { display: block; }
-    EchoPane > #heard-of { height: auto; padding: 0 1; background: $surface; }
-    EchoPane > #heard {
+    EchoPane > #status { height: auto; padding: 0 1; background: $surface; }
+    EchoPane > #messages {
         padding: 0 1; background: $background;
         scrollbar-size: 0 1; scrollbar-color: $panel; scrollbar-background: $background;
     }
@@ -43,60 +43,60 @@ class EchoPane(Vertical):
         super().__init__(id="echo")
         self.topic = ""
         self.not_shown = 0
-        self._ear: Ear | None = None
-        self._heard: Heard | None = None
+        self._reader: TopicReader | None = None
+        self._received: Received | None = None
         self._row: TopicRow | None = None
         self._paused = False
 
     def compose(self) -> ComposeResult:
         """Make what is in it."""
-        yield Static(id="heard-of")
-        yield RichLog(id="heard", max_lines=KEPT_LINES, wrap=True, auto_scroll=True)
+        yield Static(id="status")
+        yield RichLog(id="messages", max_lines=KEPT_LINES, wrap=True, auto_scroll=True)
 
-    async def open(self, topic: str, ear: Ear) -> None:
+    async def open(self, topic: str, reader: TopicReader) -> None:
         """Show the messages of a topic."""
         await self.close()
-        self.topic, self._ear = topic, ear
+        self.topic, self._reader = topic, reader
         self.not_shown = 0
         self.query_one(RichLog).clear()
         self.add_class("open")
-        self._say_how()
+        self._show_status()
 
     async def close(self) -> None:
-        """Hear no more."""
-        ear, self._ear = self._ear, None
-        self.topic, self._row, self._heard = "", None, None
+        """Unsubscribe, and close the pane."""
+        reader, self._reader = self._reader, None
+        self.topic, self._row, self._received = "", None, None
         self.remove_class("open")
-        if ear is not None:
-            await ear.close()
+        if reader is not None:
+            await reader.close()
 
     def pause(self, *, paused: bool) -> None:
         """Let the messages stand, or go on."""
         self._paused = paused
-        self._say_how()
+        self._show_status()
 
     def seen(self, row: TopicRow | None) -> None:
         """Take what the broker says of the topic; None if it is not there."""
         self._row = row
-        self._say_how()
+        self._show_status()
 
     async def take(self) -> None:
         """Show what has come since the last time."""
-        ear = self._ear
-        if ear is None or self._paused:
+        reader = self._reader
+        if reader is None or self._paused:
             return
-        heard = await ear.take()
-        if self._ear is not ear:  # another topic has been chosen meanwhile
+        received = await reader.take()
+        if self._reader is not reader:  # another topic has been chosen meanwhile
             return
-        self._heard = heard
-        self.not_shown += heard.besides
+        self._received = received
+        self.not_shown += received.besides
         log = self.query_one(RichLog)
-        for message in heard.messages:
+        for message in received.messages:
             log.write(_shown(message))
-        self._say_how()
+        self._show_status()
 
-    def _say_how(self) -> None:
-        parts = [_delays(self._heard)]
+    def _show_status(self) -> None:
+        parts = [_delays(self._received)]
         if self._row is None:
             parts.append("the topic is gone")
         else:
@@ -106,17 +106,17 @@ class EchoPane(Vertical):
         line = Text.assemble((sanitize(self.topic), "bold cyan"), "  ", "  ".join(parts))
         if self._paused:
             line.append("  paused", "bold yellow")
-        self.query_one("#heard-of", Static).update(line)
+        self.query_one("#status", Static).update(line)
 
 
-def _delays(heard: Heard | None) -> str:
-    if heard is None or heard.half_s is None or heard.most_s is None:
+def _delays(received: Received | None) -> str:
+    if received is None or received.p50_s is None or received.p99_s is None:
         return "no delays measured yet"
-    of = f"last {compact(heard.measured)}" if heard.measured > 1 else "last one"
-    return f"delay p50 {duration(heard.half_s)}, p99 {duration(heard.most_s)} of the {of}"
+    of = f"last {compact(received.measured)}" if received.measured > 1 else "last one"
+    return f"delay p50 {duration(received.p50_s)}, p99 {duration(received.p99_s)} of the {of}"
 
 
-def _shown(message: HeardMessage) -> Text:
+def _shown(message: ReceivedMessage) -> Text:
     sent = datetime.fromtimestamp(message.sent_ns / 1e9).astimezone()
     stamp = f"{sent:%H:%M:%S}.{message.sent_ns // 1_000_000 % 1000:03}"
     head = f"{stamp}  {sanitize(message.node)}  {duration(message.delay_s)}\n"

@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 async def _show(options: argparse.Namespace) -> int:
-    async with Lookout(options) as source:
+    async with NodeThread(options) as source:
         app = TopApp(source, interval_s=options.interval, words=options.filter, hidden=options.include_hidden)
         await app.run_async()
         task = asyncio.current_task()
@@ -39,7 +39,7 @@ async def _show(options: argparse.Namespace) -> int:
         return FAILURE if app.return_code else OK
 
 
-class Lookout:
+class NodeThread:
     """The command's hidden node, on a loop and in a thread of its own. Enter it to get its source.
 
     Raises (on entry):
@@ -49,7 +49,7 @@ class Lookout:
     def __init__(self, options: argparse.Namespace) -> None:
         self._options = options
         self._ready: Future[tuple[NodeSource, asyncio.AbstractEventLoop, asyncio.Event]] = Future()
-        self._thread = threading.Thread(target=self._run, name="lookout", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="callboard-node", daemon=True)
 
     async def __aenter__(self) -> NodeSource:
         """Start the thread and wait for the node's link."""
@@ -70,8 +70,8 @@ class Lookout:
                 self._ready.set_exception(error)
 
     async def _stay(self) -> None:
-        place = target_of(self._options)
-        shown = ", ".join(map(str, place.urls)) + (f" domain {place.domain}" if place.domain else "")
+        target = target_of(self._options)
+        shown = ", ".join(map(str, target.urls)) + (f" domain {target.domain}" if target.domain else "")
         async with hidden_node(self._options) as node:
             node.get_logger().set_level(LoggingSeverity.FATAL)  # the screen is taken, and has a banner
             stop = asyncio.Event()

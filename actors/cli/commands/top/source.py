@@ -35,7 +35,7 @@ SHOWN_LINES: Final = 30
 """What is shown of a message."""
 
 
-class HeardMessage(NamedTuple):
+class ReceivedMessage(NamedTuple):
     """A message as it is shown: where it is from, when it was sent, how long it took, and its text."""
 
     node: str
@@ -44,32 +44,32 @@ class HeardMessage(NamedTuple):
     text: str
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """What has come since the last time.
 
     Attributes:
         messages: The newest.
         besides: How many there were besides.
         measured: Of how many of the last messages the delay is known.
-        half_s, most_s: What half of those and 99 % of those took at most; None if there are none.
+        p50_s, p99_s: What half of those and 99 % of those took at most; None if there are none.
     """
 
-    messages: list[HeardMessage]
+    messages: list[ReceivedMessage]
     besides: int
     measured: int
-    half_s: float | None
-    most_s: float | None
+    p50_s: float | None
+    p99_s: float | None
 
 
-class Ear(Protocol):
-    """Hears one topic."""
+class TopicReader(Protocol):
+    """Receives one topic."""
 
-    async def take(self) -> Heard:
+    async def take(self) -> Received:
         """Return what has come since the last time."""
         ...
 
     async def close(self) -> None:
-        """Hear no more."""
+        """Unsubscribe."""
         ...
 
 
@@ -77,10 +77,10 @@ class Source(Protocol):
     """What the view shows.
 
     Attributes:
-        place: Where the broker is.
+        target: Where the broker is.
     """
 
-    place: str
+    target: str
 
     async def look(self) -> Look:
         """Return what is there now.
@@ -90,8 +90,8 @@ class Source(Protocol):
         """
         ...
 
-    async def listen(self, topic: str, snapshot: GraphSnapshot) -> Ear:
-        """Begin to hear a topic."""
+    async def listen(self, topic: str, snapshot: GraphSnapshot) -> TopicReader:
+        """Subscribe to a topic."""
         ...
 
 
@@ -102,11 +102,11 @@ class NodeSource:
 
     Args:
         node: It has been entered.
-        place: Where its broker is.
+        target: Where its broker is.
     """
 
-    def __init__(self, node: Node, place: str) -> None:
-        self.place = place
+    def __init__(self, node: Node, target: str) -> None:
+        self.target = target
         self._node = node
         self._loop = asyncio.get_running_loop()
 
@@ -116,18 +116,18 @@ class NodeSource:
 
     async def _look(self) -> Look:
         if not self._node.connected:  # the node comes back by itself; nobody waits here for it
-            raise BrokerUnreachable(f"No broker at {self.place}")
+            raise BrokerUnreachable(f"No broker at {self.target}")
         return Look(await graph_of(self._node), await self._node.get_broker_stats())
 
-    async def listen(self, topic: str, snapshot: GraphSnapshot) -> Ear:
-        """Begin to hear a topic."""
-        ear = NodeEar(self._node, self._loop, topic, snapshot)
-        await ear.open()
-        return ear
+    async def listen(self, topic: str, snapshot: GraphSnapshot) -> TopicReader:
+        """Subscribe to a topic."""
+        reader = NodeTopicReader(self._node, self._loop, topic, snapshot)
+        await reader.open()
+        return reader
 
 
-class NodeEar:
-    """Hears one topic through a node; keeps the newest messages undecoded until somebody looks.
+class NodeTopicReader:
+    """Receives one topic through a node; keeps the newest messages undecoded until somebody looks.
 
     Args:
         node: Hears it.
@@ -164,17 +164,17 @@ class NodeEar:
         if info.source_timestamp >= self._since_ns:  # a latched message is as old as it is
             self._delays.add(_delay(info))
 
-    async def take(self) -> Heard:
+    async def take(self) -> Received:
         """Return what has come since the last time."""
-        waiting, heard = await _done(self._loop, self._take())
+        waiting, received = await _done(self._loop, self._take())
         for data, info in waiting:
             text = shown(data, self._decode)
-            heard.messages.append(
-                HeardMessage(info.publisher_node, info.source_timestamp, _delay(info), text)
+            received.messages.append(
+                ReceivedMessage(info.publisher_node, info.source_timestamp, _delay(info), text)
             )
-        return heard
+        return received
 
-    async def _take(self) -> tuple[list[tuple[bytes, MessageInfo]], Heard]:
+    async def _take(self) -> tuple[list[tuple[bytes, MessageInfo]], Received]:
         assert self._subscription is not None
         waiting = list(self._waiting)
         self._waiting.clear()
@@ -182,10 +182,10 @@ class NodeEar:
         besides = max(0, known - self._known - len(waiting))
         self._known = known
         delays = self._delays
-        return waiting, Heard([], besides, len(delays), delays.at(0.5), delays.at(0.99))
+        return waiting, Received([], besides, len(delays), delays.at(0.5), delays.at(0.99))
 
     async def close(self) -> None:
-        """Hear no more."""
+        """Unsubscribe."""
         await _done(self._loop, self._close())
 
     async def _close(self) -> None:

@@ -8,7 +8,7 @@ from actors.cli.commands.topic.hz import SILENCE
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_watch_options
 
 if TYPE_CHECKING:
-    from actors.cli.broker_counters import Watched
+    from actors.cli.broker_counters import WatchedTopic
 
 EXAMPLES: Final = {
     "callboard topic bw /image": "bytes a second, by the broker's counters: nothing is subscribed to",
@@ -43,7 +43,7 @@ def run(options: Options) -> int:
     from actors.cli.broker_counters import watch
     from actors.tools.rates import BANDWIDTH_WINDOW
 
-    def show(watched: list[Watched]) -> bool:
+    def show(watched: list[WatchedTopic]) -> bool:
         traffic = [(each.topic, each.counter.traffic()) for each in watched]
         return _print(options, [(topic, seen if seen and seen.messages else None) for topic, seen in traffic])
 

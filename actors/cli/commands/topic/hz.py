@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_watch_options
 
 if TYPE_CHECKING:
-    from actors.cli.broker_counters import Watched
+    from actors.cli.broker_counters import WatchedTopic
     from actors.cli.measuring import RateMeter
     from actors.graph.snapshot import GraphSnapshot
 
@@ -63,7 +63,7 @@ def _run_subscribed(options: Options) -> int:
     )
 
 
-def print_counted(options: Options, watched: list[Watched]) -> bool:
+def print_counted(options: Options, watched: list[WatchedTopic]) -> bool:
     """Print what the broker has counted; return whether there was anything."""
     rates = [(each.topic, each.new, each.counter.rate() if each.new else None) for each in watched]
     return _print(options, rates, received=False)

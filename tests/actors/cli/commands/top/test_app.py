@@ -10,7 +10,7 @@ from textual.widgets import Input, RichLog, Static, TabbedContent
 from actors.cli.commands.top.app import TopApp
 from actors.cli.commands.top.help import HelpScreen
 from actors.cli.commands.top.rows import SHOWN_ROWS, RowsTable
-from actors.cli.commands.top.source import Heard, HeardMessage
+from actors.cli.commands.top.source import Received, ReceivedMessage
 from actors.errors import BrokerUnreachable
 from proto.codes import EntryKind
 from tests.actors.tools.made_up import entry, link, look, snapshot, topic
@@ -45,15 +45,15 @@ def at_second(second: int, graph: GraphSnapshot = GRAPH, *, fast: int = 100) -> 
 
 
 class FakeEar:
-    """Has heard what the test says."""
+    """Has received what the test says."""
 
     def __init__(self) -> None:
-        self.heard = Heard([], 0, 0, None, None)
+        self.received = Received([], 0, 0, None, None)
         self.closed = False
 
-    async def take(self) -> Heard:
+    async def take(self) -> Received:
         """Return it."""
-        return self.heard
+        return self.received
 
     async def close(self) -> None:
         """Note it."""
@@ -64,7 +64,7 @@ class FakeSource:
     """Shows what the test says; without a look there is no broker."""
 
     def __init__(self) -> None:
-        self.place = "callboard://somewhere:1"
+        self.target = "callboard://somewhere:1"
         self.shown: Look | None = at_second(1)
         self.ears: dict[str, FakeEar] = {}
 
@@ -75,7 +75,7 @@ class FakeSource:
         return self.shown
 
     async def listen(self, topic: str, snapshot: GraphSnapshot) -> FakeEar:
-        """Lend an ear."""
+        """Lend an reader."""
         assert snapshot is GRAPH
         self.ears[topic] = FakeEar()
         return self.ears[topic]
@@ -139,7 +139,7 @@ async def screen(*, size: tuple[int, int] = (100, 30), **options: Any) -> AsyncG
 async def test_it_shows_what_goes_on() -> None:
     """The place, what the broker does, and the three tables, the busiest topic first."""
     async with screen() as here:
-        assert here.text("#place") == "callboard top  callboard://somewhere:1"
+        assert here.text("#target") == "callboard top  callboard://somewhere:1"
         assert "up 2.0 s" in here.text("#totals")
         assert "routed 105/s" in here.text("#totals")
         assert [row[:4] for row in here.rows()] == [
@@ -241,25 +241,27 @@ async def test_a_topic_is_heard() -> None:
     """Enter opens it: its messages, where they come from and how long they take; Escape closes it."""
     async with screen() as here:
         await here.press("down", "enter")
-        ear = here.source.ears["/slow"]
-        assert here.text("#heard-of") == "/slow  5 messages/s  no delays measured yet"
-        ear.heard = Heard([HeardMessage("/a", 0, 0.0004, "data: hi [b]there[/b]")], 1234, 99, 0.0005, 0.021)
+        reader = here.source.ears["/slow"]
+        assert here.text("#status") == "/slow  5 messages/s  no delays measured yet"
+        reader.received = Received(
+            [ReceivedMessage("/a", 0, 0.0004, "data: hi [b]there[/b]")], 1234, 99, 0.0005, 0.021
+        )
         await here.app.query_one("#echo").take()  # type: ignore[attr-defined]
         await here.pilot.pause()
         assert "  /a  0.4 ms\ndata: hi [b]there[/b]" in here.log()
-        assert here.text("#heard-of").endswith("delay p50 0.5 ms, p99 21 ms of the last 99  1,234 not shown")
+        assert here.text("#status").endswith("delay p50 0.5 ms, p99 21 ms of the last 99  1,234 not shown")
         await here.looks(at_second(3, snapshot()))
-        assert "  the topic is gone  " in here.text("#heard-of")
+        assert "  the topic is gone  " in here.text("#status")
         await here.press("escape")
-        assert ear.closed
+        assert reader.closed
         assert not here.app.query_one("#echo").has_class("open")
 
 
 async def test_another_topic_takes_the_place_of_the_first() -> None:
-    """Its ear is closed; Enter on what is heard already changes nothing."""
+    """Its reader is closed; Enter on what is received already changes nothing."""
     async with screen() as here:
         await here.press("enter", "down", "enter", "enter")
-        assert {topic: ear.closed for topic, ear in here.source.ears.items()} == {
+        assert {topic: reader.closed for topic, reader in here.source.ears.items()} == {
             "/fast": True,
             "/slow": False,
         }
@@ -269,19 +271,19 @@ async def test_space_pauses() -> None:
     """Messages stand still, and the screen says so, until it is pressed again."""
     async with screen() as here:
         await here.press("enter", "space")
-        ear = here.source.ears["/fast"]
-        ear.heard = Heard([HeardMessage("/a", 0, 0.0, "data: hi")], 0, 1, 0.1, 0.1)
+        reader = here.source.ears["/fast"]
+        reader.received = Received([ReceivedMessage("/a", 0, 0.0, "data: hi")], 0, 1, 0.1, 0.1)
         pane = here.app.query_one("#echo")
         await pane.take()  # type: ignore[attr-defined]
-        assert here.text("#place").endswith("paused")
-        assert here.text("#heard-of").endswith("paused")
+        assert here.text("#target").endswith("paused")
+        assert here.text("#status").endswith("paused")
         assert here.log() == ""
         await here.press("space")
         await pane.take()  # type: ignore[attr-defined]
         await here.pilot.pause()
         assert "data: hi" in here.log()
-        assert here.text("#heard-of").endswith("delay p50 100 ms, p99 100 ms of the last one")
-        assert not here.text("#place").endswith("paused")
+        assert here.text("#status").endswith("delay p50 100 ms, p99 100 ms of the last one")
+        assert not here.text("#target").endswith("paused")
 
 
 async def test_a_lost_broker_is_said_until_it_is_back() -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.cli.commands.top.live import Lookout
+from actors.cli.commands.top.live import NodeThread
 from actors.errors import BrokerUnreachable
 from actors.interfaces.std_msgs.msg import String
 
@@ -27,23 +27,23 @@ async def test_a_lookout_sees_and_hears_from_another_thread(desk: Desk) -> None:
     async with desk.node("talker") as talker:
         publisher = talker.create_publisher(String, "chatter", 10)
         await talker.get_graph()
-        async with Lookout(options(desk.url)) as source:
-            assert source.place == desk.url
+        async with NodeThread(options(desk.url)) as source:
+            assert source.target == desk.url
             look = await source.look()
             assert look.snapshot.nodes() == ["/talker"]
-            ear = await source.listen("/chatter", look.snapshot)
+            reader = await source.listen("/chatter", look.snapshot)
             await desk.matched(publisher)
             publisher.publish(String(data="hello"))
             async with asyncio.timeout(20):
-                while not (heard := await ear.take()).messages:
+                while not (received := await reader.take()).messages:
                     pass
-            assert heard.messages[0].text == "data: hello"
+            assert received.messages[0].text == "data: hello"
         assert (await talker.get_graph()).nodes() == ["/talker"]
-    assert "lookout" not in {thread.name for thread in threading.enumerate()}
+    assert "callboard-node" not in {thread.name for thread in threading.enumerate()}
 
 
 async def test_no_broker_is_an_error_at_once() -> None:
     """Raised where it is waited for, with what starts one."""
     with pytest.raises(BrokerUnreachable, match="Start one"):
-        async with Lookout(options("callboard://127.0.0.1:1")):
+        async with NodeThread(options("callboard://127.0.0.1:1")):
             pass

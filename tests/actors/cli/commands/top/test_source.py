@@ -15,24 +15,24 @@ from actors.interfaces.std_msgs.msg import String
 from tests.actors.meeting import latched, until
 
 if TYPE_CHECKING:
-    from actors.cli.commands.top.source import Ear, Heard, HeardMessage
+    from actors.cli.commands.top.source import Received, ReceivedMessage, TopicReader
     from tests.actors.meeting import Meeting
 
 
-async def hear(ear: Ear, count: int) -> tuple[list[HeardMessage], Heard]:
+async def hear(reader: TopicReader, count: int) -> tuple[list[ReceivedMessage], Received]:
     """Take until so many messages have come, shown or not."""
-    messages: list[HeardMessage] = []
+    messages: list[ReceivedMessage] = []
     known = 0
 
-    async def enough() -> Heard:
+    async def enough() -> Received:
         nonlocal known
         while True:
-            heard = await ear.take()
-            messages.extend(heard.messages)
-            known += len(heard.messages) + heard.besides
+            received = await reader.take()
+            messages.extend(received.messages)
+            known += len(received.messages) + received.besides
             if known >= count:
                 assert known == count
-                return heard
+                return received
 
     return messages, await enough()
 
@@ -42,26 +42,26 @@ async def test_a_look_is_of_the_others(meeting: Meeting) -> None:
     talker, looker = await meeting.node("talker"), await meeting.node("_looker")
     talker.create_publisher(String, "chatter", 10)
     source = NodeSource(looker, "here")
-    ear = await source.listen("/chatter", await looker.get_graph())
+    reader = await source.listen("/chatter", await looker.get_graph())
     look = await source.look()
     assert look.snapshot.nodes() == ["/talker"]
     assert {entry.node for entry in look.snapshot.entries.values()} == {"/talker"}
     assert look.report.totals.connections == 2
-    await ear.close()
+    await reader.close()
 
 
 async def test_messages_are_heard_with_where_they_are_from(meeting: Meeting) -> None:
     """Their text, their publisher's node and how long they took; after the end none."""
     talker, looker = await meeting.node("talker"), await meeting.node("_looker")
     publisher = talker.create_publisher(String, "chatter", 10)
-    ear = await NodeSource(looker, "here").listen("/chatter", await talker.get_graph())
+    reader = await NodeSource(looker, "here").listen("/chatter", await talker.get_graph())
     await until(lambda: publisher.get_subscription_count() == 1)
-    assert await ear.take() == ([], 0, 0, None, None)
+    assert await reader.take() == ([], 0, 0, None, None)
     publisher.publish(String(data="hello"))
-    (message,), heard = await hear(ear, 1)
-    assert (message.node, message.text, heard.measured) == ("/talker", "data: hello", 1)
-    assert heard.half_s == heard.most_s == message.delay_s
-    await ear.close()
+    (message,), received = await hear(reader, 1)
+    assert (message.node, message.text, received.measured) == ("/talker", "data: hello", 1)
+    assert received.p50_s == received.p99_s == message.delay_s
+    await reader.close()
     await until(lambda: publisher.get_subscription_count() == 0)
 
 
@@ -69,24 +69,24 @@ async def test_only_the_newest_are_read(meeting: Meeting) -> None:
     """Whatever comes on top of what one can read is counted."""
     talker, looker = await meeting.node("talker"), await meeting.node("_looker")
     publisher = talker.create_publisher(String, "chatter", 1000)
-    ear = await NodeSource(looker, "here").listen("/chatter", await talker.get_graph())
+    reader = await NodeSource(looker, "here").listen("/chatter", await talker.get_graph())
     await until(lambda: publisher.get_subscription_count() == 1)
     for number in range(50):
         publisher.publish(String(data=str(number)))
     await looker.get_graph()  # what was sent before the answer has come, too
-    messages, heard = await hear(ear, 50)
+    messages, received = await hear(reader, 50)
     assert messages[-1].text == "data: '49'"
-    assert heard.besides == 50 - SHOWN_AT_ONCE
-    assert heard.measured == 50
+    assert received.besides == 50 - SHOWN_AT_ONCE
+    assert received.measured == 50
 
 
 async def test_a_latched_message_has_no_delay(meeting: Meeting) -> None:
     """It is as old as it is, which says nothing of the way."""
     talker, looker = await meeting.node("talker"), await meeting.node("_looker")
     talker.create_publisher(String, "map", latched(1)).publish(String(data="old"))
-    ear = await NodeSource(looker, "here").listen("/map", await talker.get_graph())
-    (message,), heard = await hear(ear, 1)
-    assert (message.text, heard.measured, heard.half_s) == ("data: old", 0, None)
+    reader = await NodeSource(looker, "here").listen("/map", await talker.get_graph())
+    (message,), received = await hear(reader, 1)
+    assert (message.text, received.measured, received.p50_s) == ("data: old", 0, None)
 
 
 async def test_a_lost_broker_is_told_at_once(meeting: Meeting) -> None:

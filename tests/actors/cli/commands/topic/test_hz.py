@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.cli.broker_counters import Looks, Watched, ticks
+from actors.cli.broker_counters import Looks, WatchedTopic, ticks
 from actors.cli.broker_target import inspector
 from actors.cli.commands.topic.bw import shown_bytes
 from actors.cli.commands.topic.hz import print_counted, print_received
@@ -67,7 +67,7 @@ class Studio:
 def test_counters_are_exact_soon(hertz: float, look_sec: float) -> None:
     """Ten seconds give the rate within one percent; a slow broker is asked less often, and not less right."""
     studio = Studio(hertz, look_sec=look_sec)
-    said = Watched("/said", 10_000)
+    said = WatchedTopic("/said", 10_000)
     began, shown = studio.now, ticks(studio.look, [said], clock=lambda: studio.now, pause=studio.pause)
     for second in range(1, 11):
         next(shown)
@@ -256,7 +256,7 @@ def second(verb: Callable[[argparse.Namespace, Any], bool], watched: list[Any], 
 
 def test_a_topic_that_stops_leaves_the_table(capsys: pytest.CaptureFixture[str]) -> None:
     """A row is of this second: without new messages there is none, and in JSON its rate is null."""
-    alive, dead = Watched("/alive", 100), Watched("/dead", 100)
+    alive, dead = WatchedTopic("/alive", 100), WatchedTopic("/dead", 100)
     for stamp in range(4):
         for each in (alive, dead):
             each.counter.look(float(stamp), stamp + 1, 10 * stamp)
@@ -291,7 +291,7 @@ def test_a_heard_topic_that_stops_leaves_the_table(capsys: pytest.CaptureFixture
 @pytest.mark.parametrize(("given", "least_sec"), [(None, 1.0), (2, 0.0)])
 def test_a_window_that_is_given_is_meant(given: int | None, least_sec: float) -> None:
     """By counters as by messages: only the default one reaches back a second at least."""
-    watched = Watched("/said", given or 2, least_sec=least_sec)
+    watched = WatchedTopic("/said", given or 2, least_sec=least_sec)
     for look in range(100):
         watched.counter.look(look / 100, look, 0)
     rate = watched.counter.rate()
@@ -318,7 +318,7 @@ async def test_a_broker_that_goes_and_comes_back(capsys: pytest.CaptureFixture[s
 
 def test_the_counters_of_another_broker_begin_anew() -> None:
     """What it has counted before is not new, however much it is."""
-    said, studio = Watched("/said", 10), Studio(10.0)
+    said, studio = WatchedTopic("/said", 10), Studio(10.0)
     said.look(studio.look())
     said.look(None)
     studio.pause(100.0)
