@@ -13,6 +13,7 @@ from actors.tools.licenses import WITH_TEXT, license_text, spdx
         ("Apache-2.0", "Apache-2.0"),
         ("mit", "MIT"),
         ("gpl-3.0-ONLY", "GPL-3.0-only"),
+        ("mit or apache-2.0", "MIT OR Apache-2.0"),
         ("Proprietary", "LicenseRef-Proprietary"),
         ("Our own, all rights reserved!", "LicenseRef-Our-own-all-rights-reserved"),
         ("LicenseRef-House_Rules", "LicenseRef-House-Rules"),
