@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Final
 
 from actors.cli.broker_target import inspector
 from actors.cli.errors import TIMEOUT, CommandError
-from actors.cli.named import TOPIC
+from actors.cli.named import TOPIC, print_unpublished
 from actors.cli.output import print_err
 from actors.errors import BrokerUnreachable
 from actors.session.start_hint import start_hint
 from actors.tools.rates import LEAST_SEC, CounterRate
-from actors.tools.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     import argparse
@@ -138,5 +137,4 @@ def _warn_unpublished(report: BrokerReport, watched: list[WatchedTopic]) -> None
     for each in watched:
         found = report.topics.get(each.topic)
         if found is None or not found.publishers:
-            hint = did_you_mean(each.topic, set(report.topics) - {each.topic})
-            print_err(f"WARNING: topic [{each.topic}] does not appear to be published yet{hint}")
+            print_unpublished(each.topic, report.topics)

@@ -282,19 +282,11 @@ class _Line:
         known = Contexts.load()
         yield from (Offer(name, known.get(name).url) for name in known.names())
 
-    def topics(self) -> Iterator[Offer]:
-        """Yield topics."""
-        return self.names(*TOPIC_KINDS)
-
-    def services(self) -> Iterator[Offer]:
-        """Yield services."""
-        return self.names(*SERVICE_KINDS)
-
 
 _FINDERS: Final[dict[str, Callable[[_Line], Iterator[Offer]]]] = {
-    "topic": _Line.topics,
-    "topics": _Line.topics,
-    "service": _Line.services,
+    "topic": lambda line: line.names(*TOPIC_KINDS),
+    "topics": lambda line: line.names(*TOPIC_KINDS),
+    "service": lambda line: line.names(*SERVICE_KINDS),
     "node": _Line.nodes,
     "type": _Line.types,
     "context": _Line.contexts,

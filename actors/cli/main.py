@@ -92,38 +92,24 @@ def _run(verb: Verb, arguments: list[str], words: int, *, own_process: bool) -> 
 
 
 def _top(arguments: list[str]) -> int:
-    """What needs no verb, or does not name one."""
+    """Run what needs no verb, or does not name one."""
     from actors.cli import errors
 
     word = arguments[0] if arguments else ""
     entry = VERBS.get(word)
+    command, text, known = "callboard", usage(), dict[str, object](VERBS)
     if isinstance(entry, Group):
-        return _top_of(word, entry, arguments[1:])
-    if word == "--version":
+        command, text, known = f"callboard {word}", usage_of(word, entry), dict[str, object](entry.verbs)
+        word = arguments[1] if len(arguments) > 1 else ""
+    elif word == "--version":
         from importlib.metadata import version
 
         print(f"callboard {version('callboard')}")
         return errors.OK
-    if word in _HELP:
-        print(usage())
-        return errors.OK
-    if not word:
-        print(usage(), file=sys.stderr)
-        return errors.USAGE
-    raise _unknown("callboard", word, VERBS)
-
-
-def _top_of(name: str, group: Group, arguments: list[str]) -> int:
-    """A group without one of its verbs."""
-    from actors.cli import errors
-
-    if arguments and arguments[0] in _HELP:
-        print(usage_of(name, group))
-        return errors.OK
-    if not arguments:
-        print(usage_of(name, group), file=sys.stderr)
-        return errors.USAGE
-    raise _unknown(f"callboard {name}", arguments[0], group.verbs)
+    if word and word not in _HELP:
+        raise _unknown(command, word, known)
+    print(text, file=sys.stdout if word else sys.stderr)
+    return errors.OK if word else errors.USAGE
 
 
 def _unknown(command: str, word: str, known: Iterable[str]) -> Exception:

@@ -105,6 +105,15 @@ def unknown(text: str, name: str, known: Iterable[str]) -> CommandError:
     return CommandError(f"{text}{did_you_mean(name, known)}")
 
 
+def print_unpublished(topic: str, known: Iterable[str]) -> None:
+    """Say on stderr that nobody publishes a topic yet, and which of the known ones may be meant."""
+    from actors.cli.output import print_err
+    from actors.tools.suggestions import did_you_mean
+
+    hint = did_you_mean(topic, set(known) - {topic})
+    print_err(f"WARNING: topic [{topic}] does not appear to be published yet{hint}")
+
+
 def add_hidden_option(named: Named, parser: Parser) -> None:
     """Add ROS 2's option for names with a leading underscore."""
     parser.add_flag(f"--include-hidden-{named.noun}s", help="also names with a leading _")

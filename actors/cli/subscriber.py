@@ -8,10 +8,10 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.cli.errors import TIMEOUT, CommandError
+from actors.cli.named import print_unpublished
 from actors.cli.output import print_err
 from actors.endpoints.events import SubscriptionEventCallbacks
 from actors.interfaces.errors import InvalidMessageError
-from actors.tools.suggestions import did_you_mean
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:
@@ -167,5 +167,4 @@ def warn_unpublished(snapshot: GraphSnapshot, topic: str) -> None:
     """Say on stderr that nobody publishes a topic yet, and what else may be meant."""
     if not snapshot.count(EntryKind.PUBLISHER, topic):
         known = dict(snapshot.names_and_types(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION))
-        known.pop(topic, None)
-        print_err(f"WARNING: topic [{topic}] does not appear to be published yet{did_you_mean(topic, known)}")
+        print_unpublished(topic, known)
