@@ -1,6 +1,6 @@
 """What could come next on a command line: verbs and options from the parsers, names from the broker.
 
-The shells' scripts (`completion_scripts.py`) ask for this at every press of Tab, so it imports little, waits
+The shells' scripts (`completions/`) ask for this at every press of Tab, so it imports little, waits
 for a broker only briefly, and is silent about everything that goes wrong.
 """
 
@@ -49,15 +49,20 @@ def run(options: argparse.Namespace) -> int:
     if line is not None:
         words = split_line(line)
     if words is None:
-        from actors.cli.completion_scripts import SCRIPTS  # noqa: PLC0415 - not while completing
-
-        print(SCRIPTS[options.shell], end="")
+        print(script(options.shell), end="")
         return 0
     raise_at_once()
     for offer in offers(words or [""]):
         about = offer.about.replace("\t", " ").replace("\n", " ")
         print(sanitize(f"{offer.word}\t{about}" if about else offer.word))
     return 0
+
+
+def script(shell: str) -> str:
+    """Return what a shell reads so as to complete command lines; it asks this module what could come next."""
+    from importlib.resources import files  # noqa: PLC0415 - not while completing
+
+    return (files("actors.cli") / "completions" / f"callboard.{shell}").read_text(encoding="utf-8")
 
 
 def split_line(line: str) -> list[str]:
