@@ -106,7 +106,11 @@ class Launch:
         self._runner = Runner(self._machine, self._listeners, stop_timeout_sec=stop_timeout_sec)
 
     async def run(self) -> bool:
-        """Run it to its end, once; return whether nothing has failed. Cancelling it stops everything.
+        """Run it to its end, once. Cancelling it stops everything.
+
+        Returns:
+            Whether the last run of each process ended with 0, or because the launch stopped it, and nothing
+            else has failed.
 
         Raises:
             BrokerUnreachable: No broker answers, and none can be started there; or what answers is none.

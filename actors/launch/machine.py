@@ -116,10 +116,16 @@ class Machine:
         self._roster = Roster()
         self._handlers = Handlers()
         self._agenda = Agenda()
+        self._failed_runs: set[str] = set()
         self._stopped_at = 0.0
         self._effects: list[Effect] = []
 
     # What is to be known
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the launch has not failed, nor the last run of any process."""
+        return not self.failed and not self._failed_runs
 
     @property
     def over(self) -> bool:
@@ -311,6 +317,7 @@ class Machine:
         """A process has ended: tell, react, and see what that means."""
         spec = process.spec
         lived_sec = now - process.since
+        self._note_run(process, outcome)
         self._roster.move(process, ProcessState.DEAD, now)
         pid, process.pid = process.pid, None
         event = ProcessExited(spec, pid, outcome)
@@ -323,6 +330,16 @@ class Machine:
             self._go_on(process, outcome, lived_sec, now)
         if process.state is ProcessState.DEAD and (spec.made_later or not self._keep):
             self._roster.drop(process)
+
+    def _note_run(self, process: Process, outcome: Outcome) -> None:
+        """Remember whether the last run of a process failed. A signal from this launch is no failure."""
+        label = process.spec.label
+        # A process that stops at SIGINT or SIGTERM from the launch has a normal outcome already.
+        killed_here = outcome.signal_name == "SIGKILL" and (self.stopping or process.again)
+        if outcome.normal or killed_here:
+            self._failed_runs.discard(label)
+        elif len(self._failed_runs) < MAX_PROCESSES:
+            self._failed_runs.add(label)
 
     def _go_on(self, process: Process, outcome: Outcome, lived_sec: float, now: float) -> None:
         """See what comes after the end of a process."""

@@ -72,7 +72,7 @@ class Runner:
         self._context: contextvars.Context
 
     async def run(self) -> bool:
-        """Run to the end; return whether nothing has failed. Cancelling it is `stop`.
+        """Run to the end; return whether it succeeded. Cancelling it is `stop`.
 
         Raises:
             CancelledError: It was cancelled; all processes have ended all the same.
@@ -88,7 +88,7 @@ class Runner:
             raise self._failure
         if cancelled is not None:
             raise cancelled
-        return not self._machine.failed
+        return self._machine.succeeded
 
     def stop(self, reason: str, *, insist: bool = True) -> None:
         """Stop all processes; a second time, kill them, if that is insisted on. `run` returns then."""

@@ -165,7 +165,7 @@ class RunningLaunch:
         await self._wait_for(PresenceKind.SERVICE, name, timeout_sec)
 
     async def wait_for_end(self, *, timeout_sec: float | None = None) -> bool:
-        """Wait until the launch has ended; return False if that was because a required process died.
+        """Wait until the launch has ended; return False if the last run of a process failed.
 
         Raises:
             LaunchWaitError: It goes on.

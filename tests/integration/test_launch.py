@@ -242,10 +242,10 @@ async def test_a_launch_whose_reader_goes_stops(system: System, tmp_path: Path) 
 
 
 async def test_it_ends_when_nothing_is_left_to_run(system: System, tmp_path: Path) -> None:
-    """Processes that die at once are told of; as none was required, that is no failure."""
+    """Processes that die at once are told of, and fail the launch, though none was required."""
     actions = "Node(script='bad.py', name='bad')", "ExecuteProcess(cmd=['/no/such/command'])"
     program = await launch(system, launch_file(tmp_path, *actions, bad="raise SystemExit(7)"))
-    assert await program.ends() == 0
+    assert await program.ends() == 1
     assert re.search(
         r"^\[ERROR\] \[bad-1\]: process has died \[pid \d+, exit code 7, "
         r"cmd 'callboard run .*bad.py --ros-args -r __node:=bad'\]$",
@@ -269,6 +269,16 @@ async def test_a_required_process_ends_the_launch(
     assert "stopping: short-2 is required and has ended" in program.output
     (pid,) = re.findall(r"\[sleeper-1\]: process started with pid \[(\d+)\]", program.output)
     assert not alive(int(pid))
+
+
+async def test_ctrl_c_ends_a_launch_well_whatever_has_failed(system: System, tmp_path: Path) -> None:
+    """The process that failed was not required: the launch ends when it is told to, with 0."""
+    actions = "Node(script='bad.py', name='bad')", "Node(script='sleeper.py')"
+    file = launch_file(tmp_path, *actions, bad="raise SystemExit(7)", sleeper=SLEEPER)
+    program = await launch(system, file)
+    await program.says("[bad-1]: process has died")
+    await said(program, "sleeper")
+    assert await program.stop() == 0
 
 
 async def test_a_process_is_started_again(system: System, tmp_path: Path) -> None:
@@ -383,7 +393,7 @@ def ended(event, context):
     found = f"import sys\nsys.path.insert(0, {str(tmp_path)!r})\nfrom functions import ended, said\n"
     source.write_text(found + source.read_text())
     program = await launch(system, file)
-    assert await program.ends() == 0
+    assert await program.ends() == 1  # the second one's code was 4
     assert "[first-1] quiet" in program.output
     for text in ("first-1 said loud ", "ended with 4 ", "stopping: enough"):
         assert f"[INFO] [launch]: {text}" in program.output

@@ -558,6 +558,29 @@ def test_a_required_process_ends_the_launch(code: int) -> None:
     assert play.machine.failed is bool(code)
 
 
+@pytest.mark.parametrize(("code", "good"), [(0, True), (3, False), (-9, False), (-11, False)])
+def test_the_last_run_of_each_process_counts(code: int, *, good: bool) -> None:
+    """A launch fails with any process whose last run failed; earlier runs do not matter."""
+    play = Play(start("a"), start("b", respawn=True, respawn_max_retries=1))
+    play.ends("b-1", 3)
+    play.waits(1)
+    play.ends("a-1", code)
+    play.ends("b-1", 0)
+    assert play.machine.over
+    assert play.machine.succeeded is good
+
+
+@pytest.mark.parametrize(("code", "good"), [(0, True), (-9, True), (-11, False), (1, False)])
+def test_a_signal_from_the_launch_is_no_failure(code: int, *, good: bool) -> None:
+    """A process that had to be killed did not fail; one that crashed while it stopped did."""
+    play = Play(start("a"), start("b"), End(reason="enough", after_sec=1))
+    play.waits(1)
+    play.ends("a-1")
+    play.ends("b-1", code)
+    assert play.machine.over
+    assert play.machine.succeeded is good
+
+
 @pytest.mark.parametrize("code", [0, 3])
 def test_a_required_process_that_died_may_be_mended(code: int) -> None:
     """Where processes can be started on demand; one that has done its work ends the launch there, too."""

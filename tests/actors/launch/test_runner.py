@@ -78,7 +78,7 @@ async def test_it_ends_when_all_have_ended() -> None:
     first.writes(b"x")
     first.ends()
     second.ends(1)
-    assert await running
+    assert not await running
     assert told == [*["ProcessStarted"] * 2, "ProcessIO", *["ProcessExited"] * 2, "ShuttingDown"]
 
 
