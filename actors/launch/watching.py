@@ -9,8 +9,9 @@ from __future__ import annotations
 import asyncio
 import os
 import threading
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager, closing, suppress
 from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Final
 
@@ -21,9 +22,9 @@ from actors.launch.steps import Start
 from proto.errors import shown
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator, Callable, Collection, Iterable
+    from collections.abc import AsyncGenerator, Callable, Collection, Generator, Iterable, Sequence
 
-    from watchfiles._rust_notify import RustNotify
+    from watchfiles import Change
 
     from actors.launch.events import Event, Listener
     from actors.launch.steps import Step
@@ -34,8 +35,8 @@ QUIET_MS: Final = 100
 """Changes that come within this time of each other are one: a program that is saved is written in pieces."""
 LONGEST_MS: Final = 2000
 """How long changes may go on until they are one all the same."""
-LOOK_MS: Final = 500
-"""How soon a process that comes later is watched: telling watchfiles earlier would lose changes."""
+LOOK_MS: Final = 100
+"""How long it takes to begin to watch, and to notice a process that comes later."""
 
 
 class SourceWatch:
@@ -84,8 +85,8 @@ class SourceWatch:
         if find_spec("watchfiles") is None:
             raise LaunchError(MISSING)
         self._loop = asyncio.get_running_loop()
-        notify = await asyncio.to_thread(self._notify)
-        thread = threading.Thread(target=self._watch, args=(notify,), name="launch sources", daemon=True)
+        changes = await asyncio.to_thread(self._begin)
+        thread = threading.Thread(target=self._watch, args=(changes,), name="launch sources", daemon=True)
         thread.start()
         try:
             yield
@@ -95,28 +96,16 @@ class SourceWatch:
 
     # In the thread
 
-    def _notify(self) -> RustNotify:
+    def _begin(self) -> Generator[set[str]]:
         """Begin to watch what is to be watched now, and say how much that is.
 
         Raises:
             LaunchError: The system cannot.
         """
-        # The generators of watchfiles do not say when they have begun to watch.
-        from watchfiles._rust_notify import RustNotify, WatchfilesRustInternalError  # noqa: PLC0415 - optional
-
         self._stirred.clear()
         folders = self._sources.folders()
-        try:
-            notify = RustNotify(
-                folders,
-                debug=False,
-                force_polling=False,
-                poll_delay_ms=0,
-                recursive=False,
-                ignore_permission_denied=True,
-            )
-        except (OSError, WatchfilesRustInternalError) as error:
-            raise LaunchError(f"Sources cannot be watched: {shown(str(error))}") from error
+        changes = _changes(folders, self._over)
+        next(changes)
         if len(folders) != self._folders:
             self._folders = len(folders)
             text = f"watching {_number(len(folders), 'folder')} for changes"
@@ -124,37 +113,23 @@ class SourceWatch:
             self._later(
                 Level.WARN if full else Level.INFO, f"{text}; more cannot be watched" if full else text
             )
-        return notify
+        return changes
 
-    def _watch(self, notify: RustNotify) -> None:
+    def _watch(self, watched: Generator[set[str]]) -> None:
         try:
             while not self._over.is_set():
-                changes = self._changes(notify, LOOK_MS)
+                changes = next(watched, set[str]())
                 if self._stirred.is_set() or any(Path(path).is_dir() for path in changes):
                     # The new one first, so that nothing is missed.
-                    before, notify = notify, self._notify()
-                    changes |= self._changes(before, 1)
+                    before, watched = watched, self._begin()
+                    changes |= next(before, set[str]())
                     before.close()
                 if changes:
                     self._call(self._changed, changes)
         except LaunchError as error:
             self._later(Level.ERROR, f"{error}; changes are not seen any more")
         finally:
-            notify.close()
-
-    def _changes(self, notify: RustNotify, timeout_ms: int) -> set[str]:
-        """Wait for changes; return nothing if none come in time, or this is the end.
-
-        Raises:
-            LaunchError: The system does not report them any more.
-        """
-        from watchfiles._rust_notify import WatchfilesRustInternalError  # noqa: PLC0415 - optional
-
-        try:
-            found = notify.watch(LONGEST_MS, QUIET_MS, timeout_ms, self._over)
-        except WatchfilesRustInternalError as error:
-            raise LaunchError(f"Sources cannot be watched: {shown(str(error))}") from error
-        return set() if isinstance(found, str) else {os.path.realpath(path) for _, path in found}
+            watched.close()
 
     def _later(self, level: Level, text: str) -> None:
         self._call(self._say, level, text)
@@ -180,6 +155,36 @@ class SourceWatch:
 
     def _say(self, level: Level, text: str) -> None:
         self._tell(Message(level, text))
+
+
+def _changes(folders: Sequence[str], stop: threading.Event) -> Generator[set[str]]:
+    """Yield nothing once the folders are watched, and then every `LOOK_MS` what has changed.
+
+    Raises:
+        LaunchError: The system cannot watch the folders, or does not report changes any more.
+    """
+    from watchfiles import watch  # noqa: PLC0415 - optional
+
+    looks = watch(
+        *folders,
+        watch_filter=None,
+        debounce=LONGEST_MS,
+        step=QUIET_MS,
+        stop_event=stop,
+        rust_timeout=LOOK_MS,
+        yield_on_timeout=True,
+        force_polling=False,
+        recursive=False,
+        ignore_permission_denied=True,
+    )
+    try:
+        with closing(looks):
+            first: Iterable[tuple[Change, str]] = next(looks, ())
+            yield set()
+            for look in chain([first], looks):
+                yield {os.path.realpath(path) for _, path in look}
+    except (OSError, RuntimeError) as error:
+        raise LaunchError(f"Sources cannot be watched: {shown(str(error))}") from error
 
 
 def _reason(files: list[str]) -> str:

@@ -125,3 +125,17 @@ async def test_without_watchfiles_it_says_what_to_install(monkeypatch: pytest.Mo
         async with Witness().watch.running():
             pass
     assert "callboard[watch]" in MISSING
+
+
+async def test_it_needs_only_the_public_names_of_watchfiles(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its private module may change with each release."""
+    import watchfiles  # noqa: PLC0415 - has to be loaded before its module is hidden
+
+    assert watchfiles.watch
+    monkeypatch.setitem(sys.modules, "watchfiles._rust_notify", None)
+    witness = Witness(process("one-1", tmp_path))
+    async with witness.watch.running():
+        (tmp_path / "main.py").touch()
+        await witness.sees("one-1: main.py has changed")
