@@ -11,11 +11,12 @@ import os
 import selectors
 import subprocess
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
 from actors.launch.errors import LaunchError
+from actors.launch.worker import abandoned
 from actors.supervision.guard import SHELL
 from proto.errors import shown
 
@@ -43,7 +44,8 @@ _STARTER: Final = (
 def command_output(command: Sequence[str], environment: Mapping[str, str]) -> str:
     """Run a command, without a shell and with an empty stdin, and return exactly what it writes to stdout.
 
-    This blocks, for `COMMAND_TIMEOUT_SEC` at most. What the command has left in the background ends with it.
+    This blocks, for `COMMAND_TIMEOUT_SEC` at most, or until the call is `abandoned`. What the command has
+    left in the background ends with it.
 
     Args:
         command: The program, with its path, and its arguments.
@@ -56,10 +58,7 @@ def command_output(command: Sequence[str], environment: Mapping[str, str]) -> st
     deadline = time.monotonic() + COMMAND_TIMEOUT_SEC
     with _started(command, environment, name) as process:
         output, complaint = _read(process, name, deadline)
-        try:
-            code = process.wait(max(0.0, deadline - time.monotonic()))
-        except subprocess.TimeoutExpired:
-            raise _too_slow(name) from None
+        code = _wait(process, name, deadline)
     if code != 0:
         lines = complaint.decode(errors="replace").strip().splitlines()
         why = f": {shown(lines[0])}" if lines else ""
@@ -108,7 +107,7 @@ def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple
         ended = False
         while selector.get_map():
             ready = selector.select(LOOK_SEC)
-            now = time.monotonic()
+            now = _checked(name)
             if not ended and process.poll() is not None:
                 ended, deadline = True, now + REST_TIMEOUT_SEC
             if now >= deadline:
@@ -124,6 +123,22 @@ def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple
             if len(output) > MAX_OUTPUT_BYTES:
                 raise LaunchError(f"Command '{name}' has written more than {MAX_OUTPUT_BYTES} bytes")
     return bytes(output), bytes(complaint)
+
+
+def _wait(process: subprocess.Popen[bytes], name: str, deadline: float) -> int:
+    """Return its exit code, when it has ended."""
+    while True:
+        with suppress(subprocess.TimeoutExpired):
+            return process.wait(LOOK_SEC)
+        if _checked(name) >= deadline:
+            raise _too_slow(name)
+
+
+def _checked(name: str) -> float:
+    """Return the time, if the output is still wanted."""
+    if abandoned():
+        raise LaunchError(f"Command '{name}' was interrupted")
+    return time.monotonic()
 
 
 def _too_slow(name: str) -> LaunchError:

@@ -3,7 +3,7 @@
     RegisterEventHandler(OnProcessExit(target_action=talker, on_exit=[LogInfo(msg="bye"), Shutdown()]))
 
 What is done is an action, a list of them, or a function. A function is called with the event and the
-`LaunchContext`, and returns actions or None; it must not wait.
+`LaunchContext`, in a worker thread, and returns actions or None.
 """
 
 from __future__ import annotations

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from actors.launch.events import Event
     from actors.launch.steps import React, Step
@@ -30,7 +29,7 @@ class Answer(NamedTuple):
 
 
 def ask(give: Callable[[], Sequence[Step]]) -> Answer:
-    """Ask a function of a description for steps."""
+    """Ask a function of a description for steps; this may block."""
     try:
         return Answer(give())
     except CallboardError as error:
@@ -52,14 +51,11 @@ class Handlers:
         """Let it react from now on."""
         self._all.append(handler)
 
-    def answers(self, event: Event) -> Iterator[Answer]:
-        """Yield what those say that react to an event, in the order in which they came."""
-        for handler in [each for each in self._all if each.matches(event)]:
-            yield self.answer(handler, event)
+    def matching(self, event: Event) -> Sequence[React]:
+        """Return those that react to an event, in the order in which they came."""
+        return [each for each in self._all if each.matches(event)]
 
-    def answer(self, handler: React, event: Event) -> Answer:
-        """Return what one of them says; one that was for once, or has failed, says nothing any more."""
-        given = ask(partial(handler.steps, event))
-        if (handler.once or given.mistake) and handler in self._all:
+    def remove(self, handler: React) -> None:
+        """Let it not react any more."""
+        if handler in self._all:
             self._all.remove(handler)
-        return given

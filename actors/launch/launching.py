@@ -10,7 +10,7 @@ import asyncio
 import os
 from contextlib import AsyncExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 from actors.config.contexts import find_place
 from actors.errors import BrokerUnreachable
@@ -22,12 +22,14 @@ from actors.launch.machine import Machine, awaits_graph
 from actors.launch.plan import make_plan
 from actors.launch.runner import Runner
 from actors.launch.steps import STOP_TIMEOUT_SEC
+from actors.launch.worker import call_in_thread
 from actors.session.start_hint import start_hint
 from broker.errors import AddressInUseError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from actors.config.contexts import Place
     from actors.launch.description import LaunchDescription
     from actors.launch.events import Event, Listener
     from actors.launch.library import Library
@@ -40,7 +42,10 @@ FIND_PAUSE_SEC: Final = 0.2
 
 
 class Launch:
-    """One launch. Making it plans it; nothing is started before `run`.
+    """One launch. It is planned by `plan`, `prepare` or `run`; nothing is started before it is.
+
+    The launch files, their commands and the functions of the description are run in a worker thread, one at a
+    time, so that they do not block the event loop.
 
     Where no broker answers it brings one, which ends with it, if the place is this machine's.
 
@@ -60,12 +65,10 @@ class Launch:
         watch_graph: Whether to follow the graph also if nothing depends on it.
 
     Raises:
-        LaunchError: The description cannot be carried out.
-        UnknownArgumentError: Nobody knows an argument that was given.
         InvalidUrlError: The URL cannot be read.
+        UnknownContextError: There is no such context.
 
     Attributes:
-        steps: The plan.
         place: Where the broker is.
     """
 
@@ -86,24 +89,55 @@ class Launch:
         keep: bool = False,
         watch_graph: bool = False,
     ) -> None:
-        shelf: Library = Files() if library is None else library
-        if isinstance(description, str | Path):
-            description = shelf.description(str(Path(description).absolute()))
-        if folder is None:
-            folder = Path(description.file).parent if description.file else Path.cwd()
         self.place = find_place(url, domain, context)
-        self.steps: Sequence[Step] = make_plan(
-            description,
-            shelf,
-            arguments=arguments or {},
-            environment=self._environment(environment),
-            folder=str(Path(folder).absolute()),
-            output=output,
-        )
-        self._watch_graph = watch_graph or awaits_graph(self.steps)
-        self._machine = Machine(self.steps, keep=keep)
+        self._description = description
+        self._library: Library = Files() if library is None else library
+        self._arguments = arguments or {}
+        self._environment = _environment(self.place, environment)
+        self._folder = folder
+        self._output = output
+        self._watch_graph = watch_graph
+        self._steps: Sequence[Step] | None = None
+        self._planning: asyncio.Future[Sequence[Step]] | None = None
+        self._stopped = False
+        self._machine = Machine(keep=keep)
         self._listeners = list(listeners)
         self._runner = Runner(self._machine, self._listeners, stop_timeout_sec=stop_timeout_sec)
+
+    def plan(self) -> Sequence[Step]:
+        """Plan it, unless that has been done, and return the plan. This blocks, and needs no event loop.
+
+        Raises:
+            LaunchError: The description cannot be carried out.
+            UnknownArgumentError: Nobody knows an argument that was given.
+        """
+        if self._steps is None:
+            description, folder = self._description, self._folder
+            if isinstance(description, str | Path):
+                description = self._library.description(str(Path(description).absolute()))
+            if folder is None:
+                folder = Path(description.file).parent if description.file else Path.cwd()
+            self._steps = make_plan(
+                description,
+                self._library,
+                arguments=self._arguments,
+                environment=self._environment,
+                folder=str(Path(folder).absolute()),
+                output=self._output,
+            )
+        return self._steps
+
+    async def prepare(self) -> Sequence[Step]:
+        """Plan it in a worker thread, unless that has been done, and return the plan.
+
+        Raises:
+            LaunchError: The description cannot be carried out.
+            UnknownArgumentError: Nobody knows an argument that was given.
+        """
+        if self._steps is None:
+            self._planning = call_in_thread(self.plan)
+            return await self._planning
+        return self._steps
 
     async def run(self) -> bool:
         """Run it to its end, once. Cancelling it stops everything.
@@ -113,14 +147,22 @@ class Launch:
             else has failed.
 
         Raises:
+            LaunchError: The description cannot be carried out. Nothing has been started.
+            UnknownArgumentError: Nobody knows an argument that was given.
             BrokerUnreachable: No broker answers, and none can be started there; or what answers is none.
             CancelledError: It was cancelled; all processes have ended all the same.
         """
+        try:
+            steps = await self.prepare()
+        except asyncio.CancelledError:
+            if self._stopped and not cast("asyncio.Task[bool]", asyncio.current_task()).cancelling():
+                return True
+            raise
         async with AsyncExitStack() as stack:
             await self._find_broker(stack)
-            if self._watch_graph:
+            if self._watch_graph or awaits_graph(steps):
                 await stack.enter_async_context(graph_watch(self.place, self._runner.graph))
-            return await self._runner.run()
+            return await self._runner.run(steps)
 
     def listen(self, listener: Listener) -> None:
         """From now on tell a listener of each event."""
@@ -137,6 +179,9 @@ class Launch:
             reason: For people.
             insist: Whether this may be the second time.
         """
+        self._stopped = True
+        if self._planning is not None:
+            self._planning.cancel()
         self._runner.stop(reason, insist=insist)
 
     def restart(self, label: str, reason: str) -> None:
@@ -158,11 +203,6 @@ class Launch:
         """Whether a required process has died, or the description turned out to be wrong."""
         return self._machine.failed
 
-    def _environment(self, given: Mapping[str, str] | None) -> dict[str, str]:
-        base = os.environ if given is None else given
-        extra = {"CALLBOARD_URL": self.place.url, "CALLBOARD_DOMAIN": str(self.place.domain)}
-        return {**base, **extra, "PYTHONUNBUFFERED": "1"}
-
     async def _find_broker(self, stack: AsyncExitStack) -> None:
         """See to it that there is a broker: one that answers, or else one of this launch."""
         place = self.place
@@ -181,3 +221,10 @@ class Launch:
             else:
                 self.tell(Message(Level.INFO, f"no broker at {place.url}: this launch brings its own"))
                 return
+
+
+def _environment(place: Place, given: Mapping[str, str] | None) -> dict[str, str]:
+    """Return what programs get: also where the broker is."""
+    base = os.environ if given is None else given
+    extra = {"CALLBOARD_URL": place.url, "CALLBOARD_DOMAIN": str(place.domain)}
+    return {**base, **extra, "PYTHONUNBUFFERED": "1"}

@@ -254,7 +254,7 @@ class _Planner:
                 here = inner.inner()
                 return self._replan(call_reaction(reaction, event, here), here)
 
-            return trigger.react(react)
+            return trigger.react(react, calls=True)
         steps = self._deferring(known_actions(reaction), inner)
         return trigger.react(lambda _event: steps, preview=tuple(steps))
 

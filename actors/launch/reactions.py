@@ -65,14 +65,17 @@ class Trigger:
     presence: Presence | None = None
     stream: Stream | None = None
 
-    def react(self, steps: Callable[[Event], list[Step]], preview: tuple[Step, ...] = ()) -> React:
-        """Return the step that reacts with these steps."""
+    def react(
+        self, steps: Callable[[Event], list[Step]], preview: tuple[Step, ...] = (), *, calls: bool = False
+    ) -> React:
+        """Return the step that reacts with these steps; `calls`: a function gives them."""
         return React(
             what=self.what,
             matches=self.matches,
             steps=steps,
             preview=preview,
             once=self.handler.handle_once,
+            calls=calls,
             presence=self.presence,
             split=self.stream is not None,
         )

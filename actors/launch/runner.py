@@ -12,18 +12,21 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.launch.events import Event, Level, Message
-from actors.launch.machine import HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.handlers import ask
+from actors.launch.machine import Ask, HurryAll, Run, Stop, StopAll, Tell
 from actors.launch.node_body import NodeBody
 from actors.launch.process import LaunchedProcess
+from actors.launch.worker import call_in_thread
 from actors.supervision.guard import Guard
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from actors.launch.events import Listener, Stream
+    from actors.launch.handlers import Answer
     from actors.launch.machine import Effect, Machine
     from actors.launch.presence import Presence
-    from actors.launch.steps import ProcessSpec
+    from actors.launch.steps import ProcessSpec, Step
     from actors.supervision.outcome import Outcome
 
 
@@ -61,6 +64,7 @@ class Runner:
         self._guard = Guard()
         self._bodies: dict[str, Body] = {}
         self._effects: deque[Effect] = deque()
+        self._call: asyncio.Future[Answer] | None = None
         self._began = False
         self._stopped_before = False
         self._busy = False
@@ -71,8 +75,11 @@ class Runner:
         self._loop: asyncio.AbstractEventLoop
         self._context: contextvars.Context
 
-    async def run(self) -> bool:
+    async def run(self, steps: Sequence[Step]) -> bool:
         """Run to the end; return whether it succeeded. Cancelling it is `stop`.
+
+        Args:
+            steps: The plan.
 
         Raises:
             CancelledError: It was cancelled; all processes have ended all the same.
@@ -82,7 +89,7 @@ class Runner:
         self._began = True
         self._loop = asyncio.get_running_loop()
         self._context = contextvars.copy_context()
-        self._happened(self._machine.begin)
+        self._happened(partial(self._machine.begin, steps))
         cancelled = await self._wait()
         if self._failure is not None:
             raise self._failure
@@ -119,6 +126,8 @@ class Runner:
             except asyncio.CancelledError as error:
                 cancelled = error
                 self.stop("interrupted")
+        if self._call is not None:
+            self._call.cancel()
         closing = self._loop.create_task(self._guard.close(), name="launch guard")
         while not closing.done():
             try:
@@ -159,6 +168,9 @@ class Runner:
             case StopAll():
                 for body in tuple(self._bodies.values()):
                     body.stop()
+            case Ask():
+                self._call = call_in_thread(partial(ask, effect.give), self._context)
+                self._call.add_done_callback(partial(self._answered, effect))
             case HurryAll():
                 for body in tuple(self._bodies.values()):
                     body.hurry()
@@ -199,6 +211,10 @@ class Runner:
             body = NodeBody(spec, **told)
         self._bodies[label] = body
         body.start(self._context)
+
+    def _answered(self, effect: Ask, answer: asyncio.Future[Answer]) -> None:
+        if not answer.cancelled():
+            self._happened(lambda now: self._machine.answered(effect, answer.result(), now))
 
     def _set_timer(self) -> None:
         due = self._machine.wake_at if self._failure is None else None

@@ -147,7 +147,8 @@ class Call(Timed):
 
     Attributes:
         name: The function's, for people.
-        steps: Calls it and plans what it returns. What it raises is a mistake in the description.
+        steps: Calls it and plans what it returns; this may block. What it raises is a mistake in the
+            description.
     """
 
     name: str
@@ -164,6 +165,7 @@ class React(Timed):
         steps: What is to be done then. What it raises is a mistake in the description.
         preview: The same for people, as far as it is known before.
         once: Whether only for the first time.
+        calls: Whether `steps` calls a function of the description, which may block.
         presence: What must be there, if the event is that.
         split: Whether it needs to know stdout from stderr.
     """
@@ -173,6 +175,7 @@ class React(Timed):
     steps: Callable[[Event], list[Step]]
     preview: tuple[Step, ...] = ()
     once: bool = False
+    calls: bool = False
     presence: Presence | None = None
     split: bool = False
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable, Generator, Iterable, Mapping
 
     from actors.launch.actions import Action
-    from actors.launch.events import Event, Listener
+    from actors.launch.events import Event
     from actors.testing.transcript import OutputLine, ProcessStatus
 
 WAIT_TIMEOUT_SEC: Final = 10.0
@@ -66,11 +66,12 @@ class RunningLaunch:
         domain: Which of its graphs.
     """
 
-    def __init__(self, make: Callable[[Listener], Launch], *, timeout_sec: float) -> None:
+    def __init__(self, launch: Launch, *, timeout_sec: float) -> None:
         self._timeout_sec = timeout_sec
         self._transcript = Transcript()
         self._waiting: dict[asyncio.Event, None] = {}
-        self._launch = make(self._hear)
+        self._launch = launch
+        launch.listen(self._hear)
         self.url = self._launch.place.url
         self.domain = self._launch.place.domain
         self._run = asyncio.create_task(self._launch.run(), name="launch")
@@ -327,20 +328,18 @@ async def launch(
         if url is None:
             url = (await stack.enter_async_context(Broker(BrokerOptions(port=0)))).url
 
-        def make(listener: Listener) -> Launch:
-            return Launch(
-                _described(description),
-                arguments=arguments,
-                url=url,
-                domain=domain,
-                environment={**foreign_variables(), **(environment or {})},
-                folder=None if folder is None else Path(folder),
-                listeners=[listener],
-                stop_timeout_sec=stop_timeout_sec,
-                watch_graph=True,
-            )
-
-        running = RunningLaunch(make, timeout_sec=timeout_sec)
+        made = Launch(
+            _described(description),
+            arguments=arguments,
+            url=url,
+            domain=domain,
+            environment={**foreign_variables(), **(environment or {})},
+            folder=None if folder is None else Path(folder),
+            stop_timeout_sec=stop_timeout_sec,
+            watch_graph=True,
+        )
+        await made.prepare()
+        running = RunningLaunch(made, timeout_sec=timeout_sec)
         try:
             yield running
         except BaseException as error:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from actors.launch.errors import LaunchError
 from actors.launch.events import Event, ShuttingDown
-from actors.launch.handlers import MAX_HANDLERS, Handlers
+from actors.launch.handlers import MAX_HANDLERS, Answer, Handlers, ask
 from actors.launch.steps import React, Say
 
 if TYPE_CHECKING:
@@ -20,27 +20,32 @@ def says(word: str, *, once: bool = False) -> React:
     return React(what="x", matches=lambda event: True, steps=lambda event: [Say(text=word)], once=once)
 
 
-def answers(handlers: Handlers) -> list[str]:
-    """Return what is said to an event: words, or mistakes."""
-    return [
-        answer.mistake or "".join(step.text for step in answer.steps if isinstance(step, Say))
-        for answer in handlers.answers(END)
-    ]
-
-
-def test_all_that_match_answer_in_order() -> None:
-    """One that is for once does so once; one that fails says what is wrong, and nothing any more."""
-
-    def fail(event: Event) -> list[Step]:
-        raise LaunchError("no")
-
+def test_all_that_match_are_found_in_order() -> None:
+    """Until they are removed, which may be done twice."""
     handlers = Handlers()
-    handlers.add(says("a"))
-    handlers.add(React(what="x", matches=lambda event: event != END, steps=fail))
-    handlers.add(says("b", once=True))
-    handlers.add(React(what="x", matches=lambda event: True, steps=fail))
-    assert answers(handlers) == ["a", "b", "no"]
-    assert answers(handlers) == ["a"]
+    first, other, second = (
+        says("a"),
+        React(what="x", matches=lambda event: event != END, steps=fail),
+        says("b"),
+    )
+    for each in (first, other, second):
+        handlers.add(each)
+    assert handlers.matching(END) == [first, second]
+    handlers.remove(first)
+    handlers.remove(first)
+    assert handlers.matching(END) == [second]
+
+
+def test_a_mistake_is_an_answer() -> None:
+    """Functions of a description give steps, or what is wrong with it."""
+    step = Say(text="a")
+    assert ask(lambda: [step]) == Answer([step])
+    assert ask(lambda: fail(END)) == Answer(mistake="no")
+
+
+def fail(event: Event) -> list[Step]:
+    """Be a function that is wrong."""
+    raise LaunchError("no")
 
 
 def test_there_is_room_for_so_many() -> None:

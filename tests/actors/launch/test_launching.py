@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 import asyncio
-import sys
+import os
+import threading
 from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.launch import ExecuteProcess, Launch, LaunchDescription, Node, launching
+from actors.launch import (
+    Command,
+    ExecuteProcess,
+    FileContent,
+    Launch,
+    LaunchDescription,
+    LaunchError,
+    LogInfo,
+    Node,
+    OnShutdown,
+    OpaqueFunction,
+    RegisterEventHandler,
+    TimerAction,
+    launching,
+)
 from actors.launch.embedded import broker_is_there
 from actors.launch.events import ProcessExited, ProcessStarted
 from actors.launch.launching import FIND_TRIES
@@ -16,10 +31,14 @@ from broker import AddressInUseError
 from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from actors.launch.actions import Action
     from actors.launch.events import Event
     from tests.actors.meeting import Meeting
 
-SLEEPER = ExecuteProcess(cmd=[sys.executable, "-c", "import time; time.sleep(1000)"], name="sleeper")
+SLEEPER = ExecuteProcess(cmd=["sleep", "1000"], name="sleeper")
+"""SIGINT ends it with that signal from its first moment on; Python may exit with 1 while it starts."""
 
 
 async def test_a_launch_can_be_stopped_before_it_runs(meeting: Meeting) -> None:
@@ -76,6 +95,7 @@ def test_what_is_asked_to_stop_gets_five_seconds(monkeypatch: pytest.MonkeyPatch
                 stage.loop.call_later(1, launch.stop, "enough")
 
         launch = Launch(LaunchDescription([Node(node=deaf)]), listeners=[heard])
+        launch.plan()  # no thread in a simulation
         await launch.run()
         first, second = asked
         assert second - first == pytest.approx(5.0)
@@ -117,3 +137,79 @@ def _blind_at_first(monkeypatch: pytest.MonkeyPatch, times: int) -> list[str]:
     monkeypatch.setattr(launching, "broker_is_there", look)
     monkeypatch.setattr(launching, "FIND_PAUSE_SEC", 0.0)
     return looks
+
+
+class Gate:
+    """Something that only a loop that is not blocked can open.
+
+    Attributes:
+        passed: In which threads it has been passed.
+    """
+
+    def __init__(self) -> None:
+        self.passed: list[threading.Thread] = []
+        self._reached = asyncio.Event()
+        self._open = threading.Event()
+        self._loop = asyncio.get_running_loop()
+
+    def wait(self, *_: object) -> None:
+        """Be a function of a description: wait until the loop has opened the gate."""
+        self._loop.call_soon_threadsafe(self._reached.set)
+        assert self._open.wait(10)
+        self.passed.append(threading.current_thread())
+
+    async def open(self) -> None:
+        """Open it when somebody waits there."""
+        await self._reached.wait()
+        self._open.set()
+
+
+@pytest.mark.parametrize("when", ["planned", "timer", "handler"])
+async def test_functions_of_a_description_do_not_block_the_loop(meeting: Meeting, when: str) -> None:
+    """Whether they are called for the plan, in a timer, or when something happens."""
+    gate = Gate()
+    function = OpaqueFunction(function=gate.wait)
+    actions: dict[str, Action] = {
+        "planned": function,
+        "timer": TimerAction(period=0.01, actions=[function]),
+        "handler": RegisterEventHandler(OnShutdown(on_shutdown=gate.wait)),
+    }
+    launch = Launch(LaunchDescription([actions[when]]), url=meeting.url)
+    good, _ = await asyncio.gather(launch.run(), gate.open())
+    assert good
+    assert gate.passed != [threading.main_thread()]
+
+
+async def test_what_is_wrong_with_a_description_is_raised_before_anything_runs(meeting: Meeting) -> None:
+    """By whatever plans it."""
+    heard: list[Event] = []
+    description = LaunchDescription([SLEEPER, LogInfo(msg=FileContent("/no/such/file"))])
+    launch = Launch(description, url=meeting.url, listeners=[heard.append])
+    with pytest.raises(LaunchError, match="No file '/no/such/file'"):
+        await launch.run()
+    with pytest.raises(LaunchError, match="No file '/no/such/file'"):
+        launch.plan()
+    assert heard == []
+
+
+@pytest.mark.parametrize("cancel", [True, False])
+async def test_a_launch_that_is_stopped_while_it_is_planned_leaves_no_command(
+    meeting: Meeting, tmp_path: Path, *, cancel: bool
+) -> None:
+    """The command is killed, and nothing is started."""
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    script = tmp_path / "lasting.sh"
+    script.write_text(f"exec >'{path}'; echo runs; sleep 1000")
+    launch = Launch(LaunchDescription([LogInfo(msg=Command(["sh ", script])), SLEEPER]), url=meeting.url)
+    running = asyncio.create_task(launch.run())
+    with await asyncio.to_thread(path.open) as pipe:
+        assert await asyncio.to_thread(pipe.readline) == "runs\n"
+        if cancel:
+            running.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await running
+        else:
+            launch.stop("not wanted")
+            assert await running
+        assert await asyncio.to_thread(pipe.read) == ""

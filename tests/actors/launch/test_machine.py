@@ -20,10 +20,14 @@ from actors.launch.events import (
     ShuttingDown,
     Stream,
 )
-from actors.launch.handlers import MAX_HANDLERS
+from actors.launch.handlers import MAX_HANDLERS, ask
 from actors.launch.machine import (
+    ABANDONED,
     HURRY_AFTER_SEC,
+    LAST_FUNCTION_SEC,
+    MAX_WAITING_EVENTS,
     REMINDER_SEC,
+    Ask,
     HurryAll,
     Machine,
     Run,
@@ -72,14 +76,27 @@ class Play:
     """A machine, its time, and what it has wanted so far."""
 
     def __init__(self, *steps: Step, **options: Any) -> None:
-        self.machine = Machine(steps, **options)
+        self.machine = Machine(**options)
         self.now = 100.0
         self.effects: list[Effect] = []
-        self.does(self.machine.begin)
+        self.asked: list[Ask] = []
+        self.answers = True
+        self.does(self.machine.begin, steps)
 
     def does(self, what: Callable[..., list[Effect]], *args: Any) -> list[Effect]:
-        """Tell the machine something; return what it wants."""
+        """Tell the machine something; return what it wants. Functions answer at once, if `answers` is set."""
         effects = what(*args, self.now)
+        self.asked += [each for each in effects if isinstance(each, Ask)]
+        self.effects += effects
+        while self.answers and self.asked:
+            effects = [*effects, *self.answer()]
+        return effects
+
+    def answer(self) -> list[Effect]:
+        """Call the function that has been asked for first."""
+        first = self.asked.pop(0)
+        effects = self.machine.answered(first, ask(first.give), self.now)
+        self.asked += [each for each in effects if isinstance(each, Ask)]
         self.effects += effects
         return effects
 
@@ -425,11 +442,83 @@ def test_a_handler_that_has_failed_is_not_called_again() -> None:
     def fail(event: Event) -> list[Step]:
         raise LaunchError("no")
 
-    play = Play(start(), React(what="x", matches=lambda event: isinstance(event, ProcessIO), steps=fail))
+    play = Play(
+        start(), React(what="x", matches=lambda event: isinstance(event, ProcessIO), steps=fail, calls=True)
+    )
     play.up()
     for _ in range(3):
         play.does(play.machine.wrote, "a-1", Stream.OUTPUT, [b"x"])
     assert play.said == ["ERROR launch: no"]
+
+
+def function(text: str, *steps: Step, kind: type[Event] = ProcessExited) -> React:
+    """Return a handler with a function, which says something and gives steps."""
+    return React(
+        what="x",
+        matches=lambda event: isinstance(event, kind),
+        steps=lambda _event: [Say(text=text), *steps],
+        calls=True,
+    )
+
+
+def test_reactions_wait_for_functions_in_order() -> None:
+    """What happens while a function runs is told at once and reacted to later, as if it took no time."""
+    play = Play(
+        start("a", respawn=True), start("b"), function("first"), whenever(ProcessExited, Say(text="x"))
+    )
+    play.answers = False
+    play.ends("a-1")
+    play.ends("b-1", 3)
+    assert len(play.told(ProcessExited)) == 2
+    assert (play.said, len(play.asked)) == ([], 1)
+    assert play.told(ProcessRestarts) == []
+    play.answer()
+    assert play.said == ["INFO launch: first", "INFO launch: x"]
+    assert len(play.told(ProcessRestarts)) == 1
+    play.answer()
+    assert play.said == ["INFO launch: first", "INFO launch: x"] * 2
+    assert not play.asked
+
+
+def test_a_launch_goes_on_for_a_function_that_runs() -> None:
+    """It may start something, though nothing else is left to run."""
+    play = Play(start("a"), function("more", start("b")))
+    play.answers = False
+    play.ends("a-1")
+    assert not play.machine.stopping
+    play.answer()
+    assert play.runs == ["a-1", "b-1"]
+
+
+@pytest.mark.parametrize("hurried", [False, True])
+def test_functions_do_not_hold_the_end_up_for_long(*, hurried: bool) -> None:
+    """When the launch ends, a function has some seconds; a second Ctrl-C ends the wait. It is said then."""
+    play = Play(start("a"), function("late", start("b")), function("never", kind=ShuttingDown))
+    play.answers = False
+    play.ends("a-1")
+    play.does(play.machine.stop, "interrupted")
+    assert not play.machine.over
+    if hurried:
+        play.waits(HURRY_AFTER_SEC)
+        play.does(play.machine.stop, "interrupted")
+    else:
+        play.waits(LAST_FUNCTION_SEC)
+    assert play.machine.over
+    assert play.said == [f"WARN launch: {ABANDONED}"]
+    play.answer()
+    assert (play.runs, play.said) == (["a-1"], [f"WARN launch: {ABANDONED}"])
+
+
+def test_what_waits_for_a_slow_function_has_a_limit() -> None:
+    """A process that writes much meanwhile is told of; what is not reacted to is counted."""
+    play = Play(start("a"), start("b"), function("late"), whenever(ProcessIO))
+    play.answers = False
+    play.ends("a-1")
+    for _ in range(MAX_WAITING_EVENTS + 5):
+        play.does(play.machine.wrote, "b-1", Stream.OUTPUT, [b"x"])
+    assert len(play.told(ProcessIO)) == MAX_WAITING_EVENTS + 5
+    play.answer()
+    assert play.said[-1].startswith("WARN launch: 5 events were not handled: functions")
 
 
 def test_streams_are_split_when_somebody_must_know() -> None:

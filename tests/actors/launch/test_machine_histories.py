@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from actors.launch.events import Appeared, Event, ProcessExited, ProcessStarted, ShuttingDown
-from actors.launch.machine import HurryAll, Machine, Run, Stop, StopAll
+from actors.launch.events import Appeared, Event, Level, Message, ProcessExited, ProcessStarted, ShuttingDown
+from actors.launch.handlers import ask
+from actors.launch.machine import ABANDONED, Ask, HurryAll, Machine, Run, Stop, StopAll, Tell
 from actors.launch.presence import Presence, PresenceKind
 from actors.launch.roster import ProcessState
 from actors.launch.steps import End, ProcessSpec, React, Say, Start
@@ -35,10 +36,11 @@ class History:
         self._random = random.Random(seed)
         self._names = 0
         steps = [self._start(), *self._steps(0)]
-        self.machine = Machine(steps, keep=self._maybe(0.3))
+        self.machine = Machine(keep=self._maybe(0.3))
         self.now = 0.0
         self.bodies: dict[str, bool] = {}
-        self._does(self.machine.begin(self.now))
+        self.asked: list[Ask] = []
+        self._does(self.machine.begin(steps, self.now))
 
     def _maybe(self, chance: float) -> bool:
         return self._random.random() < chance
@@ -79,6 +81,7 @@ class History:
             steps=lambda _event: steps,  # the same ones each time: what runs still is not started twice
             preview=tuple(steps),
             once=self._maybe(0.5),
+            calls=self._maybe(0.3),
             presence=awaited,
         )
 
@@ -107,6 +110,11 @@ class History:
                 assert effect.label in self.bodies, "stopped though it does not run"
             elif isinstance(effect, HurryAll):
                 assert self.machine.stopping
+            elif isinstance(effect, Tell) and effect.event == Message(Level.WARN, ABANDONED):
+                self.asked.clear()
+            elif isinstance(effect, Ask):
+                assert not self.asked, "asked though a function runs"
+                self.asked.append(effect)
 
     def goes_on(self) -> None:
         """Let something happen."""
@@ -114,6 +122,8 @@ class History:
         if machine.wake_at is not None and chance < 0.4:
             self.now = max(self.now, machine.wake_at)
             self._does(machine.tick(self.now))
+        elif self.asked and chance < 0.6:
+            self._answers()
         elif self.bodies and chance < 0.8:
             self._happens_to(self._random.choice(sorted(self.bodies)))
         elif chance < 0.9:
@@ -125,6 +135,10 @@ class History:
         elif chance > 0.985:
             self._does(machine.stop("enough", self.now, insist=self._maybe(0.5)))
         self.now += self._random.choice([0.0, 0.0, 0.01, 0.3])
+
+    def _answers(self) -> None:
+        asked = self.asked.pop()
+        self._does(self.machine.answered(asked, ask(asked.give), self.now))
 
     def _happens_to(self, label: str) -> None:
         if not self.bodies[label] and self._maybe(0.8):
@@ -143,7 +157,7 @@ class History:
         assert up == self.bodies.keys()
         restarting = any(machine.state(label) is ProcessState.RESTARTING for label in labels)
         assert machine.wake_at is not None or not restarting
-        assert machine.over is (machine.stopping and not self.bodies)
+        assert machine.over is (machine.stopping and not self.bodies and not self.asked)
 
     def ends(self) -> None:
         """Stop it; it is over when all that ran has ended."""
@@ -151,6 +165,8 @@ class History:
         for label in tuple(self.bodies):
             del self.bodies[label]
             self._does(self.machine.ended(label, outcome_of_exit(0), self.now))
+        while self.asked:
+            self._answers()
         assert not self.bodies
         assert self.machine.over
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import contextvars
     from collections.abc import Callable
 
+    from actors.launch.steps import Step
+
 ADD = Presence(PresenceKind.SERVICE, "/add")
 
 
@@ -60,19 +62,23 @@ def _fake(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(runner_module, "LaunchedProcess", FakeBody)
 
 
-def of(names: str, *listeners: Callable[[Event], None]) -> Runner:
-    """Return a runner of processes with these names."""
-    steps = [
+def processes(names: str) -> list[Step]:
+    """Return steps that start processes with these names."""
+    return [
         Start(process=ProcessSpec(label=f"{name}-1", name=name, command=(name,), shown=name))
         for name in names
     ]
-    return Runner(Machine(steps), list(listeners), stop_timeout_sec=1)
+
+
+def of(*listeners: Callable[[Event], None]) -> Runner:
+    """Return a runner."""
+    return Runner(Machine(), listeners, stop_timeout_sec=1)
 
 
 async def test_it_ends_when_all_have_ended() -> None:
     """And what happened has been told in order."""
     told: list[str] = []
-    running = asyncio.create_task(of("ab", lambda event: told.append(type(event).__name__)).run())
+    running = asyncio.create_task(of(lambda event: told.append(type(event).__name__)).run(processes("ab")))
     await asyncio.sleep(0)
     first, second = FakeBody.made
     first.writes(b"x")
@@ -90,8 +96,8 @@ async def test_a_listener_may_stop_the_launch() -> None:
             runner.stop("enough")
 
     told: list[Event] = []
-    runner = of("ab", stop, told.append)
-    assert await runner.run()
+    runner = of(stop, told.append)
+    assert await runner.run(processes("ab"))
     assert [each.asked for each in FakeBody.made] == [["stop"], ["stop"]]
     assert told.count(ShuttingDown("enough")) == 1
 
@@ -103,7 +109,7 @@ async def test_a_listener_that_fails_fails_the_launch() -> None:
         if isinstance(event, ProcessIO):
             raise OSError("a bug")
 
-    running = asyncio.create_task(of("ab", fail).run())
+    running = asyncio.create_task(of(fail).run(processes("ab")))
     await asyncio.sleep(0)
     first, second = FakeBody.made
     first.writes(b"x")
@@ -114,8 +120,8 @@ async def test_a_listener_that_fails_fails_the_launch() -> None:
 
 async def test_cancelling_it_stops_all_and_then_hurries() -> None:
     """It is cancelled only when everything has ended."""
-    runner = of("a")
-    running = asyncio.create_task(runner.run())
+    runner = of()
+    running = asyncio.create_task(runner.run(processes("a")))
     await asyncio.sleep(0)
     (body,) = FakeBody.made
     body.obeys = False
@@ -144,8 +150,8 @@ async def test_after_a_failure_nothing_is_started_any_more() -> None:
         if isinstance(event, ProcessIO):
             raise OSError("a bug")
 
-    runner = Runner(Machine(steps), [fail], stop_timeout_sec=1)
-    running = asyncio.create_task(runner.run())
+    runner = of(fail)
+    running = asyncio.create_task(runner.run(steps))
     await asyncio.sleep(0)
     (body,) = FakeBody.made
     body.obeys = False
@@ -166,13 +172,13 @@ async def test_what_happens_after_its_end_starts_nothing(monkeypatch: pytest.Mon
     )
     late = Start(process=ProcessSpec(label="late-2", name="late", command=("late",), shown="late"))
     first = Start(process=ProcessSpec(label="a-1", name="a", command=("a",), shown="a"))
-    runner = Runner(Machine([first, handler]), [], stop_timeout_sec=1)
+    runner = of()
 
     async def close(guard: object) -> None:
         runner.graph({ADD})
 
     monkeypatch.setattr("actors.launch.runner.Guard.close", close)
-    running = asyncio.create_task(runner.run())
+    running = asyncio.create_task(runner.run([first, handler]))
     await asyncio.sleep(0)
     (body,) = FakeBody.made
     body.ends()
@@ -191,7 +197,7 @@ async def test_the_guard_goes_also_when_that_is_cancelled(monkeypatch: pytest.Mo
         gone.append("guard")
 
     monkeypatch.setattr("actors.launch.runner.Guard.close", close)
-    running = asyncio.create_task(of("a").run())
+    running = asyncio.create_task(of().run(processes("a")))
     await asyncio.sleep(0)
     FakeBody.made[0].ends()
     await closing.wait()
@@ -203,8 +209,8 @@ async def test_the_guard_goes_also_when_that_is_cancelled(monkeypatch: pytest.Mo
 
 async def test_it_goes_on_until_all_have_ended_though_all_tasks_are_cancelled() -> None:
     """As whoever ends a loop does."""
-    runner = of("a")
-    running = asyncio.create_task(runner.run())
+    runner = of()
+    running = asyncio.create_task(runner.run(processes("a")))
     await asyncio.sleep(0)
     (body,) = FakeBody.made
     body.obeys = False
@@ -222,10 +228,9 @@ async def test_it_goes_on_until_all_have_ended_though_all_tasks_are_cancelled() 
 async def test_what_a_process_writes_moves_no_timer() -> None:
     """A flood of lines costs none: it is set when what is due next is another moment."""
     specs = [ProcessSpec(label=f"{name}-1", name=name, command=(name,), shown=name) for name in "ab"]
-    runner = Runner(
-        Machine([Start(process=specs[0]), Start(process=specs[1], after_sec=1000.0)]), [], stop_timeout_sec=1
-    )
-    running = asyncio.create_task(runner.run())
+    runner = of()
+    steps = [Start(process=specs[0]), Start(process=specs[1], after_sec=1000.0)]
+    running = asyncio.create_task(runner.run(steps))
     await asyncio.sleep(0)
     (body,) = FakeBody.made
     timer = runner._timer
@@ -240,7 +245,7 @@ async def test_what_a_process_writes_moves_no_timer() -> None:
 async def test_one_that_was_given_up_has_no_say_any_more() -> None:
     """Its last words may come after its end, and it may end again; nobody is told."""
     told: list[Event] = []
-    running = asyncio.create_task(of("ab", told.append).run())
+    running = asyncio.create_task(of(told.append).run(processes("ab")))
     await asyncio.sleep(0)
     first, second = FakeBody.made
     first.ends(1)
@@ -254,8 +259,8 @@ async def test_one_that_was_given_up_has_no_say_any_more() -> None:
 
 async def test_a_restart_stops_one_and_starts_it_again() -> None:
     """The new one is another body, and is stopped with the launch."""
-    runner = of("a")
-    running = asyncio.create_task(runner.run())
+    runner = of()
+    running = asyncio.create_task(runner.run(processes("a")))
     await asyncio.sleep(0)
     runner.restart("a-1", "changed")
     while len(FakeBody.made) < 2:

@@ -133,7 +133,7 @@ async def test_it_needs_only_the_public_names_of_watchfiles(
     """Its private module may change with each release."""
     import watchfiles  # noqa: PLC0415 - has to be loaded before its module is hidden
 
-    assert watchfiles.watch
+    assert watchfiles.__name__
     monkeypatch.setitem(sys.modules, "watchfiles._rust_notify", None)
     witness = Witness(process("one-1", tmp_path))
     async with witness.watch.running():

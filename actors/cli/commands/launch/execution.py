@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
     with _prints_aside(json=options.json):
         launch = _planned(options, description, arguments, library)
     if options.dry_run:
-        for line in _shown_steps(launch.steps):
+        for line in _shown_steps(launch.plan()):
             print_out(line)
         return OK
     process.configure_process()
@@ -89,7 +89,7 @@ def _planned(
     options: argparse.Namespace, description: LaunchDescription, arguments: dict[str, str], library: Files
 ) -> Launch:
     try:
-        return Launch(
+        launch = Launch(
             description,
             arguments=arguments,
             url=options.url or None,
@@ -102,11 +102,13 @@ def _planned(
             keep=options.watch,
             watch_graph=options.json,
         )
+        launch.plan()  # before the loop runs: a signal interrupts whatever a launch file does
     except UnknownArgumentError as error:
         hint = did_you_mean(error.name, error.known) or "; see --show-args"
         raise CommandError(f"{error}{hint}", USAGE) from error
     except UnknownContextError as error:
         raise unknown_context(error) from error
+    return launch
 
 
 # Which file, with what
@@ -229,7 +231,7 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
 async def _run_watched(launch: Launch, launch_files: Collection[str]) -> bool:
     from actors.launch.watching import SourceWatch
 
-    watch = SourceWatch(launch.steps, launch_files=launch_files, restart=launch.restart, tell=launch.tell)
+    watch = SourceWatch(launch.plan(), launch_files=launch_files, restart=launch.restart, tell=launch.tell)
     launch.listen(watch.heard)
     async with watch.running():
         return await launch.run()

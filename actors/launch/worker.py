@@ -1,0 +1,56 @@
+"""Calls that may block, such as planning and functions of a description, outside of the event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from contextlib import suppress
+from contextvars import Context, ContextVar, copy_context
+from functools import partial
+from typing import TYPE_CHECKING, Final, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+T = TypeVar("T")
+
+_abandoned: Final[ContextVar[threading.Event | None]] = ContextVar("abandoned", default=None)
+
+
+def call_in_thread(call: Callable[[], T], context: Context | None = None) -> asyncio.Future[T]:
+    """Call something in a thread of its own, in a copy of a context.
+
+    A thread cannot be stopped, so it is a daemon: nothing waits for it, not even the end of the interpreter,
+    as it would with `asyncio.to_thread`. If the future is cancelled, `abandoned` is true in the thread.
+
+    Args:
+        call: What to call.
+        context: Which context; None: the current one.
+    """
+    loop = asyncio.get_running_loop()
+    future: asyncio.Future[T] = loop.create_future()
+    context = copy_context() if context is None else context.copy()
+    flag = threading.Event()
+
+    def settle(set_result: Callable[[], None]) -> None:
+        if not future.done():
+            set_result()
+
+    def work() -> None:
+        _abandoned.set(flag)
+        try:
+            set_result = partial(future.set_result, call())
+        except BaseException as error:  # noqa: BLE001 - it is raised to whoever awaits the future
+            set_result = partial(future.set_exception, error)
+        with suppress(RuntimeError):  # the loop has been closed
+            loop.call_soon_threadsafe(settle, set_result)
+
+    future.add_done_callback(lambda _: flag.set())
+    threading.Thread(target=context.run, args=(work,), name="launch worker", daemon=True).start()
+    return future
+
+
+def abandoned() -> bool:
+    """Tell a call in its thread whether nobody waits for it any more."""
+    flag = _abandoned.get()
+    return flag is not None and flag.is_set()
