@@ -78,6 +78,17 @@ if TYPE_CHECKING:
     from actors.parameters.types import Parameter as Parameter
     from actors.parameters.types import ParameterDescriptor as ParameterDescriptor
     from actors.parameters.types import ParameterType as ParameterType
+    from actors.processes.child import Child as Child
+    from actors.processes.child import Restart as Restart
+    from actors.processes.child import Strategy as Strategy
+    from actors.processes.child_events import ChildEvent as ChildEvent
+    from actors.processes.child_events import ChildEventKind as ChildEventKind
+    from actors.processes.child_events import ChildEventMessage as ChildEventMessage
+    from actors.processes.child_events import ChildEvents as ChildEvents
+    from actors.processes.outcome import Outcome as Outcome
+    from actors.processes.restart_plan import ChildState as ChildState
+    from actors.processes.supervisor import ChildStatus as ChildStatus
+    from actors.processes.supervisor import Supervisor as Supervisor
     from actors.qos.compatibility import QoSCompatibility as QoSCompatibility
     from actors.qos.compatibility import QoSPolicyKind as QoSPolicyKind
     from actors.qos.compatibility import qos_check_compatible as qos_check_compatible
@@ -91,17 +102,6 @@ if TYPE_CHECKING:
     from actors.qos.profile import qos_profile_sensor_data as qos_profile_sensor_data
     from actors.qos.profile import qos_profile_services_default as qos_profile_services_default
     from actors.runtime.run import run as run
-    from actors.supervision.events import ChildEvent as ChildEvent
-    from actors.supervision.events import ChildEventKind as ChildEventKind
-    from actors.supervision.events import ChildEventMessage as ChildEventMessage
-    from actors.supervision.events import ChildEvents as ChildEvents
-    from actors.supervision.outcome import Outcome as Outcome
-    from actors.supervision.plan import ChildState as ChildState
-    from actors.supervision.specification import Child as Child
-    from actors.supervision.specification import Restart as Restart
-    from actors.supervision.specification import Strategy as Strategy
-    from actors.supervision.supervisor import ChildStatus as ChildStatus
-    from actors.supervision.supervisor import Supervisor as Supervisor
     from actors.time.clock import Clock as Clock
     from actors.time.types import ClockType as ClockType
     from actors.time.types import Duration as Duration
@@ -232,20 +232,20 @@ __getattr__, __dir__ = lazy_names(
         "actors.endpoints.service_introspection": ("ServiceIntrospectionState",),
         "actors.endpoints.subscription.backlog": ("MessageInfo",),
         "actors.endpoints.subscription.subscription": ("Subscription",),
-        "actors.supervision.events": (
+        "actors.processes.child_events": (
             "ChildEvent",
             "ChildEventKind",
             "ChildEventMessage",
             "ChildEvents",
         ),
-        "actors.supervision.outcome": ("Outcome",),
-        "actors.supervision.plan": ("ChildState",),
-        "actors.supervision.specification": (
+        "actors.processes.outcome": ("Outcome",),
+        "actors.processes.restart_plan": ("ChildState",),
+        "actors.processes.child": (
             "Child",
             "Restart",
             "Strategy",
         ),
-        "actors.supervision.supervisor": (
+        "actors.processes.supervisor": (
             "ChildStatus",
             "Supervisor",
         ),

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.launch.errors import LaunchError
 from actors.launch.worker import abandoned
-from actors.supervision.guard import SHELL
+from actors.processes.guard import SHELL
 from proto.errors import shown
 
 if TYPE_CHECKING:

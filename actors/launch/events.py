@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from actors.launch.actions import Launched
     from actors.launch.presence import Presence
     from actors.launch.steps import ProcessSpec
-    from actors.supervision.outcome import Outcome
+    from actors.processes.outcome import Outcome
 
     Listener: TypeAlias = Callable[["Event"], None]
     """Is called with each event when it happens. It must not wait."""

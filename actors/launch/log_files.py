@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 from actors.launch.events import Level, Message, ProcessEvent, ProcessIO, Stream
 from actors.launch.log_folder import LogFolder
 from actors.launch.outgoing import Outgoing
-from actors.launch.steering import plain_line, steers
+from actors.launch.sanitize import has_controls, plain_line
 from actors.launch.steps import OutputMode
 from actors.launch.wording import message_of
 from actors.logging.terminal_text import harmless
@@ -163,9 +163,9 @@ def _writes(event: ProcessIO) -> list[tuple[str, bytes]]:
 
 
 def _plain(event: ProcessIO, begin: str = "") -> bytes:
-    """Return the lines without colours and what else steers a terminal, each with a beginning."""
+    """Return the lines without colours and what else has_controls a terminal, each with a beginning."""
     first = begin.encode(errors="backslashreplace")
-    lines = map(plain_line, event.lines) if steers(b"".join(event.lines)) else event.lines
+    lines = map(plain_line, event.lines) if has_controls(b"".join(event.lines)) else event.lines
     return b"".join(first + line + b"\n" for line in lines)
 
 

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from actors.launch.agenda import Agenda
 from actors.launch.events import (
     Appeared,
     Event,
@@ -31,16 +30,17 @@ from actors.launch.events import (
     ShuttingDown,
 )
 from actors.launch.handlers import MAX_HANDLERS, Answer, Handlers
-from actors.launch.roster import ProcessState, Roster
+from actors.launch.process_table import ProcessState, ProcessTable
+from actors.launch.schedule import Schedule
 from actors.launch.steps import MAX_PROCESSES, Call, End, ProcessSpec, React, Say, Start, all_steps
-from actors.supervision.outcome import Outcome
+from actors.processes.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Sequence
 
     from actors.launch.events import Stream
     from actors.launch.presence import Presence
-    from actors.launch.roster import Process
+    from actors.launch.process_table import ProcessEntry
     from actors.launch.steps import Step
 
 REMINDER_SEC: Final = 10.0
@@ -132,9 +132,9 @@ class Machine:
         self.mistake = ""
         self._keep = keep
         self._split = False
-        self._roster = Roster()
+        self._table = ProcessTable()
         self._handlers = Handlers()
-        self._agenda = Agenda()
+        self._schedule = Schedule()
         self._failed_runs: set[str] = set()
         self._now = 0.0
         self._stopped_at = 0.0
@@ -154,18 +154,18 @@ class Machine:
     @property
     def over(self) -> bool:
         """Whether the launch has ended: nothing runs, and nothing will."""
-        return self.stopping and not self._roster.living and self._asked is None
+        return self.stopping and not self._table.living and self._asked is None
 
     @property
     def wake_at(self) -> float | None:
         """When it wants to be ticked; None: not before something happens."""
         if self.stopping and self._asked is not None:
             return self._stopped_at + LAST_FUNCTION_SEC
-        return self._agenda.next_at
+        return self._schedule.next_at
 
     def state(self, label: str) -> ProcessState:
         """Return where a process is in its life; one that nobody knows any more is dead."""
-        process = self._roster.get(label)
+        process = self._table.get(label)
         return ProcessState.DEAD if process is None else process.state
 
     # What happens
@@ -180,7 +180,7 @@ class Machine:
     def started(self, label: str, pid: int | None, now: float) -> list[Effect]:
         """A process runs."""
         self._now = now
-        process = self._roster[label]
+        process = self._table[label]
         process.pid = pid
         self._happen(ProcessStarted(process.spec, pid))
         return self._done()
@@ -188,14 +188,14 @@ class Machine:
     def wrote(self, label: str, stream: Stream, lines: Sequence[bytes], now: float) -> list[Effect]:
         """A process has written lines."""
         self._now = now
-        process = self._roster[label]
+        process = self._table[label]
         self._happen(ProcessIO(process.spec, process.pid, stream, tuple(lines)))
         return self._done()
 
     def ended(self, label: str, outcome: Outcome, now: float) -> list[Effect]:
         """A process has ended, or could not be started."""
         self._now = now
-        self._end(self._roster[label], outcome)
+        self._end(self._table[label], outcome)
         return self._done()
 
     def answered(self, ask: Ask, answer: Answer, now: float) -> list[Effect]:
@@ -212,7 +212,7 @@ class Machine:
         self.presences = presences
         for each in sorted(new, key=str):
             self._happen(Appeared(each))
-        for process in self._roster.in_state(ProcessState.WAITING):
+        for process in self._table.in_state(ProcessState.WAITING):
             if not process.missing(presences):
                 self._enter(process)
         return self._done()
@@ -220,7 +220,7 @@ class Machine:
     def restart(self, label: str, reason: str, now: float) -> list[Effect]:
         """Start a process again, whatever it does now; one that waits goes on doing so."""
         self._now = now
-        process = self._roster.get(label)
+        process = self._table.get(label)
         waits = process is not None and (process.state is ProcessState.WAITING or process.again)
         if process is not None and not waits and not self.stopping:
             self._tell(ProcessRestarts(process.spec, process.pid, 0.0, reason))
@@ -245,7 +245,7 @@ class Machine:
     def tick(self, now: float) -> list[Effect]:
         """Time has passed."""
         self._now = now
-        for act in self._agenda.due(now):
+        for act in self._schedule.due(now):
             act(now)
         if self.stopping and now >= self._stopped_at + LAST_FUNCTION_SEC:
             self._abandon()
@@ -255,7 +255,7 @@ class Machine:
 
     def _done(self) -> list[Effect]:
         """Return what is to be done; a launch that has nothing left to do ends."""
-        busy = self._roster.living or self._agenda.holding or self._asked is not None
+        busy = self._table.living or self._schedule.holding or self._asked is not None
         if not (self.stopping or busy or self._keep):
             self._react(self._stop_all("nothing is left to run"))
         effects, self._effects = self._effects, []
@@ -340,7 +340,7 @@ class Machine:
             if step.after_sec <= 0:
                 yield from self._step(step)
             elif not self.stopping:
-                self._agenda.add(self._now + step.after_sec, partial(self._step_is_due, step), holds=True)
+                self._schedule.add(self._now + step.after_sec, partial(self._step_is_due, step), holds=True)
 
     def _step_is_due(self, step: Step, now: float) -> None:
         del now
@@ -366,7 +366,7 @@ class Machine:
         self._handlers.add(handler)
         if handler.split and not self._split:
             self._split = True
-            for process in self._roster.in_state(ProcessState.UP):
+            for process in self._table.in_state(ProcessState.UP):
                 if not process.split:
                     self._tell(Message(Level.WARN, UNSPLIT, process.spec.label))
         if handler.presence in self.presences:
@@ -380,66 +380,68 @@ class Machine:
         if self.state(spec.label) is not ProcessState.DEAD:
             self._tell(Message(Level.WARN, "runs already; it is not started a second time", spec.label))
             return
-        process = self._roster.add(spec)
+        process = self._table.add(spec)
         if process is None:
             yield from self._fail(f"More than {MAX_PROCESSES} processes would run")
             return
         self._enter(process)
 
-    def _enter(self, process: Process) -> None:
+    def _enter(self, process: ProcessEntry) -> None:
         """Start a process, when what it depends on is there."""
         if process.missing(self.presences):
             self._wait(process)
             return
-        self._roster.move(process, ProcessState.UP, self._now)
+        self._table.move(process, ProcessState.UP, self._now)
         process.split = self._split or process.spec.output.splits
         self._effects.append(Run(process.spec, process.split))
 
-    def _wait(self, process: Process) -> None:
-        self._roster.move(process, ProcessState.WAITING, self._now)
+    def _wait(self, process: ProcessEntry) -> None:
+        self._table.move(process, ProcessState.WAITING, self._now)
         self._remind(process, process.turn, self._now)
         deadline = self._now + process.spec.depends_timeout_sec
         if deadline < math.inf:
-            self._agenda.add(deadline, partial(self._waited_enough, process, process.turn))
+            self._schedule.add(deadline, partial(self._waited_enough, process, process.turn))
 
-    def _remind(self, process: Process, turn: int, now: float) -> None:
+    def _remind(self, process: ProcessEntry, turn: int, now: float) -> None:
         if process.turn == turn:
             so_far_sec = now - process.since
             self._tell(ProcessWaits(process.spec, None, process.missing(self.presences), so_far_sec))
             later = now + max(so_far_sec, REMINDER_SEC)
-            self._agenda.add(later, partial(self._remind, process, turn))
+            self._schedule.add(later, partial(self._remind, process, turn))
 
-    def _waited_enough(self, process: Process, turn: int, now: float) -> None:
+    def _waited_enough(self, process: ProcessEntry, turn: int, now: float) -> None:
         del now
         if process.turn == turn:
             missing = " and ".join(map(str, process.missing(self.presences)))
             reason = f"{missing} was not there within {process.spec.depends_timeout_sec:g} s"
             self._end(process, Outcome(normal=False, reason=reason))
 
-    def _end(self, process: Process, outcome: Outcome) -> None:
+    def _end(self, process: ProcessEntry, outcome: Outcome) -> None:
         """A process has ended: tell, react, and see what that means."""
         spec = process.spec
         lived_sec = self._now - process.since
         self._note_run(process, outcome)
-        self._roster.move(process, ProcessState.DEAD, self._now)
+        self._table.move(process, ProcessState.DEAD, self._now)
         pid, process.pid = process.pid, None
         event = ProcessExited(spec, pid, outcome)
         self._tell(event)
         self._react(self._after_end(process, process.turn, event, lived_sec))
 
-    def _after_end(self, process: Process, turn: int, event: ProcessExited, lived_sec: float) -> _Reaction:
+    def _after_end(
+        self, process: ProcessEntry, turn: int, event: ProcessExited, lived_sec: float
+    ) -> _Reaction:
         spec = process.spec
         yield from self._respond(event)
         if spec.on_exit is not None:
             yield from self._heed(spec.on_exit, event)
-        if self._roster.get(spec.label) is not process or process.turn != turn:
+        if self._table.get(spec.label) is not process or process.turn != turn:
             return  # it has been started again meanwhile
         if not self.stopping:
             yield from self._go_on(process, event.outcome, lived_sec)
         if process.state is ProcessState.DEAD and (spec.made_later or not self._keep):
-            self._roster.drop(process)
+            self._table.drop(process)
 
-    def _note_run(self, process: Process, outcome: Outcome) -> None:
+    def _note_run(self, process: ProcessEntry, outcome: Outcome) -> None:
         """Remember whether the last run of a process failed. A signal from this launch is no failure."""
         label = process.spec.label
         # A process that stops at SIGINT or SIGTERM from the launch has a normal outcome already.
@@ -449,22 +451,22 @@ class Machine:
         elif len(self._failed_runs) < MAX_PROCESSES:
             self._failed_runs.add(label)
 
-    def _go_on(self, process: Process, outcome: Outcome, lived_sec: float) -> _Reaction:
+    def _go_on(self, process: ProcessEntry, outcome: Outcome, lived_sec: float) -> _Reaction:
         """See what comes after the end of a process."""
         spec = process.spec
         if process.again:
             process.again = False
             self._enter(process)
         elif (delay := process.respawn_delay(lived_sec)) is not None:
-            self._roster.move(process, ProcessState.RESTARTING, self._now)
+            self._table.move(process, ProcessState.RESTARTING, self._now)
             self._tell(ProcessRestarts(spec, None, delay, "respawn"))
-            self._agenda.add(self._now + delay, partial(self._respawn, process, process.turn))
+            self._schedule.add(self._now + delay, partial(self._respawn, process, process.turn))
         elif spec.required and (outcome.normal or not self._keep):
             self.failed = self.failed or not outcome.normal
             reason = spec.end_reason and f"{spec.label} has ended: {spec.end_reason}"
             yield from self._stop(reason or f"{spec.label} is required and has ended")
 
-    def _respawn(self, process: Process, turn: int, now: float) -> None:
+    def _respawn(self, process: ProcessEntry, turn: int, now: float) -> None:
         del now
         if process.turn == turn:
             self._enter(process)
@@ -478,11 +480,11 @@ class Machine:
         event = ShuttingDown(reason)
         self.stopping = True
         self._stopped_at = self._now
-        self._agenda.clear()
+        self._schedule.clear()
         self._tell(event)
         for state in (ProcessState.WAITING, ProcessState.RESTARTING):
-            for process in self._roster.in_state(state):
-                self._roster.move(process, ProcessState.DEAD, self._now)
+            for process in self._table.in_state(state):
+                self._table.move(process, ProcessState.DEAD, self._now)
         self._effects.append(StopAll())
         return self._respond(event)
 

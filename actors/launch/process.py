@@ -10,26 +10,26 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.launch.events import Level, Stream
 from actors.launch.lines import Lines
-from actors.launch.obstacles import obstacle_to
-from actors.launch.pseudo_terminal import CAN_EMULATE, open_terminal
+from actors.launch.preflight import preflight
 from actors.logging.logger import get_logger
-from actors.supervision.process_body import ProcessBody
-from actors.supervision.specification import Child
+from actors.processes.child import Child
+from actors.processes.process_execution import ProcessExecution
+from actors.processes.pseudo_terminal import CAN_EMULATE, open_terminal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from actors.launch.steps import ProcessSpec
     from actors.logging.logger import LoggingSeverity
-    from actors.supervision.guard import Guard
-    from actors.supervision.outcome import Outcome
-    from actors.supervision.process import Process
+    from actors.processes.guard import Guard
+    from actors.processes.outcome import Outcome
+    from actors.processes.process import Process
 
 REST_TIMEOUT_SEC: Final = 1.0
 """How long its pipe or terminal is read after its end. Only what has left its group can hold that open."""
 
 
-class LaunchedProcess(ProcessBody):
+class LaunchedProcess(ProcessExecution):
     """One run of a process. It is stopped as a supervisor's child is: SIGINT, SIGTERM, SIGKILL.
 
     Args:
@@ -39,7 +39,7 @@ class LaunchedProcess(ProcessBody):
         write: Takes its lines; at its end all of them have come.
         say: Takes what there is to say of it.
         stop_timeout_sec: What each step of stopping it may take, unless the specification says otherwise.
-        reports: As a body's.
+        reports: As an execution's.
     """
 
     def __init__(
@@ -62,8 +62,8 @@ class LaunchedProcess(ProcessBody):
         self._pipes: list[int] = []
 
     async def _run(self) -> Outcome:
-        if not self.stopping and (obstacle := obstacle_to(self._spec)) is not None:
-            return obstacle
+        if not self.stopping and (problem := preflight(self._spec)) is not None:
+            return problem
         async with AsyncExitStack() as stack:
             stack.callback(self._close_pipes)
             readers = [await self._open(stream, stack) for stream in self._streams]
@@ -90,8 +90,8 @@ class LaunchedProcess(ProcessBody):
         stack.callback(transport.close)
         return reader
 
-    def _patience_sec(self, rung: int) -> float:
-        return self._spec.patience_sec(rung, super()._patience_sec(rung))
+    def _patience_sec(self, step: int) -> float:
+        return self._spec.patience_sec(step, super()._patience_sec(step))
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
         self._say(Level(severity.name), f"process {text}")

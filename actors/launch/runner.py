@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 from actors.launch.events import Event, Level, Message
 from actors.launch.handlers import ask
 from actors.launch.machine import Ask, HurryAll, Run, Stop, StopAll, Tell
-from actors.launch.node_body import NodeBody
+from actors.launch.node_execution import NodeExecution
 from actors.launch.process import LaunchedProcess
 from actors.launch.worker import call_in_thread
-from actors.supervision.guard import Guard
+from actors.processes.guard import Guard
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from actors.launch.machine import Effect, Machine
     from actors.launch.presence import Presence
     from actors.launch.steps import ProcessSpec, Step
-    from actors.supervision.outcome import Outcome
+    from actors.processes.outcome import Outcome
 
 
-class Body(Protocol):
+class Execution(Protocol):
     """A process that has been told to start."""
 
     @property
@@ -62,7 +62,7 @@ class Runner:
         self._listeners = listeners
         self._stop_timeout_sec = stop_timeout_sec
         self._guard = Guard()
-        self._bodies: dict[str, Body] = {}
+        self._executions: dict[str, Execution] = {}
         self._effects: deque[Effect] = deque()
         self._call: asyncio.Future[Answer] | None = None
         self._began = False
@@ -153,7 +153,7 @@ class Runner:
             self._set_timer()
         except Exception as error:  # noqa: BLE001 - it is raised to whoever runs the launch
             self._broken(error)
-        if not self._bodies and (self._machine.over or self._failure is not None):
+        if not self._executions and (self._machine.over or self._failure is not None):
             self._over.set()
 
     def _do(self, effect: Effect) -> None:
@@ -164,27 +164,27 @@ class Runner:
                 if self._failure is None:
                     self._start(effect.process, split=effect.split)
             case Stop():
-                self._bodies[effect.label].stop()
+                self._executions[effect.label].stop()
             case StopAll():
-                for body in tuple(self._bodies.values()):
-                    body.stop()
+                for execution in tuple(self._executions.values()):
+                    execution.stop()
             case Ask():
                 self._call = call_in_thread(partial(ask, effect.give), self._context)
                 self._call.add_done_callback(partial(self._answered, effect))
             case HurryAll():
-                for body in tuple(self._bodies.values()):
-                    body.hurry()
+                for execution in tuple(self._executions.values()):
+                    execution.hurry()
 
     def _start(self, spec: ProcessSpec, *, split: bool) -> None:
         label = spec.label
 
         def if_known(tell: Callable[[float], list[Effect]]) -> None:
             # One that could not be stopped has been given up, and may still have its say.
-            if self._bodies.get(label) is body:
+            if self._executions.get(label) is execution:
                 self._happened(tell)
 
         def started() -> None:
-            if_known(partial(self._machine.started, label, body.pid))
+            if_known(partial(self._machine.started, label, execution.pid))
 
         def wrote(stream: Stream, lines: Sequence[bytes]) -> None:
             if_known(partial(self._machine.wrote, label, stream, lines))
@@ -193,8 +193,8 @@ class Runner:
             self.tell(Message(level, text, label))
 
         def ended(outcome: Outcome) -> None:
-            if self._bodies.get(label) is body:
-                del self._bodies[label]
+            if self._executions.get(label) is execution:
+                del self._executions[label]
                 self._happened(partial(self._machine.ended, label, outcome))
 
         told: dict[str, Any] = {
@@ -204,13 +204,13 @@ class Runner:
             "on_ended": ended,
             "stop_timeout_sec": self._stop_timeout_sec,
         }
-        body: Body
+        execution: Execution
         if spec.program is None:
-            body = LaunchedProcess(spec, self._guard, split=split, **told)
+            execution = LaunchedProcess(spec, self._guard, split=split, **told)
         else:
-            body = NodeBody(spec, **told)
-        self._bodies[label] = body
-        body.start(self._context)
+            execution = NodeExecution(spec, **told)
+        self._executions[label] = execution
+        execution.start(self._context)
 
     def _answered(self, effect: Ask, answer: asyncio.Future[Answer]) -> None:
         if not answer.cancelled():
@@ -237,5 +237,5 @@ class Runner:
         self._failure = self._failure or error
         self._effects.clear()
         self._set_timer()
-        for body in tuple(self._bodies.values()):
-            body.stop()
+        for execution in tuple(self._executions.values()):
+            execution.stop()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from actors.launch.events import Level, ProcessIO, Stream
-from actors.launch.steering import shown_line, steers
+from actors.launch.sanitize import has_controls, sanitize_line
 from actors.launch.steps import OutputMode
 from actors.launch.wording import message_of
 from actors.logging.terminal_text import LEVEL_COLORS, RESET, harmless
@@ -43,9 +43,9 @@ class Screen:
     def _labelled(self, event: ProcessIO) -> bytes:
         label = f"{self._label(event.process_name)} ".encode(errors="backslashreplace")
         lines = event.lines
-        if not steers(b"".join(lines)):
+        if not has_controls(b"".join(lines)):
             return b"".join(label + line + b"\n" for line in lines)
-        shown = map(shown_line, lines)
+        shown = map(sanitize_line, lines)
         # A colour that a line leaves on would colour all that follows.
         return b"".join(label + line + (_RESET_LINE if b"\x1b" in line else b"\n") for line in shown)
 

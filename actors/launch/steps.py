@@ -102,9 +102,9 @@ class ProcessSpec:
     made_later: bool = False
     sources: tuple[str, ...] = ()
 
-    def patience_sec(self, rung: int, otherwise: float) -> float:
-        """Return what it gets after rung 0 (SIGINT) or 1 (SIGTERM) of stopping it, else `otherwise`."""
-        own = {0: self.sigterm_timeout_sec, 1: self.sigkill_timeout_sec}.get(rung)
+    def patience_sec(self, step: int, otherwise: float) -> float:
+        """Return what it gets after step 0 (SIGINT) or 1 (SIGTERM) of stopping it, else `otherwise`."""
+        own = {0: self.sigterm_timeout_sec, 1: self.sigkill_timeout_sec}.get(step)
         return otherwise if own is None else own
 
 

@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.config.environment import foreign_variables
+from actors.launch.captured_logs import captured_logs
+from actors.launch.captured_streams import captured_streams
 from actors.launch.description import LaunchDescription
 from actors.launch.errors import LaunchError
 from actors.launch.launching import Launch
 from actors.launch.presence import Presence, PresenceKind
-from actors.launch.voice_logs import voice_logs
-from actors.launch.voice_streams import voice_streams
 from actors.testing.transcript import LAUNCH, ProcessState, Search, Transcript
 from broker import Broker, BrokerOptions
 from proto.errors import CallboardError
@@ -361,8 +361,8 @@ class _Ears:
     def open(self) -> Generator[None]:
         """Hear meanwhile. The logging and the streams are the whole process's: one pair of ears is enough."""
         if not self._users:
-            self._installed.enter_context(voice_logs())
-            self._installed.enter_context(voice_streams())
+            self._installed.enter_context(captured_logs())
+            self._installed.enter_context(captured_streams())
         self._users += 1
         try:
             yield

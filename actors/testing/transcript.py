@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from actors.launch.presence import Presence
     from actors.launch.steps import ProcessSpec
-    from actors.supervision.outcome import Outcome
+    from actors.processes.outcome import Outcome
 
 MAX_LINES: Final = 10_000
 MAX_BYTES: Final = 4 * 1024 * 1024

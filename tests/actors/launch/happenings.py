@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors.launch.events import ProcessExited, ProcessIO, ProcessStarted, Stream
 from actors.launch.steps import ProcessSpec
-from actors.supervision.outcome import outcome_of_exit
+from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:
     from actors.node.node import Node

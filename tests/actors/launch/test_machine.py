@@ -37,9 +37,9 @@ from actors.launch.machine import (
     awaits_graph,
 )
 from actors.launch.presence import Presence, PresenceKind
-from actors.launch.roster import ProcessState
+from actors.launch.process_table import ProcessState
 from actors.launch.steps import MAX_PROCESSES, Call, End, OutputMode, ProcessSpec, React, Say, Start
-from actors.supervision.outcome import Outcome, outcome_of_exit
+from actors.processes.outcome import Outcome, outcome_of_exit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

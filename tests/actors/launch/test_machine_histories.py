@@ -11,9 +11,9 @@ from actors.launch.events import Appeared, Event, Level, Message, ProcessExited,
 from actors.launch.handlers import ask
 from actors.launch.machine import ABANDONED, Ask, HurryAll, Machine, Run, Stop, StopAll, Tell
 from actors.launch.presence import Presence, PresenceKind
-from actors.launch.roster import ProcessState
+from actors.launch.process_table import ProcessState
 from actors.launch.steps import End, ProcessSpec, React, Say, Start
-from actors.supervision.outcome import outcome_of_exit
+from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:
     from actors.launch.machine import Effect
@@ -29,7 +29,7 @@ class History:
 
     Attributes:
         machine: The machine.
-        bodies: The processes that run, by label, and whether they have said so.
+        executions: The processes that run, by label, and whether they have said so.
     """
 
     def __init__(self, seed: int) -> None:
@@ -38,7 +38,7 @@ class History:
         steps = [self._start(), *self._steps(0)]
         self.machine = Machine(keep=self._maybe(0.3))
         self.now = 0.0
-        self.bodies: dict[str, bool] = {}
+        self.executions: dict[str, bool] = {}
         self.asked: list[Ask] = []
         self._does(self.machine.begin(steps, self.now))
 
@@ -103,11 +103,11 @@ class History:
     def _does(self, effects: list[Effect]) -> None:
         for effect in effects:
             if isinstance(effect, Run):
-                assert effect.process.label not in self.bodies, "started though it runs"
+                assert effect.process.label not in self.executions, "started though it runs"
                 assert not self.machine.stopping or StopAll() in effects, "started while the launch ends"
-                self.bodies[effect.process.label] = False
+                self.executions[effect.process.label] = False
             elif isinstance(effect, Stop):
-                assert effect.label in self.bodies, "stopped though it does not run"
+                assert effect.label in self.executions, "stopped though it does not run"
             elif isinstance(effect, HurryAll):
                 assert self.machine.stopping
             elif isinstance(effect, Tell) and effect.event == Message(Level.WARN, ABANDONED):
@@ -124,8 +124,8 @@ class History:
             self._does(machine.tick(self.now))
         elif self.asked and chance < 0.6:
             self._answers()
-        elif self.bodies and chance < 0.8:
-            self._happens_to(self._random.choice(sorted(self.bodies)))
+        elif self.executions and chance < 0.8:
+            self._happens_to(self._random.choice(sorted(self.executions)))
         elif chance < 0.9:
             there = frozenset(self._random.sample(THINGS, self._random.randrange(4)))
             self._does(machine.graph(there, self.now))
@@ -141,11 +141,11 @@ class History:
         self._does(self.machine.answered(asked, ask(asked.give), self.now))
 
     def _happens_to(self, label: str) -> None:
-        if not self.bodies[label] and self._maybe(0.8):
-            self.bodies[label] = True
+        if not self.executions[label] and self._maybe(0.8):
+            self.executions[label] = True
             self._does(self.machine.started(label, 7, self.now))
         else:
-            del self.bodies[label]
+            del self.executions[label]
             outcome = outcome_of_exit(self._random.choice([0, 1, -2]))
             self._does(self.machine.ended(label, outcome, self.now))
 
@@ -154,20 +154,20 @@ class History:
         machine = self.machine
         labels = [f"p-{number}" for number in range(1, self._names + 1)]
         up = {label for label in labels if machine.state(label) is ProcessState.UP}
-        assert up == self.bodies.keys()
+        assert up == self.executions.keys()
         restarting = any(machine.state(label) is ProcessState.RESTARTING for label in labels)
         assert machine.wake_at is not None or not restarting
-        assert machine.over is (machine.stopping and not self.bodies and not self.asked)
+        assert machine.over is (machine.stopping and not self.executions and not self.asked)
 
     def ends(self) -> None:
         """Stop it; it is over when all that ran has ended."""
         self._does(self.machine.stop("enough", self.now))
-        for label in tuple(self.bodies):
-            del self.bodies[label]
+        for label in tuple(self.executions):
+            del self.executions[label]
             self._does(self.machine.ended(label, outcome_of_exit(0), self.now))
         while self.asked:
             self._answers()
-        assert not self.bodies
+        assert not self.executions
         assert self.machine.over
 
 

@@ -15,9 +15,9 @@ from actors.launch import process as module
 from actors.launch.events import Stream
 from actors.launch.process import LaunchedProcess
 from actors.launch.steps import ProcessSpec
-from actors.supervision import body, process_body
-from actors.supervision.guard import Guard
-from actors.supervision.process import Process
+from actors.processes import execution, process_execution
+from actors.processes.guard import Guard
+from actors.processes.process import Process
 from proto.aio import process
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from actors.launch.events import Level
-    from actors.supervision.outcome import Outcome
+    from actors.processes.outcome import Outcome
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
 
@@ -199,8 +199,8 @@ async def test_what_cannot_be_stopped_is_left(monkeypatch: pytest.MonkeyPatch, *
         raise ValueError(text)
 
     asyncio.get_running_loop().set_exception_handler(lambda _loop, _context: None)
-    monkeypatch.setattr(body, "LAST_RUNG_SEC", 0.05)
-    monkeypatch.setattr(process_body, "LAST_RUNG_SEC", 0.05)
+    monkeypatch.setattr(execution, "LAST_STEP_SEC", 0.05)
+    monkeypatch.setattr(process_execution, "LAST_STEP_SEC", 0.05)
     guard = Guard()
     run = Run(guard, "echo here; sleep 1000", stop_timeout_sec=0.05, say=None if heard else fail)
     await run.says(b"here")

@@ -44,7 +44,7 @@ from actors.launch.plan import make_plan
 from actors.launch.presence import Presence, PresenceKind
 from actors.launch.steps import Call, End, React, Say, Start, Step
 from actors.launch.substitutions import LaunchConfiguration, Scope
-from actors.supervision.outcome import outcome_of_exit
+from actors.processes.outcome import outcome_of_exit
 from tests.actors.launch.shelf import Shelf
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""The runner carries out what the machine decides: bodies here are made up, and end when they are told to."""
+"""The runner carries out what the machine decides: executions here are made up, and end when told to."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from actors.launch.machine import Machine
 from actors.launch.presence import Presence, PresenceKind
 from actors.launch.runner import Runner
 from actors.launch.steps import ProcessSpec, React, Start
-from actors.supervision.outcome import outcome_of_exit
+from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:
     import contextvars
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 ADD = Presence(PresenceKind.SERVICE, "/add")
 
 
-class FakeBody:
+class FakeExecution:
     """A process that is made up. `made` has all of them."""
 
-    made: list[FakeBody]
+    made: list[FakeExecution]
 
     def __init__(self, spec: ProcessSpec, *args: Any, **told: Any) -> None:
         self.spec = spec
@@ -35,7 +35,7 @@ class FakeBody:
         self.pid = 7
         self.asked: list[str] = []
         self.obeys = True
-        FakeBody.made.append(self)
+        FakeExecution.made.append(self)
 
     def start(self, context: contextvars.Context) -> None:
         self.told["on_started"]()
@@ -58,8 +58,8 @@ class FakeBody:
 
 @pytest.fixture(autouse=True)
 def _fake(monkeypatch: pytest.MonkeyPatch) -> None:
-    FakeBody.made = []
-    monkeypatch.setattr(runner_module, "LaunchedProcess", FakeBody)
+    FakeExecution.made = []
+    monkeypatch.setattr(runner_module, "LaunchedProcess", FakeExecution)
 
 
 def processes(names: str) -> list[Step]:
@@ -80,7 +80,7 @@ async def test_it_ends_when_all_have_ended() -> None:
     told: list[str] = []
     running = asyncio.create_task(of(lambda event: told.append(type(event).__name__)).run(processes("ab")))
     await asyncio.sleep(0)
-    first, second = FakeBody.made
+    first, second = FakeExecution.made
     first.writes(b"x")
     first.ends()
     second.ends(1)
@@ -98,7 +98,7 @@ async def test_a_listener_may_stop_the_launch() -> None:
     told: list[Event] = []
     runner = of(stop, told.append)
     assert await runner.run(processes("ab"))
-    assert [each.asked for each in FakeBody.made] == [["stop"], ["stop"]]
+    assert [each.asked for each in FakeExecution.made] == [["stop"], ["stop"]]
     assert told.count(ShuttingDown("enough")) == 1
 
 
@@ -111,7 +111,7 @@ async def test_a_listener_that_fails_fails_the_launch() -> None:
 
     running = asyncio.create_task(of(fail).run(processes("ab")))
     await asyncio.sleep(0)
-    first, second = FakeBody.made
+    first, second = FakeExecution.made
     first.writes(b"x")
     with pytest.raises(OSError, match="a bug"):
         await running
@@ -123,18 +123,18 @@ async def test_cancelling_it_stops_all_and_then_hurries() -> None:
     runner = of()
     running = asyncio.create_task(runner.run(processes("a")))
     await asyncio.sleep(0)
-    (body,) = FakeBody.made
-    body.obeys = False
+    (execution,) = FakeExecution.made
+    execution.obeys = False
     loop = asyncio.get_running_loop()
     running.cancel()
-    while not body.asked:
+    while not execution.asked:
         await asyncio.sleep(0)
-    assert body.asked == ["stop"]
+    assert execution.asked == ["stop"]
     begun = loop.time()
-    while body.asked == ["stop"] and loop.time() < begun + 30:
+    while execution.asked == ["stop"] and loop.time() < begun + 30:
         running.cancel()
         await asyncio.sleep(0)
-    assert body.asked[1] == "hurry"
+    assert execution.asked[1] == "hurry"
     with pytest.raises(asyncio.CancelledError):
         await running
 
@@ -153,16 +153,16 @@ async def test_after_a_failure_nothing_is_started_any_more() -> None:
     runner = of(fail)
     running = asyncio.create_task(runner.run(steps))
     await asyncio.sleep(0)
-    (body,) = FakeBody.made
-    body.obeys = False
-    body.writes(b"x")
+    (execution,) = FakeExecution.made
+    execution.obeys = False
+    execution.writes(b"x")
     late = asyncio.get_running_loop().create_future()
     asyncio.get_running_loop().call_later(0.05, late.set_result, None)
     await late
-    body.ends(1)
+    execution.ends(1)
     with pytest.raises(OSError, match="a bug"):
         await running
-    assert FakeBody.made == [body]
+    assert FakeExecution.made == [execution]
 
 
 async def test_what_happens_after_its_end_starts_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,10 +180,10 @@ async def test_what_happens_after_its_end_starts_nothing(monkeypatch: pytest.Mon
     monkeypatch.setattr("actors.launch.runner.Guard.close", close)
     running = asyncio.create_task(runner.run([first, handler]))
     await asyncio.sleep(0)
-    (body,) = FakeBody.made
-    body.ends()
+    (execution,) = FakeExecution.made
+    execution.ends()
     assert await running
-    assert FakeBody.made == [body]
+    assert FakeExecution.made == [execution]
 
 
 async def test_the_guard_goes_also_when_that_is_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -199,7 +199,7 @@ async def test_the_guard_goes_also_when_that_is_cancelled(monkeypatch: pytest.Mo
     monkeypatch.setattr("actors.launch.runner.Guard.close", close)
     running = asyncio.create_task(of().run(processes("a")))
     await asyncio.sleep(0)
-    FakeBody.made[0].ends()
+    FakeExecution.made[0].ends()
     await closing.wait()
     running.cancel()
     with pytest.raises(asyncio.CancelledError):
@@ -212,15 +212,15 @@ async def test_it_goes_on_until_all_have_ended_though_all_tasks_are_cancelled() 
     runner = of()
     running = asyncio.create_task(runner.run(processes("a")))
     await asyncio.sleep(0)
-    (body,) = FakeBody.made
-    body.obeys = False
+    (execution,) = FakeExecution.made
+    execution.obeys = False
     for task in asyncio.all_tasks() - {asyncio.current_task()}:
         task.cancel()
-    while not body.asked:
+    while not execution.asked:
         await asyncio.sleep(0)
     await asyncio.sleep(0)
     assert not running.done()
-    body.ends()
+    execution.ends()
     with pytest.raises(asyncio.CancelledError):
         await running
 
@@ -232,10 +232,10 @@ async def test_what_a_process_writes_moves_no_timer() -> None:
     steps = [Start(process=specs[0]), Start(process=specs[1], after_sec=1000.0)]
     running = asyncio.create_task(runner.run(steps))
     await asyncio.sleep(0)
-    (body,) = FakeBody.made
+    (execution,) = FakeExecution.made
     timer = runner._timer
     assert timer is not None
-    body.writes(b"x")
+    execution.writes(b"x")
     assert runner._timer is timer
     runner.stop("enough")
     assert timer.cancelled()
@@ -247,7 +247,7 @@ async def test_one_that_was_given_up_has_no_say_any_more() -> None:
     told: list[Event] = []
     running = asyncio.create_task(of(told.append).run(processes("ab")))
     await asyncio.sleep(0)
-    first, second = FakeBody.made
+    first, second = FakeExecution.made
     first.ends(1)
     before = len(told)
     first.writes(b"still here")
@@ -258,13 +258,13 @@ async def test_one_that_was_given_up_has_no_say_any_more() -> None:
 
 
 async def test_a_restart_stops_one_and_starts_it_again() -> None:
-    """The new one is another body, and is stopped with the launch."""
+    """The new one is another execution, and is stopped with the launch."""
     runner = of()
     running = asyncio.create_task(runner.run(processes("a")))
     await asyncio.sleep(0)
     runner.restart("a-1", "changed")
-    while len(FakeBody.made) < 2:
+    while len(FakeExecution.made) < 2:
         await asyncio.sleep(0)
     runner.stop("enough")
     assert await running
-    assert [each.asked for each in FakeBody.made] == [["stop"], ["stop"]]
+    assert [each.asked for each in FakeExecution.made] == [["stop"], ["stop"]]

@@ -16,7 +16,7 @@ from actors.launch.events import (
 )
 from actors.launch.presence import Presence, PresenceKind
 from actors.launch.wording import message_of
-from actors.supervision.outcome import Outcome, outcome_of_error
+from actors.processes.outcome import Outcome, outcome_of_error
 from tests.actors.launch.happenings import exited, program, spec, started, wrote
 
 TALKER = spec()

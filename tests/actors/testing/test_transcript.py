@@ -8,7 +8,7 @@ from actors.launch import events
 from actors.launch.events import Level, Stream
 from actors.launch.presence import Presence, PresenceKind
 from actors.launch.steps import ProcessSpec
-from actors.supervision.outcome import Outcome, outcome_of_exit
+from actors.processes.outcome import Outcome, outcome_of_exit
 from actors.testing import transcript
 from actors.testing.transcript import OutputLine, ProcessState, Search, Transcript
 

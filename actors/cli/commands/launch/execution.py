@@ -19,6 +19,8 @@ from actors.cli.loop import exit_asked_for, run_async
 from actors.cli.output import print_out
 from actors.config import environment
 from actors.config.contexts import UnknownContextError
+from actors.launch.captured_logs import captured_logs, own_logs
+from actors.launch.captured_streams import captured_streams
 from actors.launch.declarations import all_declared
 from actors.launch.description import described
 from actors.launch.errors import UnknownArgumentError
@@ -27,8 +29,6 @@ from actors.launch.launching import Launch
 from actors.launch.steps import STOP_TIMEOUT_SEC, Call, End, OutputMode, React, Say, Start
 from actors.launch.substitutions import Scope
 from actors.launch.summaries import plain_text, written
-from actors.launch.voice_logs import own_logs, voice_logs
-from actors.launch.voice_streams import voice_streams
 from actors.tools.suggestions import did_you_mean
 from proto.aio import process
 from proto.errors import CallboardError, shown
@@ -212,7 +212,7 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
     launch.listen(reports)
     code = FAILURE
     try:
-        with own_logs(launch.tell), voice_logs(), voice_streams(reports.printed):
+        with own_logs(launch.tell), captured_logs(), captured_streams(reports.printed):
             _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone", insist=False))
             good = await (launch.run() if watched is None else _run_watched(launch, watched))
         code = OK if good else FAILURE

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.config import environment
-from actors.launch.asides import Asides
 from actors.launch.events import Stream
 from actors.launch.json_report import JsonReport
 from actors.launch.log_files import LogFiles
 from actors.launch.output import Output
 from actors.launch.screen import Screen
 from actors.launch.status import Status
+from actors.launch.unattributed_output import UnattributedOutput
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,7 +48,7 @@ class Reports:
         self._errors_lock = threading.RLock()
         self._output = Output(sys.stdout.fileno(), self._unheard, of_lost, self._no_room)
         stdout = self._complain if json else self._write
-        self._asides = Asides({Stream.STDOUT: stdout, Stream.STDERR: self._complain})
+        self._unattributed = UnattributedOutput({Stream.STDOUT: stdout, Stream.STDERR: self._complain})
         shown: Listener = self._json or Screen(self._write, color=_color())
         self._logs = LogFiles(Path(environment.state_folder(), "log"), shown)
         self._listeners: list[Listener] = [shown, self._logs]
@@ -63,11 +63,11 @@ class Reports:
 
     def printed(self, stream: Stream, data: bytes) -> None:
         """Show what is printed in this process, from any thread, but by none of its nodes."""
-        self._asides.write(stream, data)
+        self._unattributed.write(stream, data)
 
     def close(self, exit_code: int) -> None:
         """Write what is left. Nothing can be shown after it."""
-        self._asides.end()
+        self._unattributed.end()
         self._logs.close(LAST_LINES_SEC)
         if self._json is not None:
             self._json.ended(exit_code)

@@ -1,0 +1,95 @@
+"""Publishes what happens to a supervisor's children: to the log, the watchers and the topic."""
+
+from __future__ import annotations
+
+import weakref
+from typing import TYPE_CHECKING, Final
+
+from actors.errors import error_text
+from actors.logging.logger import get_logger
+from actors.processes.child_events import (
+    ChildEvent,
+    ChildEventKind,
+    ChildEventMessage,
+    ChildEvents,
+    message_of,
+)
+from actors.qos.profile import DurabilityPolicy, QoSProfile
+
+if TYPE_CHECKING:
+    from actors.logging.logger import Logger
+    from actors.node.node import Node
+
+TOPIC: Final = "~/child_events"
+
+LATCHED_EVENTS: Final = 100
+"""What a late subscriber still gets."""
+
+_WARN_EVERY_SEC: Final = 1.0
+
+
+class EventPublisher:
+    """Tells everybody about a supervisor's children.
+
+    Args:
+        name: The supervisor's name.
+        node: Publishes the events; None: nobody does.
+
+    Attributes:
+        lost: Events that could not be published; each is logged, at most one a second.
+    """
+
+    def __init__(self, name: str, node: Node | None) -> None:
+        self.lost = 0
+        self._log: Logger = get_logger(name)
+        self._watchers: weakref.WeakSet[ChildEvents] = weakref.WeakSet()
+        latched = QoSProfile(depth=LATCHED_EVENTS, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._publisher = None if node is None else node.create_publisher(ChildEventMessage, TOPIC, latched)
+
+    def watcher(self, *, ended: bool) -> ChildEvents:
+        """Return a new watcher. It is forgotten when its user has forgotten it."""
+        watcher = ChildEvents(ended=ended)
+        self._watchers.add(watcher)
+        return watcher
+
+    def tell(self, event: ChildEvent) -> None:
+        """Tell everybody of an event."""
+        self._write(event)
+        for watcher in tuple(self._watchers):
+            watcher.put(event)
+        self._publish(event)
+
+    def end(self) -> None:
+        """No more will happen."""
+        for watcher in tuple(self._watchers):
+            watcher.end()
+
+    def _publish(self, event: ChildEvent) -> None:
+        publisher = self._publisher
+        if publisher is None or publisher.destroyed or publisher.context.destroyed:
+            return
+        try:
+            publisher.publish(message_of(event))
+        except Exception as error:  # noqa: BLE001 - the children are worth more than word of them
+            self.lost += 1
+            self._log.error(
+                f"Lost child event number {self.lost}, it cannot be published: {error_text(error)}",
+                throttle_duration_sec=_WARN_EVERY_SEC,
+                exc_info=error,
+            )
+
+    def _write(self, event: ChildEvent) -> None:
+        who, outcome = f"Child '{event.child}'", event.outcome
+        match event.kind:
+            case ChildEventKind.STARTED:
+                self._log.info(f"{who} started" + (f" with pid {event.pid}" if event.pid else ""))
+            case ChildEventKind.ENDED if outcome is not None and not outcome.normal:
+                # An exit is not an error; it says all by its code.
+                error = outcome.error if isinstance(outcome.error, Exception) else None
+                self._log.error(f"{who} died: {event.reason}", exc_info=error)
+            case ChildEventKind.ENDED:
+                self._log.info(f"{who} ended: {event.reason}")
+            case ChildEventKind.RESTARTING:
+                self._log.warning(f"{who} will be started again in {event.delay_sec:.1f} s")
+            case ChildEventKind.GIVEN_UP:
+                self._log.error(f"{who} has died too often")

@@ -1,0 +1,193 @@
+"""One execution of a child: one task, and ever stronger ways to stop it.
+
+`stop` takes the first step; each further one is due when the child has not ended within the time that the
+step before it gives. After the last one the child is given up, so that stopping always ends. A step is taken
+first and reported then: stopping does not depend on those who listen.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from abc import ABC, abstractmethod
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from actors.callbacks.functions import exit_ends_node
+from actors.logging.logger import LoggingSeverity
+from actors.processes.outcome import Outcome, outcome_of_error
+from actors.runtime.programs import run_program
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+    from contextvars import Context
+    from typing import Any
+
+    from actors.logging.logger import Logger
+    from actors.processes.child import Child
+    from actors.runtime.programs import Factory
+
+LAST_STEP_SEC: Final = 2.0
+"""What the strongest way to stop a child gets before the child is given up."""
+
+
+class Execution(ABC):
+    """A child that has been told to start.
+
+    Args:
+        child: What it is.
+        log: Gets what goes wrong.
+        on_started: Called when it runs.
+        on_ended: Called once, with how it ended.
+
+    Attributes:
+        pid: Of a process; None before it runs, and for others.
+    """
+
+    def __init__(
+        self,
+        child: Child,
+        log: Logger,
+        *,
+        on_started: Callable[[], None],
+        on_ended: Callable[[Outcome], None],
+    ) -> None:
+        self.pid: int | None = None
+        self._child = child
+        self._log = log
+        self._on_started = on_started
+        self._on_ended = on_ended
+        self._steps = self._stop_steps()
+        self._step = -1
+        self._hurried = False
+        self._timer: asyncio.TimerHandle | None = None
+        self._task: asyncio.Task[Outcome] | None = None
+        self._over = False
+
+    def start(self, context: Context) -> None:
+        """Begin, in a copy of this context."""
+        loop = asyncio.get_running_loop()
+        self._task = loop.create_task(self._run(), name=f"child {self._child.name}", context=context.copy())
+        self._task.add_done_callback(self._done)
+
+    def stop(self) -> None:
+        """Begin to stop it. It ends within what each step gives it, and then `LAST_STEP_SEC`."""
+        if self._step < 0:
+            self._take(0)
+
+    def hurry(self) -> None:
+        """Stop it with what is strongest, now. It ends within `LAST_STEP_SEC`."""
+        if self._hurried:
+            return
+        self._hurried = True
+        self.stop()
+        last = len(self._steps) - 1
+        if self._step < last:
+            self._take(last)
+        elif not self._over:  # its own wait may be long
+            self._await(last)
+
+    @abstractmethod
+    def _stop_steps(self) -> list[Callable[[], None]]:
+        """Return the ways to stop it, the strongest last."""
+
+    @abstractmethod
+    def _run(self) -> Coroutine[Any, Any, Outcome]:
+        """Live, from the start to the end."""
+
+    def _patience_sec(self, step: int) -> float:
+        """Return how long the child may take after a step."""
+        return LAST_STEP_SEC if step == len(self._steps) - 1 else self._child.stop_timeout_sec
+
+    def _report(self, severity: LoggingSeverity, text: str) -> None:
+        """Say something about the child; the text goes on where its name ends."""
+        self._log.log(f"Child '{self._child.name}' {text}", severity)
+
+    @property
+    def stopping(self) -> bool:
+        """Whether it has been told to stop."""
+        return self._step >= 0
+
+    def _take(self, step: int) -> None:
+        if self._over:
+            return
+        self._step = step
+        self._await(step)
+        self._steps[step]()
+
+    def _await(self, step: int) -> None:
+        """Wait for what a step brings about."""
+        self._forget_timer()
+        wait = LAST_STEP_SEC if self._hurried else self._patience_sec(step)
+        last = step == len(self._steps) - 1
+        following = self._give_up if last else lambda: self._take(step + 1)
+        self._timer = asyncio.get_running_loop().call_later(wait, following)
+
+    def _give_up(self) -> None:
+        assert self._task is not None
+        try:
+            self._report(LoggingSeverity.ERROR, "cannot be stopped; going on without it")
+        finally:
+            self._task.cancel()
+            self._end(Outcome(normal=False, reason="could not be stopped"))
+
+    def _done(self, task: asyncio.Task[Outcome]) -> None:
+        error = asyncio.CancelledError() if task.cancelled() else task.exception()
+        if error is None:
+            self._end(task.result())
+        else:
+            self._end(outcome_of_error(error))
+
+    def _end(self, outcome: Outcome) -> None:
+        self._forget_timer()
+        if self._over:
+            return
+        self._over = True
+        self._on_ended(_as_wanted(outcome) if self.stopping else outcome)
+
+    def _forget_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+
+def _as_wanted(outcome: Outcome) -> Outcome:
+    """Return how a child ended that was told to: as it was told, or otherwise."""
+    obeyed = (
+        outcome.normal
+        or isinstance(outcome.error, asyncio.CancelledError)
+        or outcome.signal_name in {"SIGINT", "SIGTERM"}
+    )
+    return (
+        replace(outcome, normal=True, reason="stopped by its supervisor", error=None) if obeyed else outcome
+    )
+
+
+class TaskExecution(Execution):
+    """A node, supervisor or coroutine in this process."""
+
+    def __init__(self, child: Child, program: Factory, log: Logger, **reports: Any) -> None:
+        super().__init__(child, log, **reports)
+        self._program = program
+
+    def _stop_steps(self) -> list[Callable[[], None]]:
+        return [self._cancel, self._cancel_again]
+
+    async def _run(self) -> Outcome:
+        self._on_started()
+        try:
+            await run_program(self._program)
+        except SystemExit as error:
+            if not exit_ends_node.get():
+                raise
+            return outcome_of_error(error)  # asyncio would end the whole process
+        return Outcome(normal=True, reason="returned")
+
+    def _cancel(self) -> None:
+        assert self._task is not None
+        self._task.cancel()
+
+    def _cancel_again(self) -> None:
+        # A turn later: when it was told to stop in this one, a task would get both cancellations as one, and
+        # a supervisor hurries at the second.
+        asyncio.get_running_loop().call_soon(self._cancel)
+        self._report(LoggingSeverity.WARN, "has not stopped yet; cancelling it again")

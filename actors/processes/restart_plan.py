@@ -1,0 +1,288 @@
+"""The plan: which children to start and to stop next. No tasks, no processes, no clock: time is an argument.
+
+The supervisor says what has happened (`started`, `ended`, `tick`, `stop`) and carries out the steps it gets
+back. A child is in one of these states:
+
+    WAITING ─ Start → STARTING ─ started → RUNNING
+       ↑                 │                   │        ─ Stop → STOPPING
+       └──── back-off ───┴─────── dies ──────┘                    │
+             ENDED ←── for good ──────────────────────────────────┘
+
+Two marks decide what comes next. A child that is *condemned* is to be stopped; these go one at a time, the
+last one first, and nothing is started before they are gone. A child that waits is started when its back-off
+is over and, but for restarts of ONE_FOR_ONE, after all that stand before it. A condemned child that ends,
+whether it has been told to or not, only does what was wanted: its end is not counted.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from actors.processes.child import Restart, Strategy
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+SETTLED_BACKOFFS: Final = 2
+"""A child that has lived this many times the longest back-off is taken to be well again: its next restart
+comes after the first back-off."""
+
+_MAX_DOUBLINGS: Final = 60
+"""Enough for every back-off, and no overflow."""
+
+
+class ChildState(Enum):
+    """Where a child is in its life."""
+
+    WAITING = "waiting"
+    """It will be started: it is not its turn yet, or its back-off is not over."""
+    STARTING = "starting"
+    RUNNING = "running"
+    STOPPING = "stopping"
+    ENDED = "ended"
+    """It will not be started again, unless the strategy restarts it with another child."""
+
+
+_ALIVE: Final = frozenset({ChildState.STARTING, ChildState.RUNNING, ChildState.STOPPING})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Policy:
+    """How a supervisor restarts.
+
+    Attributes:
+        strategy: Which children go with one that dies.
+        max_restarts: Restarts that may be due within `max_seconds`; one more, and the supervisor gives up.
+        max_seconds: Length of that window.
+        first_backoff_sec: Before a child's first restart; doubles with each further one.
+        max_backoff_sec: The longest.
+
+    Raises:
+        ValueError: A number is out of range.
+    """
+
+    strategy: Strategy = Strategy.ONE_FOR_ONE
+    max_restarts: int = 3
+    max_seconds: float = 5.0
+    first_backoff_sec: float = 0.1
+    max_backoff_sec: float = 5.0
+
+    def __post_init__(self) -> None:
+        if self.max_restarts < 0:
+            raise ValueError("max_restarts must be 0 or more")
+        if not self.max_seconds > 0:
+            raise ValueError("max_seconds must be more than 0")
+        if not 0 <= self.first_backoff_sec <= self.max_backoff_sec:
+            raise ValueError("back-offs must be 0 or more, and the first one at most the longest")
+
+    @property
+    def settled_after_sec(self) -> float:
+        """How long a child must live for its back-off to begin anew."""
+        return SETTLED_BACKOFFS * self.max_backoff_sec
+
+
+class Start(NamedTuple):
+    """Start this child; say `started` or `ended`."""
+
+    child: int
+
+
+class Stop(NamedTuple):
+    """Stop this child, which is starting or running; say `ended`."""
+
+    child: int
+
+
+class WillRestart(NamedTuple):
+    """A child has died and will be started again after so many seconds, or later if others must stop."""
+
+    child: int
+    delay_sec: float
+
+
+class GaveUp(NamedTuple):
+    """With this child's death too many restarts were due; all children are being stopped."""
+
+    child: int
+
+
+Step = Start | Stop | WillRestart | GaveUp
+
+
+class _Slot:
+    """What the plan knows of one child."""
+
+    __slots__ = ("began", "condemned", "due", "failures", "in_turn", "restart", "starts", "state")
+
+    def __init__(self, restart: Restart) -> None:
+        self.restart = restart
+        self.state = ChildState.WAITING
+        self.condemned = False
+        self.due = 0.0
+        self.in_turn = True
+        """Not before those that stand before it and are in turn, too."""
+        self.starts = 0
+        self.began = 0.0
+        self.failures = 0
+        """Deaths in a row, each after less than a settled life."""
+
+    @property
+    def alive(self) -> bool:
+        return self.state in _ALIVE
+
+
+class RestartPlan:
+    """The state of a supervisor's children.
+
+    Args:
+        restarts: What each child's end means, in start order.
+        policy: How to restart.
+        jitter: Gives a factor from 0 to 1; back-offs are between half and the whole of their length.
+    """
+
+    def __init__(self, restarts: Iterable[Restart], policy: Policy, jitter: Callable[[], float]) -> None:
+        self._slots = [_Slot(restart) for restart in restarts]
+        self._policy = policy
+        self._jitter = jitter
+        self._restarts: deque[float] = deque(maxlen=policy.max_restarts + 1)
+        self._stopping = False
+
+    @property
+    def over(self) -> bool:
+        """Whether all children have ended for good."""
+        return all(slot.state is ChildState.ENDED for slot in self._slots)
+
+    def state(self, child: int) -> ChildState:
+        """Return where a child is in its life."""
+        return self._slots[child].state
+
+    def restarts(self, child: int) -> int:
+        """Return how often a child has been started again."""
+        return max(0, self._slots[child].starts - 1)
+
+    def wake_at(self, now: float) -> float | None:
+        """Return when to say `tick` unless something happens before; None if only events matter."""
+        return min(
+            (slot.due for slot in self._slots if slot.state is ChildState.WAITING and slot.due > now),
+            default=None,
+        )
+
+    def begin(self, now: float) -> list[Step]:
+        """Start everything, in order."""
+        return self._advance(now)
+
+    def tick(self, now: float) -> list[Step]:
+        """Time has passed."""
+        return self._advance(now)
+
+    def started(self, child: int, now: float) -> list[Step]:
+        """A child that was to start runs now."""
+        slot = self._slots[child]
+        if slot.state is ChildState.STARTING:
+            slot.state = ChildState.RUNNING
+        return self._advance(now)
+
+    def ended(self, child: int, now: float, *, normal: bool) -> list[Step]:
+        """A child has ended: by itself, or because it was told to."""
+        slot = self._slots[child]
+        steps: list[Step] = []
+        if slot.condemned:
+            slot.condemned = False
+            again = not self._stopping and slot.restart is not Restart.TEMPORARY
+            slot.state = ChildState.WAITING if again else ChildState.ENDED
+        elif _is_death(slot.restart, normal=normal):
+            steps.append(self._restart(child, now))
+        else:
+            slot.state = ChildState.ENDED
+        return steps + self._advance(now)
+
+    def stop(self, now: float) -> list[Step]:
+        """Stop everything, for good."""
+        self._condemn_all()
+        return self._advance(now)
+
+    def hurry(self) -> list[Step]:
+        """Stop everything at once, whatever the order."""
+        self._condemn_all()
+        return [self._tell(child) for child in self._condemned() if not self._told(child)]
+
+    def _restart(self, child: int, now: float) -> Step:
+        self._restarts.append(now)
+        slot = self._slots[child]
+        full = len(self._restarts) > self._policy.max_restarts
+        if full and now - self._restarts[0] <= self._policy.max_seconds:
+            slot.state = ChildState.ENDED
+            self._condemn_all()
+            return GaveUp(child)
+        slot.state = ChildState.WAITING
+        delay = self._backoff(slot, now)
+        alone = self._policy.strategy is Strategy.ONE_FOR_ONE
+        for each in self._concerned(child):
+            other = self._slots[each]
+            if other.alive:
+                other.condemned = True
+            elif other.restart is not Restart.TEMPORARY:
+                other.state = ChildState.WAITING
+            other.due = max(other.due, now + delay)
+            other.in_turn = not alone
+        return WillRestart(child, delay)
+
+    def _backoff(self, slot: _Slot, now: float) -> float:
+        if now - slot.began >= self._policy.settled_after_sec:
+            slot.failures = 0
+        doubled = self._policy.first_backoff_sec * 2.0 ** min(slot.failures, _MAX_DOUBLINGS)
+        slot.failures += 1
+        return min(doubled, self._policy.max_backoff_sec) * (0.5 + 0.5 * self._jitter())
+
+    def _concerned(self, child: int) -> Sequence[int]:
+        match self._policy.strategy:
+            case Strategy.ONE_FOR_ONE:
+                return (child,)
+            case Strategy.ONE_FOR_ALL:
+                return range(len(self._slots))
+            case Strategy.REST_FOR_ONE:
+                return range(child, len(self._slots))
+
+    def _condemn_all(self) -> None:
+        self._stopping = True
+        for slot in self._slots:
+            if slot.alive:
+                slot.condemned = True
+            else:
+                slot.state = ChildState.ENDED
+
+    def _advance(self, now: float) -> list[Step]:
+        """Return what can be done now, and take it as done."""
+        condemned = self._condemned()
+        if condemned:
+            waits = any(self._told(child) for child in condemned)
+            return [] if waits else [self._tell(condemned[-1])]
+        steps: list[Step] = []
+        before_all_run = True
+        for child, slot in enumerate(self._slots):
+            waiting = slot.state is ChildState.WAITING
+            if waiting and slot.due <= now and (before_all_run or not slot.in_turn):
+                slot.state = ChildState.STARTING
+                slot.began = now
+                slot.starts += 1
+                steps.append(Start(child))
+            if slot.in_turn and slot.state in (ChildState.WAITING, ChildState.STARTING):
+                before_all_run = False
+        return steps
+
+    def _condemned(self) -> list[int]:
+        return [child for child, slot in enumerate(self._slots) if slot.condemned]
+
+    def _told(self, child: int) -> bool:
+        return self._slots[child].state is ChildState.STOPPING
+
+    def _tell(self, child: int) -> Step:
+        self._slots[child].state = ChildState.STOPPING
+        return Stop(child)
+
+
+def _is_death(restart: Restart, *, normal: bool) -> bool:
+    return restart is Restart.PERMANENT or (restart is Restart.TRANSIENT and not normal)

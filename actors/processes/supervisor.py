@@ -1,0 +1,363 @@
+"""The supervisor: starts children, restarts those that die, and stops them all when it ends.
+
+`RestartPlan` decides what to start and stop; an `Execution` runs one child and stops it. The supervisor
+connects them, and tells those who watch. All that happens is a callback of an execution or of the one timer;
+only who enters, leaves or watches ever waits.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextvars
+import random
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, Self
+
+from actors.errors import SupervisorGaveUp
+from actors.logging.logger import get_logger
+from actors.processes.child import Child, Strategy
+from actors.processes.child_events import ChildEvent, ChildEventKind
+from actors.processes.event_publisher import EventPublisher
+from actors.processes.execution import Execution, TaskExecution
+from actors.processes.guard import Guard
+from actors.processes.process_execution import ProcessExecution
+from actors.processes.restart_plan import (
+    ChildState,
+    GaveUp,
+    Policy,
+    RestartPlan,
+    Start,
+    Step,
+    Stop,
+    WillRestart,
+)
+from actors.processes.state_waits import StateWaits
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from types import TracebackType
+
+    from actors.node.node import Node
+    from actors.processes.child_events import ChildEvents
+    from actors.processes.outcome import Outcome
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChildStatus:
+    """A child as it is now.
+
+    Attributes:
+        name: Its name.
+        state: Where it is in its life.
+        pid: Of a process that runs; None for others.
+        restarts: How often it has been started again.
+        uptime_sec: How long it has run since its last start; 0 if it does not run.
+        outcome: How it ended last; None if it never has.
+    """
+
+    name: str
+    state: ChildState
+    pid: int | None
+    restarts: int
+    uptime_sec: float
+    outcome: Outcome | None
+
+
+class _Member:
+    """What the supervisor keeps of one child."""
+
+    __slots__ = ("child", "execution", "outcome", "running_since")
+
+    def __init__(self, child: Child) -> None:
+        self.child = child
+        self.execution: Execution | None = None
+        self.outcome: Outcome | None = None
+        self.running_since: float | None = None
+
+
+class Supervisor:
+    """Runs children, and restarts those that die.
+
+    `await supervisor.run()` runs until all children have ended for good. `async with supervisor:` begins to
+    start them, and stops them in the end. They are started in order and stopped in reverse order, one after
+    the other, so that stopping takes at most the sum of what each may take (`Child.stop_timeout_sec`); when
+    the task is cancelled a second time all are killed at once. A supervisor runs once.
+
+    Args:
+        children: Who they are, in start order.
+        strategy: Which of them are restarted when one dies.
+        max_restarts: Deaths within `max_seconds` that lead to a restart; with one more the supervisor stops
+            all children and ends with SupervisorGaveUp.
+        max_seconds: Length of that window.
+        first_backoff_sec: Least time from a child's death to its restart. It doubles with each further death
+            (and varies by up to a half, so that many do not come back at the same time), until the child has
+            lived twice `max_backoff_sec`.
+        max_backoff_sec: The longest such time.
+        name: For logs, errors and events.
+        node: Publishes all events on `~/child_events`, latched, as `ChildEventMessage`. The caller runs it.
+        jitter: Gives a random factor between 0 and 1 for the back-off.
+
+    Raises:
+        ValueError: A number is out of range, or two children have the same name.
+    """
+
+    def __init__(
+        self,
+        children: Iterable[Child],
+        *,
+        strategy: Strategy = Strategy.ONE_FOR_ONE,
+        max_restarts: int = 3,
+        max_seconds: float = 5.0,
+        first_backoff_sec: float = 0.1,
+        max_backoff_sec: float = 5.0,
+        name: str = "supervisor",
+        node: Node | None = None,
+        jitter: Callable[[], float] = random.random,
+    ) -> None:
+        self.name = name
+        self._members = [_Member(child) for child in children]
+        self._index = {member.child.name: index for index, member in enumerate(self._members)}
+        if len(self._index) < len(self._members):
+            names = [member.child.name for member in self._members]
+            twice = next(each for each in names if names.count(each) > 1)
+            raise ValueError(f"Two children have the name '{twice}'")
+        self._policy = Policy(
+            strategy=strategy,
+            max_restarts=max_restarts,
+            max_seconds=max_seconds,
+            first_backoff_sec=first_backoff_sec,
+            max_backoff_sec=max_backoff_sec,
+        )
+        self._plan = RestartPlan((member.child.restart for member in self._members), self._policy, jitter)
+        self._log = get_logger(name)
+        self._guard = Guard()
+        self._publisher = EventPublisher(name, node)
+        self._waits = StateWaits(self._plan.state)
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._context: contextvars.Context
+        self._timer: asyncio.TimerHandle | None = None
+        self._over = asyncio.Event()
+        self._closed = False
+        self._failure: BaseException | None = None
+        self._caller: asyncio.Task[object] | None = None
+        self._cancelled_caller: asyncio.Task[object] | None = None
+        self._cancelling = 0
+
+    # Watching
+
+    def children(self) -> list[ChildStatus]:
+        """Return how the children are now, in start order."""
+        now = self._loop.time() if self._loop is not None else 0.0
+        return [
+            ChildStatus(
+                name=member.child.name,
+                state=self._plan.state(index),
+                pid=member.execution.pid if member.execution is not None else None,
+                restarts=self._plan.restarts(index),
+                uptime_sec=now - member.running_since if member.running_since is not None else 0.0,
+                outcome=member.outcome,
+            )
+            for index, member in enumerate(self._members)
+        ]
+
+    def events(self) -> ChildEvents:
+        """Return a watcher, to iterate over what happens from now on. It ends with the supervisor."""
+        return self._publisher.watcher(ended=self._closed)
+
+    async def wait_for(self, name: str, state: ChildState, timeout_sec: float | None = None) -> bool:
+        """Wait until a child is in a state; ENDED means for good.
+
+        Args:
+            name: The child's name.
+            state: Which state.
+            timeout_sec: How long at most; None for as long as the supervisor lives.
+
+        Returns:
+            Whether it came to be; False after `timeout_sec`, or when the supervisor has ended before.
+
+        Raises:
+            ValueError: There is no such child.
+        """
+        if name not in self._index:
+            raise ValueError(f"No child '{name}'; there is: {', '.join(self._index) or 'none'}")
+        return await self._waits.wait(self._index[name], state, timeout_sec)
+
+    # Its life
+
+    async def run(self) -> None:
+        """Run until all children have ended for good, or the task is cancelled.
+
+        Raises:
+            SupervisorGaveUp: Too many restarts were due.
+            RuntimeError: It has run already.
+        """
+        async with self:
+            await self._over.wait()
+
+    async def __aenter__(self) -> Self:
+        """Begin to start the children; `wait_for` tells when one runs."""
+        if self._loop is not None:
+            raise RuntimeError(f"Supervisor '{self.name}' has run already; make a new one")
+        self._loop = asyncio.get_running_loop()
+        self._context = contextvars.copy_context()
+        self._caller = asyncio.current_task()
+        self._cancelling = self._caller.cancelling() if self._caller is not None else 0
+        self._happened(self._plan.begin)
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> Literal[False]:
+        """Stop all children, the last one first."""
+        self._caller = None
+        cancelled = await self._close()
+        if self._cancelled_caller is not None and self._cancelled_caller.uncancel() > self._cancelling:
+            cancelled = True  # by somebody else, too
+        if cancelled:
+            raise asyncio.CancelledError
+        if self._failure is not None and (error is None or isinstance(error, asyncio.CancelledError)):
+            raise self._failure
+        return False
+
+    async def _close(self) -> bool:
+        """Stop everything and wait until it is gone. Return whether this was cancelled meanwhile."""
+        cancelled = False
+        self._happened(self._plan.stop)
+        while not self._over.is_set():
+            try:
+                await self._over.wait()
+            except asyncio.CancelledError:
+                cancelled = True
+                self._happened(lambda _now: self._plan.hurry())
+                for member in self._members:
+                    if member.execution is not None:
+                        member.execution.hurry()
+        self._closed = True
+        try:
+            await self._guard.close()
+        finally:
+            self._publisher.end()
+            self._waits.close()
+        return cancelled
+
+    # What happens
+
+    def _happened(self, tell: Callable[[float], list[Step]]) -> None:
+        """Tell the plan that something has happened, and do what it says."""
+        assert self._loop is not None
+        now = self._loop.time()
+        try:
+            for step in tell(now):
+                self._do(step)
+            self._set_timer()
+        except Exception as error:  # noqa: BLE001 - it is raised to whoever runs the supervisor
+            self._broken(error)
+        self._waits.look()
+        settled = self._plan.over or self._failure is not None
+        if settled and all(member.execution is None for member in self._members):
+            self._over.set()
+
+    def _do(self, step: Step) -> None:
+        match step:
+            case Start(child):
+                self._start(child)
+            case Stop(child):
+                execution = self._members[child].execution
+                assert execution is not None
+                execution.stop()
+            case WillRestart(child, delay):
+                self._tell(child, ChildEventKind.RESTARTING, delay_sec=delay)
+            case GaveUp(child):
+                self._give_up(child)
+
+    def _start(self, index: int) -> None:
+        member = self._members[index]
+        child = member.child
+
+        def started() -> None:
+            self._happened(lambda now: self._started(index, now))
+
+        def ended(outcome: Outcome) -> None:
+            self._happened(lambda now: self._ended(index, outcome, now))
+
+        execution: Execution
+        if child.node is not None:
+            execution = TaskExecution(child, child.node, self._log, on_started=started, on_ended=ended)
+        else:
+            execution = ProcessExecution(child, self._guard, self._log, on_started=started, on_ended=ended)
+        member.execution = execution
+        execution.start(self._context)
+
+    def _started(self, index: int, now: float) -> list[Step]:
+        self._members[index].running_since = now
+        self._tell(index, ChildEventKind.STARTED)
+        return self._plan.started(index, now)
+
+    def _ended(self, index: int, outcome: Outcome, now: float) -> list[Step]:
+        member = self._members[index]
+        pid = member.execution.pid if member.execution is not None else None
+        member.execution, member.outcome, member.running_since = None, outcome, None
+        self._tell(index, ChildEventKind.ENDED, pid=pid)
+        steps: list[Step] = []
+        if isinstance(outcome.error, SystemExit | KeyboardInterrupt):
+            # It is meant for the whole process.
+            self._fail(outcome.error)
+            steps = self._plan.stop(now)
+        return steps + self._plan.ended(index, now, normal=outcome.normal)
+
+    def _set_timer(self) -> None:
+        assert self._loop is not None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        due = self._plan.wake_at(self._loop.time())
+        if due is not None:
+            self._timer = self._loop.call_at(due, self._time_has_come, due)
+
+    def _time_has_come(self, due: float) -> None:
+        # A loop may call a little early; for the plan it is time.
+        self._happened(lambda now: self._plan.tick(max(now, due)))
+
+    def _give_up(self, index: int) -> None:
+        self._tell(index, ChildEventKind.GIVEN_UP)
+        member = self._members[index]
+        assert member.outcome is not None
+        failure = SupervisorGaveUp(self.name, member.child.name, member.outcome.reason)
+        failure.__cause__ = member.outcome.error
+        self._fail(failure)
+
+    def _fail(self, error: BaseException) -> None:
+        """End the supervisor with an error: whoever runs it gets it raised."""
+        if self._failure is None:
+            self._failure = error
+            if self._caller is not None:
+                self._caller.cancel()
+                self._cancelled_caller = self._caller
+
+    def _broken(self, error: Exception) -> None:
+        """Something here has failed, and the plan may not know what runs: stop it, in no order."""
+        self._fail(error)
+        for member in self._members:
+            if member.execution is not None:
+                member.execution.stop()
+
+    def _tell(
+        self, index: int, kind: ChildEventKind, *, pid: int | None = None, delay_sec: float = 0.0
+    ) -> None:
+        member = self._members[index]
+        self._publisher.tell(
+            ChildEvent(
+                supervisor=self.name,
+                child=member.child.name,
+                kind=kind,
+                stamp_ns=time.time_ns(),
+                restarts=self._plan.restarts(index),
+                pid=member.execution.pid if member.execution is not None else pid,
+                outcome=None if kind is ChildEventKind.STARTED else member.outcome,
+                delay_sec=delay_sec,
+            )
+        )

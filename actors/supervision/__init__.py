@@ -1,1 +1,0 @@
-"""Supervision: children that are started, watched, restarted and stopped together."""
