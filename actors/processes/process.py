@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class Process:
     """A running process. Starting it blocks the loop until it is started: some ms.
 
-    Its end is waited for in a thread, which every platform has.
+    Its end is waited for by a pidfd where the system has it (Linux), else in a thread.
 
     Args:
         command: The program and its arguments.
@@ -50,7 +50,7 @@ class Process:
         cwd: str | Path | None = None,
         env: Mapping[str, str] | None = None,
     ) -> None:
-        loop = asyncio.get_running_loop()
+        self._loop = asyncio.get_running_loop()
         self._ended = asyncio.Event()
         self._process = subprocess.Popen(  # noqa: S603 - running what it is told is its purpose
             command,
@@ -62,12 +62,14 @@ class Process:
             start_new_session=True,
         )
         self.pid = self._process.pid
-        watcher = threading.Thread(target=self._watch, args=(loop,), name=f"end of {self.pid}", daemon=True)
-        try:
-            watcher.start()
-        except RuntimeError:
-            self.reap()
-            raise
+        self._pidfd: int | None = None
+        if not self._watch_descriptor():
+            thread = threading.Thread(target=self._watch, name=f"end of {self.pid}", daemon=True)
+            try:
+                thread.start()
+            except RuntimeError:
+                self.reap()
+                raise
 
     @property
     def ended(self) -> bool:
@@ -93,9 +95,33 @@ class Process:
     def reap(self) -> int:
         """Kill the process, if it has not ended, and what is left of its group; return the exit code."""
         self.signal(signal.SIGKILL)
-        return self._process.wait()
+        code = self._process.wait()
+        self._end()
+        return code
 
-    def _watch(self, loop: asyncio.AbstractEventLoop) -> None:
+    def _watch_descriptor(self) -> bool:
+        """Wait for the end by a pidfd; return False where there are none."""
+        if not hasattr(os, "pidfd_open"):
+            return False
+        try:
+            self._pidfd = os.pidfd_open(self.pid)
+        except ProcessLookupError:  # SIGCHLD is ignored, and it has ended
+            self._ended.set()
+            return True
+        except OSError:  # an old kernel, or a container that forbids it
+            return False
+        self._loop.add_reader(self._pidfd, self._end)
+        return True
+
+    def _end(self) -> None:
+        self._ended.set()
+        if self._pidfd is not None:
+            with suppress(RuntimeError):  # the loop has been closed
+                self._loop.remove_reader(self._pidfd)
+            os.close(self._pidfd)
+            self._pidfd = None
+
+    def _watch(self) -> None:
         """In the thread: wait for the end, and leave the zombie where that is possible."""
         if hasattr(os, "waitid"):
             with suppress(ChildProcessError):  # SIGCHLD is ignored, so that nobody has to reap
@@ -103,4 +129,4 @@ class Process:
         else:
             self._process.wait()
         with suppress(RuntimeError):  # the loop has been closed
-            loop.call_soon_threadsafe(self._ended.set)
+            self._loop.call_soon_threadsafe(self._end)
