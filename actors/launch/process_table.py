@@ -6,6 +6,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from actors.launch.steps import MAX_PROCESSES
+from actors.processes.backoff import Backoff
 
 if TYPE_CHECKING:
     from actors.launch.presence import Presence
@@ -47,7 +48,7 @@ class ProcessEntry:
         self.split = False
         self.again = False
         self._respawns = 0
-        self._delay_sec = spec.respawn_delay_sec
+        self._backoff = Backoff(spec.respawn_delay_sec, spec.respawn_max_delay_sec, spec.respawn_backoff)
 
     def missing(self, there: frozenset[Presence]) -> tuple[Presence, ...]:
         """Return what it depends on and is not there."""
@@ -59,15 +60,12 @@ class ProcessEntry:
         if not spec.respawn or self._respawns == spec.respawn_max_retries:
             return None
         self._respawns += 1
-        if lived_sec >= 2 * spec.respawn_max_delay_sec:
-            self._delay_sec = spec.respawn_delay_sec
-        delay = self._delay_sec
-        self._delay_sec = min(delay * spec.respawn_backoff, spec.respawn_max_delay_sec)
-        return delay
+        return self._backoff.next(lived_sec)
 
     def forgive(self) -> None:
         """Forget how often it has died."""
-        self._respawns, self._delay_sec = 0, self.spec.respawn_delay_sec
+        self._respawns = 0
+        self._backoff.reset()
 
 
 class ProcessTable:

@@ -21,17 +21,11 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from actors.processes.backoff import Backoff
 from actors.processes.child import Restart, Strategy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
-
-SETTLED_BACKOFFS: Final = 2
-"""A child that has lived this many times the longest back-off is taken to be well again: its next restart
-comes after the first back-off."""
-
-_MAX_DOUBLINGS: Final = 60
-"""Enough for every back-off, and no overflow."""
 
 
 class ChildState(Enum):
@@ -78,11 +72,6 @@ class Policy:
         if not 0 <= self.first_backoff_sec <= self.max_backoff_sec:
             raise ValueError("back-offs must be 0 or more, and the first one at most the longest")
 
-    @property
-    def settled_after_sec(self) -> float:
-        """How long a child must live for its back-off to begin anew."""
-        return SETTLED_BACKOFFS * self.max_backoff_sec
-
 
 class Start(NamedTuple):
     """Start this child; say `started` or `ended`."""
@@ -115,9 +104,9 @@ Step = Start | Stop | WillRestart | GaveUp
 class _Slot:
     """What the plan knows of one child."""
 
-    __slots__ = ("began", "condemned", "due", "failures", "in_turn", "restart", "starts", "state")
+    __slots__ = ("backoff", "began", "condemned", "due", "in_turn", "restart", "starts", "state")
 
-    def __init__(self, restart: Restart) -> None:
+    def __init__(self, restart: Restart, policy: Policy) -> None:
         self.restart = restart
         self.state = ChildState.WAITING
         self.condemned = False
@@ -126,8 +115,7 @@ class _Slot:
         """Not before those that stand before it and are in turn, too."""
         self.starts = 0
         self.began = 0.0
-        self.failures = 0
-        """Deaths in a row, each after less than a settled life."""
+        self.backoff = Backoff(policy.first_backoff_sec, policy.max_backoff_sec)
 
     @property
     def alive(self) -> bool:
@@ -144,7 +132,7 @@ class RestartPlan:
     """
 
     def __init__(self, restarts: Iterable[Restart], policy: Policy, jitter: Callable[[], float]) -> None:
-        self._slots = [_Slot(restart) for restart in restarts]
+        self._slots = [_Slot(restart, policy) for restart in restarts]
         self._policy = policy
         self._jitter = jitter
         self._restarts: deque[float] = deque(maxlen=policy.max_restarts + 1)
@@ -218,7 +206,7 @@ class RestartPlan:
             self._condemn_all()
             return GaveUp(child)
         slot.state = ChildState.WAITING
-        delay = self._backoff(slot, now)
+        delay = slot.backoff.next(now - slot.began) * (0.5 + 0.5 * self._jitter())
         alone = self._policy.strategy is Strategy.ONE_FOR_ONE
         for each in self._concerned(child):
             other = self._slots[each]
@@ -229,13 +217,6 @@ class RestartPlan:
             other.due = max(other.due, now + delay)
             other.in_turn = not alone
         return WillRestart(child, delay)
-
-    def _backoff(self, slot: _Slot, now: float) -> float:
-        if now - slot.began >= self._policy.settled_after_sec:
-            slot.failures = 0
-        doubled = self._policy.first_backoff_sec * 2.0 ** min(slot.failures, _MAX_DOUBLINGS)
-        slot.failures += 1
-        return min(doubled, self._policy.max_backoff_sec) * (0.5 + 0.5 * self._jitter())
 
     def _concerned(self, child: int) -> Sequence[int]:
         match self._policy.strategy:
