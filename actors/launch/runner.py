@@ -9,7 +9,7 @@ import asyncio
 import contextvars
 from collections import deque
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from actors.launch.events import Event, Level, Message
 from actors.launch.handlers import ask
@@ -27,24 +27,8 @@ if TYPE_CHECKING:
     from actors.launch.machine import Effect, Machine
     from actors.launch.presence import Presence
     from actors.launch.steps import ProcessSpec, Step
+    from actors.processes.execution import Execution
     from actors.processes.outcome import Outcome
-
-
-class Execution(Protocol):
-    """A process that has been told to start."""
-
-    @property
-    def pid(self) -> int | None:
-        """Its number, when it has one."""
-
-    def start(self, context: contextvars.Context) -> None:
-        """Begin, in a copy of this context."""
-
-    def stop(self) -> None:
-        """Begin to stop it, with what is mildest."""
-
-    def hurry(self) -> None:
-        """Stop it with what is strongest."""
 
 
 class Runner:
