@@ -6,7 +6,7 @@ The calls find their turn through a context variable, which child tasks inherit.
 from __future__ import annotations
 
 import asyncio
-from contextvars import ContextVar
+from contextvars import ContextVar, copy_context
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.callbacks.functions import ENDS_PROGRAM
@@ -23,6 +23,8 @@ current_callback_task: Final[ContextVar[CallbackTask | None]] = ContextVar("call
 class CallbackTask:
     """One coroutine callback on its way through the mailbox.
 
+    It runs in a copy of the context in which it is made, whatever task it runs in.
+
     Args:
         mailbox: Where it runs.
         coroutine: What the callback returned.
@@ -34,6 +36,7 @@ class CallbackTask:
     __slots__ = (
         "_calls",
         "_cancelled",
+        "_context",
         "_coroutine",
         "_ended",
         "_mailbox",
@@ -58,6 +61,8 @@ class CallbackTask:
         self._ended = ended
         self._timing = timing
         self.beside = beside
+        self._context = copy_context()
+        self._context.run(current_callback_task.set, self)
         self._calls = 0
         self._suspended = False
         self._cancelled = False
@@ -111,7 +116,6 @@ class CallbackTask:
         """Run the callback to its end in the current task."""
         task = self._task = asyncio.current_task()
         assert task is not None
-        current_callback_task.set(self)
         result: Any = None
         failure: BaseException | None = None
         try:
@@ -134,9 +138,6 @@ class CallbackTask:
         except BaseException as error:  # noqa: BLE001 - the owner of the callback decides what an error means
             failure = error
         finally:
-            current_callback_task.set(
-                None
-            )  # not reset: an abandoned turn is ended in whatever context there is
             self._task = None
             self._mailbox.turn_ended(self)
         while task.cancelling() and not self._mailbox.closed:
@@ -147,16 +148,25 @@ class CallbackTask:
         """Drive the coroutine, letting go of the mailbox at each suspension with a call in flight."""
         error: BaseException | None = None
         value: Any = None
-        timing, clock = self._timing, self._timing.clock
-        first = began = clock()
+        timing, budget, run = self._timing, self._mailbox.budget, self._context.run
+        clock = budget.clock
+        first = clock()
+        # The mailbox starts turns beside it in order and within the budget.
+        if budget.exhausted and not self.beside:
+            error = yield from self._before_step(error)
         while True:
+            began = clock()
             try:
-                waiting = self._coroutine.send(value) if error is None else self._coroutine.throw(error)
+                if error is None:
+                    waiting = run(self._coroutine.send, value)
+                else:
+                    waiting = run(self._coroutine.throw, error)
             except StopIteration as stop:
                 return stop.value
             finally:
                 now = clock()
                 timing.stepped(now - began, now - first)
+                budget.spend_step(now - began)
             self._suspended = True
             if self._calls:
                 self._let_go()
@@ -169,10 +179,24 @@ class CallbackTask:
             except BaseException as thrown:  # noqa: BLE001 - handed on to the coroutine unchanged
                 error = thrown
             self._suspended = False
-            # A cancellation does not let it go on beside another callback: it waits for its turn, too.
-            while not (self.holding or self.beside or self._mailbox.closed):
-                try:
-                    yield from self._mailbox.take(self).__await__()
-                except asyncio.CancelledError as thrown:
-                    error = thrown  # as in any task, it outranks what was awaited
-            began = clock()
+            if budget.exhausted or not (self.holding or self.beside):
+                error = yield from self._before_step(error)
+
+    def _before_step(self, error: BaseException | None) -> Generator[Any, Any, BaseException | None]:
+        """Wait for the mailbox and the callback budget; return what to throw into the coroutine.
+
+        A cancellation does not let it go on beside another callback: it waits for its turn, too. As in any
+        task, it outranks what was awaited.
+        """
+        mailbox = self._mailbox
+        while not mailbox.closed:
+            try:
+                if not (self.holding or self.beside):
+                    yield from mailbox.take(self).__await__()
+                elif mailbox.budget.exhausted:
+                    yield from mailbox.budget.wait().__await__()
+                else:
+                    break
+            except asyncio.CancelledError as thrown:
+                error = thrown
+        return error

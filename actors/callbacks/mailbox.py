@@ -4,6 +4,14 @@ A *source* (subscription, service, timer) posts itself when it has something to 
 free, plain functions run at once, where the message arrives: no task, no await, no wake-up. A coroutine runs
 as a *turn* in a worker task; the mailbox stays taken until it ends.
 
+Callbacks run as far as the loop's callback budget goes (`callback_budget.py`). A source that has used its
+share goes to the end of the mailbox's queue, and a mailbox that finds the budget exhausted continues in a
+later loop turn.
+
+Each callback runs in a context (`contextvars`) of its own, a copy of the one in which the node was entered.
+Plain callbacks share one copy for as long as none of them changes it, because comparing an unchanged copy
+with its original costs a fraction of making another and calling through it.
+
 There is one point of interleaving. A turn that is suspended while a callboard call of its own is in flight
 (a service call, a wait for a peer) lets go of the mailbox, and takes it again before it goes on. So a
 callback may call any service, its own node's too, in circles, through `gather` or in tasks it starts, and
@@ -14,7 +22,11 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
+from contextvars import Context, copy_context
 from typing import TYPE_CHECKING, Any, Final, Protocol
+
+from actors.callbacks.budget import BUDGET_SEC, SHARE_SEC, CallbackBudget
+from actors.callbacks.callback_task import current_callback_task
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -24,6 +36,12 @@ if TYPE_CHECKING:
 
 IDLE_WORKERS: Final = 16
 """Workers kept for the next turns; more end as soon as they have nothing to do."""
+
+BESIDE_STARTS: Final = 16
+"""Turns of `concurrent=True` sources that start in one loop turn, as long as a step is short: ..."""
+
+SHORT_STEP_SEC: Final = BUDGET_SEC / BESIDE_STARTS
+"""... shorter than this. Otherwise they start one by one."""
 
 
 class Source(Protocol):
@@ -39,13 +57,61 @@ class Source(Protocol):
         """How often its callback has been called so far."""
         ...
 
-    def dispatch(self) -> CallbackTask | None:
-        """Run queued callbacks until one turns out to be a coroutine; return that as a turn."""
+    def dispatch(self, share: Share) -> CallbackTask | None:
+        """Run queued callbacks until the share is used or one of them returns a coroutine.
+
+        Args:
+            share: Must be asked between two callbacks.
+
+        Returns:
+            The coroutine as a turn; None if there was none.
+        """
         ...
 
     def has_work(self) -> bool:
         """Whether `dispatch` would run something now."""
         ...
+
+
+class Share:
+    """What a source may do in one dispatch.
+
+    Attributes:
+        clock: The budget's.
+        until: The time on that clock after which the source must leave off.
+        context: The context that the callbacks run in.
+        original: What the context is a copy of. After a callback that has changed the context the source
+            must leave off.
+    """
+
+    __slots__ = ("clock", "context", "original", "until")
+
+    def __init__(self, clock: Callable[[], float], original: Context) -> None:
+        self.clock = clock
+        self.until = 0.0
+        self.original = original
+        self.context = original.copy()
+
+    @property
+    def used(self) -> bool:
+        """Whether the source must leave off."""
+        return self.clock() >= self.until or changed(self.context, self.original)
+
+    def renew(self) -> None:
+        """Replace the context if callbacks have changed it."""
+        if changed(self.context, self.original):
+            self.context = self.original.copy()
+
+
+def changed(context: Context, original: Context) -> bool:
+    """Tell whether a copy of a context has been changed.
+
+    Cheap while it has not: then both are one object inside. Values that cannot be compared have changed.
+    """
+    try:
+        return context != original
+    except Exception:  # noqa: BLE001 - the __eq__ of a user's value; arrays have no truth value, for example
+        return True
 
 
 class Mailbox:
@@ -57,6 +123,7 @@ class Mailbox:
     Attributes:
         workers: Tasks that run turns, or wait for one.
         running: The turns that have begun, or are about to.
+        budget: The callback budget of the loop that the node runs on.
         cancelling: Whether all turns have been cancelled: their CancelledErrors are no errors of theirs.
         on_exit: Takes a callback's SystemExit, after which nothing new begins; None: it is raised where the
             callback runs, and ends the program.
@@ -72,17 +139,36 @@ class Mailbox:
         self._ready: deque[Source] = deque()
         self._resuming: deque[tuple[CallbackTask, asyncio.Future[None]]] = deque()
         self._given: deque[CallbackTask] = deque()
-        self._beside: set[CallbackTask] = set()
-        """Turns whose task has not begun yet."""
+        self._beside: dict[CallbackTask, None] = {}
+        """Turns whose task has not begun yet, oldest first."""
+        self._to_start: deque[CallbackTask] = deque()
+        """Those of them without a task."""
+        self._start_deferred = False
+        """Whether these wait for the callback budget."""
         self._idle: deque[asyncio.Future[None]] = deque()
         self._busy = False
         self._pumping = False
         self._returning = False
+        self._deferred = False
+        """Whether it waits for the callback budget."""
+        self.budget = CallbackBudget()
+        self._share = Share(self.budget.clock, Context())
         self._spawn: Callable[[Coroutine[Any, Any, None]], object] | None = None
 
-    def open(self, spawn: Callable[[Coroutine[Any, Any, None]], object]) -> None:
-        """Start to run callbacks; `spawn` starts a task that its owner awaits or cancels."""
+    def open(self, spawn: Callable[[Coroutine[Any, Any, None]], object], budget: CallbackBudget) -> None:
+        """Start to run callbacks, in copies of the current context.
+
+        Args:
+            spawn: Starts a task that its owner awaits or cancels.
+            budget: The callback budget of the running loop.
+        """
         self._spawn = spawn
+        self.budget = budget
+        original = copy_context()
+        original.run(
+            current_callback_task.set, None
+        )  # callbacks of a node entered in a turn are no part of that
+        self._share = Share(budget.clock, original)
         self._pump()
 
     def begin_nothing(self, tell: Callable[[], None]) -> None:
@@ -120,8 +206,9 @@ class Mailbox:
         self._ready.clear()
         while self._given:
             self._given.popleft().discard()
+        self._to_start.clear()
         while self._beside:
-            self._beside.pop().discard()
+            self._beside.popitem()[0].discard()
 
     @property
     def closed(self) -> bool:
@@ -151,7 +238,8 @@ class Mailbox:
     @property
     def free(self) -> bool:
         """Whether a callback posted now would run at once."""
-        return not self._busy and not self._pumping and not self._ready and self._spawn is not None
+        waits = self._busy or self._pumping or self._ready or self.budget.exhausted
+        return not waits and self._spawn is not None
 
     def post(self, source: Source) -> None:
         """Run the source's callbacks as soon as the mailbox is free: now, if it is."""
@@ -172,7 +260,7 @@ class Mailbox:
                         self._busy = callback_task.holding = True
                         waiter.set_result(None)
                     continue
-                if not self._ready:
+                if not self._may_dispatch():
                     return
                 source = self._ready.popleft()
                 source.posted = False
@@ -191,15 +279,31 @@ class Mailbox:
         finally:
             self._pumping = False
 
-    @staticmethod
-    def _dispatch(source: Source) -> CallbackTask | None:
-        timing = source.timing
-        if timing.only_turns:
-            return source.dispatch()
-        began = timing.clock()
-        callback_task = source.dispatch()
-        timing.dispatched(timing.clock() - began, source.calls)
-        return callback_task
+    def _may_dispatch(self) -> bool:
+        """Tell whether a source is ready and the budget allows it; continue later if only that is missing."""
+        if not self._ready or not self.budget.exhausted:
+            return bool(self._ready)
+        if not self._deferred:
+            self._deferred = True
+            self.budget.continue_later(self._continue)
+        return False
+
+    def _continue(self) -> None:
+        self._deferred = False
+        self._pump()
+
+    def _dispatch(self, source: Source) -> CallbackTask | None:
+        share = self._share
+        clock = share.clock
+        began = clock()
+        share.until = began + SHARE_SEC
+        try:
+            return share.context.run(source.dispatch, share)
+        finally:
+            seconds = clock() - began
+            self.budget.spend(seconds)
+            source.timing.dispatched(seconds, source.calls)
+            share.renew()
 
     def _give(self, callback_task: CallbackTask) -> None:
         callback_task.holding = True
@@ -244,16 +348,34 @@ class Mailbox:
             await waiter
 
     def run_beside(self, callback_task: CallbackTask) -> None:
-        """Run a turn of a `concurrent=True` source now, whoever holds the mailbox."""
+        """Run a turn of a `concurrent=True` source soon, whoever holds the mailbox. They start in order."""
         if self._spawn is None:
             callback_task.discard()
         else:
-            self.running[callback_task] = None
-            self._beside.add(callback_task)
-            self._spawn(self._run_beside(callback_task))
+            self.running[callback_task] = self._beside[callback_task] = None
+            self._to_start.append(callback_task)
+            self._start_beside()
+
+    def _start_beside(self) -> None:
+        """Start turns until as many as allowed wait for their first step."""
+        budget, to_start = self.budget, self._to_start
+        most = BESIDE_STARTS if budget.step_sec < SHORT_STEP_SEC else 1
+        while to_start and len(self._beside) - len(to_start) < most and self._spawn is not None:
+            if budget.exhausted:
+                if not self._start_deferred:
+                    self._start_deferred = True
+                    budget.continue_later(self._continue_starting)
+                return
+            self._spawn(self._run_beside(to_start.popleft()))
+
+    def _continue_starting(self) -> None:
+        self._start_deferred = False
+        self._start_beside()
 
     async def _run_beside(self, callback_task: CallbackTask) -> None:
-        self._beside.discard(callback_task)
+        self._beside.pop(callback_task, None)
+        if self._to_start and len(self._beside) == len(self._to_start):
+            asyncio.get_running_loop().call_soon(self._start_beside)
         await callback_task.run()
 
     def release(self) -> None:

@@ -1,8 +1,8 @@
 """How long each callback of a node holds the loop, and who holds it too long.
 
 What is timed is a *step*: what runs between two looks of the event loop at its other work. For plain
-callbacks that is a dispatch, many messages together; for coroutines each stretch between two awaits. So the
-clock is never read for each message, and time spent waiting does not count.
+callbacks that is a dispatch, many messages together; for coroutines each stretch between two awaits. Time
+spent waiting does not count.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class CallbackTiming:
     Attributes:
         name: The callback's name.
         what: The callback and whose it is, for messages.
-        only_turns: It is an `async def`, so that calling it takes nothing: only its steps do.
+        only_turns: It is an `async def`: its steps count, calling it does not.
         busy_sec: Seconds for which it has held the loop, in all.
         longest_sec: The longest step.
         longest_elapsed_sec: For coroutines, the longest time since one began, waiting included.
@@ -77,7 +77,6 @@ class CallbackTiming:
         "_quiet_until",
         "_watch",
         "busy_sec",
-        "clock",
         "longest_elapsed_sec",
         "longest_sec",
         "name",
@@ -90,7 +89,6 @@ class CallbackTiming:
         self.name = name
         self.what = f"Callback {name} of {whose}"
         self.only_turns = only_turns
-        self.clock = watch.clock
         self.slow = 0
         self._calls = 0
         self.busy_sec = self.longest_sec = self.longest_elapsed_sec = 0.0
@@ -99,6 +97,8 @@ class CallbackTiming:
 
     def dispatched(self, seconds: float, calls: int) -> None:
         """A dispatch has ended; `calls` is how often the callback has been called so far, in all."""
+        if self.only_turns:
+            return
         count, self._calls = calls - self._calls, calls
         self.busy_sec += seconds
         if seconds > self.longest_sec:  # noqa: PLR1730 - max() takes longer, and this is the hot path
@@ -129,7 +129,7 @@ class CallbackTiming:
 
     def _report(self, seconds: float, count: int) -> None:
         self.slow += 1
-        now = self.clock()
+        now = self._watch.clock()
         if now < self._quiet_until:
             return
         self._quiet_until = now + QUIET_SEC

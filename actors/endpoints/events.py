@@ -18,6 +18,7 @@ from proto.codes import NoticeKind
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.callbacks.mailbox import Share
     from actors.diagnostics.records import CallbackDiagnostics
     from actors.endpoints.context import NodeContext
     from proto import frames
@@ -201,8 +202,9 @@ class Event:
         """Source: whether there is something to tell, and nobody is being told."""
         return self._due and not self._running
 
-    def dispatch(self) -> CallbackTask | None:
+    def dispatch(self, share: Share) -> CallbackTask | None:
         """Source: tell the callback."""
+        del share  # one callback is never too much
         if self._running:
             return None
         self._due = False

@@ -16,6 +16,7 @@ import contextlib
 import math
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.callbacks.budget import CallbackBudget
 from actors.callbacks.functions import exit_ends_node
 from actors.diagnostics.records import Size
 from actors.errors import NodeAlreadyRunning
@@ -101,7 +102,7 @@ class Lifecycle:
         link.loop = asyncio.get_running_loop()
         self._spawn(self._keep_link())
         context.mailbox.on_exit = self.fail if exit_ends_node.get() else None
-        context.mailbox.open(self._spawn)
+        context.mailbox.open(self._spawn, CallbackBudget.of(link.loop))
         for timer in context.timers:
             timer.start()
         try:

@@ -50,12 +50,54 @@ async def main():
 actors.run(main)
 """
 
+SLOW_READER = """
+import asyncio, sys, time
+import actors
+from actors.interfaces.std_msgs.msg import Int64
+
+async def main():
+    done = asyncio.Event()
+
+    def slow(message):
+        time.sleep(0.005)
+        if message.data == int(sys.argv[1]) - 1:
+            done.set()
+
+    async with actors.Node("slow") as node:
+        keep_all = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
+        node.create_subscription(Int64, "numbers", slow, keep_all)
+        await done.wait()
+
+actors.run(main)
+"""
+
 
 async def matched(node: actors.Node, publisher: actors.Publisher[Int64], count: int = 1) -> None:
     """Wait until a publisher has exactly so many subscriptions."""
     async with asyncio.timeout(SOON_SEC):
         while publisher.get_subscription_count() != count:
             await node.get_graph()
+
+
+async def test_a_reader_with_much_to_do_stays_in_the_graph(system: System) -> None:
+    """Plain callbacks with messages queued for several keepalive limits do not make a node look silent."""
+    crowd = 500
+    await system.broker(*KEEPALIVE)
+    reader = await system.python("-c", SLOW_READER, str(crowd))
+    async with actors.Node("talker", url=system.url) as node:
+        publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
+        await matched(node, publisher)
+        for number in range(crowd):
+            publisher.publish(Int64(data=number))
+        await publisher.flush()
+        counts: list[int] = []
+        began = time.monotonic()
+        async with asyncio.timeout(SOON_SEC):
+            while time.monotonic() - began < 3 * 0.6:
+                await node.get_graph()
+                counts.append(publisher.get_subscription_count())
+        assert set(counts) == {1}
+        assert await reader.ends() == 0
 
 
 async def test_a_frozen_reader_frees_the_publisher_that_waited_for_it(system: System) -> None:

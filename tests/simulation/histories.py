@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from actors.callbacks.budget import SHARE_SEC
 from tests.simulation.checks import check
 from tests.simulation.loop import SimulatedLoop, simulate
 from tests.simulation.world import World, determined
@@ -64,7 +65,7 @@ def live(seed: int, *, calm: bool) -> History:
 
     with _alone(seed):
         try:
-            simulate(main, seed)
+            simulate(main, seed, look_sec=SHARE_SEC / 10)
         except Exception as failure:  # noqa: BLE001 - whatever ends a history is what is wrong with it
             error = repr(failure)
     world = worlds[0]

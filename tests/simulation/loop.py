@@ -11,7 +11,9 @@ import heapq
 from asyncio.base_events import BaseEventLoop
 from itertools import count
 from typing import TYPE_CHECKING, Any
+from unittest.mock import patch
 
+from actors.callbacks.budget import CallbackBudget
 from tests.simulation.network import Network, host_in
 
 if TYPE_CHECKING:
@@ -147,18 +149,44 @@ class SimulatedLoop(BaseEventLoop):
         return self.network.listen(protocol_factory, str(path), None)
 
 
-def simulate(main: Callable[[SimulatedLoop], Coroutine[Any, Any, T]], seed: int = 0) -> T:
+class _Ticks:
+    """A clock for callback budgets that advances with each look: the same in each run of a program."""
+
+    def __init__(self, look_sec: float) -> None:
+        self._now = 0.0
+        self._look_sec = look_sec
+
+    def __call__(self) -> float:
+        self._now += self._look_sec
+        return self._now
+
+
+def simulate(
+    main: Callable[[SimulatedLoop], Coroutine[Any, Any, T]], seed: int = 0, *, look_sec: float = 0.0
+) -> T:
     """Run a coroutine function on a loop of its own, to its end in virtual time.
+
+    Each node has a callback budget of its own, because nodes are processes here.
+
+    Args:
+        main: The coroutine function.
+        seed: The network's.
+        look_sec: Seconds that callbacks seem to take between two looks at the clock.
 
     Raises:
         Stuck: It waits for something that cannot come.
         ExceptionGroup: Exceptions that nobody took.
     """
     loop = SimulatedLoop(seed)
+
+    def budget(_: asyncio.AbstractEventLoop) -> CallbackBudget:
+        return CallbackBudget(_Ticks(look_sec))
+
     try:
         asyncio.set_event_loop(loop)
         try:
-            result = loop.run_until_complete(main(loop))
+            with patch.object(CallbackBudget, "of", budget):
+                result = loop.run_until_complete(main(loop))
         finally:
             _cancel_all(loop)
         if loop.errors:

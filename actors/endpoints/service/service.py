@@ -26,6 +26,7 @@ from proto.frames import ReplyEntry, RequestEntry
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.callbacks.mailbox import Share
 
 Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)
@@ -115,39 +116,45 @@ class Service(Introspectable, Server, Generic[Q, A]):
         """Source: whether a handler could run now."""
         return bool(self._waiting.entries) and self._turns < MAX_RUNNING and not self.destroyed
 
-    def dispatch(self) -> CallbackTask | None:
+    def dispatch(self, share: Share) -> CallbackTask | None:
         """Source: run the handler for what waits, until it returns something to await."""
         while self.has_work():
-            entry = self._waiting.take()
-            call = entry.call
-            try:
-                request = self._requests.decode(entry.body)
-            except InvalidMessageError as error:
-                self._reply_error(call, Status.INVALID_REQUEST, error)
-                continue
-            self.calls += 1
-            if self._events is not None:
-                identity = CallIdentity.of(entry.attributes, call)
-                self._events.request(EventKind.REQUEST_RECEIVED, identity, request)
-            try:
-                if self._with_response:
-                    result = self._callback(request, self._response_type())
-                else:
-                    result = self._callback(request)
-            except ENDS_PROGRAM:
-                raise
-            except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, sent to the caller
-                self._raised(call, error)
-                continue
-            coroutine = as_coroutine(result)
-            if coroutine is None:
-                self._reply(call, result, entry.attributes)
-                continue
-            callback_task = self._callback_task(call, coroutine, entry.attributes)
-            if not self._concurrent:
-                return callback_task
-            self.context.mailbox.run_beside(callback_task)
+            callback_task = self._handle(self._waiting.take())
+            if callback_task is not None:
+                if not self._concurrent:
+                    return callback_task
+                self.context.mailbox.run_beside(callback_task)
+            if share.used:
+                break
         return None
+
+    def _handle(self, entry: RequestEntry) -> CallbackTask | None:
+        """Run the handler for a request; return a turn if it returned something to await."""
+        call = entry.call
+        try:
+            request = self._requests.decode(entry.body)
+        except InvalidMessageError as error:
+            self._reply_error(call, Status.INVALID_REQUEST, error)
+            return None
+        self.calls += 1
+        if self._events is not None:
+            identity = CallIdentity.of(entry.attributes, call)
+            self._events.request(EventKind.REQUEST_RECEIVED, identity, request)
+        try:
+            if self._with_response:
+                result = self._callback(request, self._response_type())
+            else:
+                result = self._callback(request)
+        except ENDS_PROGRAM:
+            raise
+        except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, sent to the caller
+            self._raised(call, error)
+            return None
+        coroutine = as_coroutine(result)
+        if coroutine is None:
+            self._reply(call, result, entry.attributes)
+            return None
+        return self._callback_task(call, coroutine, entry.attributes)
 
     def _callback_task(self, call: int, coroutine: Any, attributes: frames.Options | None) -> CallbackTask:
         def ended(result: object, error: BaseException | None) -> None:

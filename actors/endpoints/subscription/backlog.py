@@ -72,9 +72,9 @@ class QueuedBatch:
         self.expires_at = math.inf
 
     def info(self) -> MessageInfo:
-        """Return the message info of the message at `index`."""
+        """Return the message info of the message taken last."""
         flow = self.attachment
-        return MessageInfo(self.stamp_ns, self.received_ns, self.numbers[self.index], flow.gid, flow.node)
+        return MessageInfo(self.stamp_ns, self.received_ns, self.numbers[self.index - 1], flow.gid, flow.node)
 
 
 class Backlog:

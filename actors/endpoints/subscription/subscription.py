@@ -1,8 +1,9 @@
 """Subscriptions: runs come in, messages go to a callback or to `async for`.
 
-A run that finds its reader idle is handed over whole, in one decode. At a busy reader only the last `depth`
-messages of a run are kept (before they are decoded), and the backlog drops its oldest beyond the depth; each
-drop is counted. With KEEP_ALL nothing is dropped: the publisher gets credit as messages are taken.
+A run that finds its reader idle is decoded whole, in one call. At a busy reader only the last `depth`
+messages of a run are kept (before they are decoded). What the callback has not taken when it is busy, or when
+the callback budget is exhausted, is held to the depth: the oldest are dropped and counted. With KEEP_ALL
+nothing is dropped: the publisher gets credit as messages are taken.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import math
 import time
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
+from actors.callbacks.budget import SHARE_SEC
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
 from actors.diagnostics.records import SubscriptionDiagnostics
@@ -33,6 +35,7 @@ from proto.frames import Batch, Replay
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine
 
+    from actors.callbacks.mailbox import Share
     from actors.session.attachments import Attachment
 
 M = TypeVar("M")
@@ -42,6 +45,13 @@ BEST_EFFORT_KEEP_ALL_DEPTH: Final = 1000
 
 MAX_CONCURRENT: Final = 1000
 """Callbacks of one `concurrent=True` subscription that run at the same time; more messages wait."""
+
+
+CHECK_EVERY: Final = 8
+"""Callbacks between two looks at the clock, which may cost more than a callback does: as long as ..."""
+
+CHEAP_SEC: Final = 0.00005
+"""... those before the last look took less than this in all. Otherwise the clock is read after each one."""
 
 
 class Subscription(Entity, Generic[M]):
@@ -266,10 +276,10 @@ class Subscription(Entity, Generic[M]):
         limit = MAX_CONCURRENT if self._concurrent else 1
         return bool(self._backlog.batches) and self._running < limit and not self.destroyed
 
-    def dispatch(self) -> CallbackTask | None:
+    def dispatch(self, share: Share) -> CallbackTask | None:
         """Source: run the callback for what waits, until it returns something to await."""
-        while self.has_work():
-            coroutine = self._run(self._backlog.batches[0])
+        while self.has_work() and self._next_is_fresh():
+            coroutine = self._run(self._backlog.batches[0], share)
             if coroutine is not None:
                 self._running += 1
                 callback_task = CallbackTask(
@@ -278,34 +288,51 @@ class Subscription(Entity, Generic[M]):
                 if not self._concurrent:
                     return callback_task
                 self.context.mailbox.run_beside(callback_task)
+            if self._backlog.batches and share.used:
+                break
         return None
 
-    def _run(self, queued_batch: QueuedBatch) -> Coroutine[Any, Any, Any] | None:
-        """Run the callback for the messages of a batch, to its end or to something to await."""
-        callback, with_info, waiting = self._callback, self._with_info, queued_batch.messages
-        assert callback is not None
-        backlog, size, ages = self._backlog, len(waiting), queued_batch.expires_at < math.inf
+    def _run(self, queued_batch: QueuedBatch, share: Share) -> Coroutine[Any, Any, Any] | None:
+        """Run the callback for the messages of a batch, as far as the share goes or to something to await."""
+        callback, waiting = self._callback_for(queued_batch), queued_batch.messages
+        backlog, size = self._backlog, len(waiting)
+        context, original = share.context, share.original
+        clock, until, check_at = share.clock, share.until, queued_batch.index + 1
+        checked = until - SHARE_SEC
         while queued_batch.index < size and not self.destroyed:
-            if ages and queued_batch.expires_at <= self.context.require_loop().time():
-                self._expire()
-                return None
             message = waiting[queued_batch.index]
-            info = queued_batch.info() if with_info else None
             queued_batch.index += 1
             backlog.pending -= 1
             self.received += 1
             if queued_batch.index == size:
                 backlog.finish()
             try:
-                result = callback(message) if info is None else callback(message, info)
+                result = callback(message)
             except ENDS_PROGRAM:
                 raise
             except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
                 self.context.callback_failed(self.timing.what, error)
-                continue
+                result = None
             if result is not None and (coroutine := as_coroutine(result)) is not None:
                 return coroutine
+            try:
+                if context != original:
+                    break
+            except Exception:  # noqa: BLE001 - the user's values do not compare: see `changed`
+                break
+            if check_at <= queued_batch.index < size:
+                now = clock()
+                if now >= until:
+                    break
+                check_at = queued_batch.index + (CHECK_EVERY if now - checked < CHEAP_SEC else 1)
+                checked = now
         return None
+
+    def _callback_for(self, queued_batch: QueuedBatch) -> Callable[[Any], Any]:
+        """Return the callback as a function of a message that has just been taken from the batch."""
+        callback = self._callback
+        assert callback is not None
+        return (lambda message: callback(message, queued_batch.info())) if self._with_info else callback
 
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result

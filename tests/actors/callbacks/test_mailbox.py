@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.callbacks.budget import CallbackBudget
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.mailbox import IDLE_WORKERS, Mailbox
 from actors.callbacks.timing import Stopwatch
@@ -18,6 +19,7 @@ from actors.endpoints.context import in_flight
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
+    from actors.callbacks.mailbox import Share
     from actors.callbacks.timing import CallbackTiming
 
 
@@ -47,7 +49,7 @@ class Recorder:
     def has_work(self) -> bool:
         return bool(self.queue) and (self.reentrant or not self.running)
 
-    def dispatch(self) -> CallbackTask | None:
+    def dispatch(self, share: Share) -> CallbackTask | None:
         while self.has_work():
             self.calls += 1
             result = self.queue.popleft()()
@@ -56,6 +58,8 @@ class Recorder:
                 self.callback_task = CallbackTask(self.mailbox, result, self.ended, timing=self.timing)
                 return self.callback_task
             self.results.append(result)
+            if share.used:
+                break
         return None
 
     def ended(self, result: Any, error: BaseException | None) -> None:
@@ -69,7 +73,9 @@ class Recorder:
 
 
 @asynccontextmanager
-async def opened(mailbox: Mailbox) -> AsyncIterator[set[asyncio.Task[None]]]:
+async def opened(
+    mailbox: Mailbox, budget: CallbackBudget | None = None
+) -> AsyncIterator[set[asyncio.Task[None]]]:
     """Open a mailbox whose workers end with the block; gives the set of its workers."""
     tasks: set[asyncio.Task[None]] = set()
     async with asyncio.TaskGroup() as group:
@@ -77,7 +83,7 @@ async def opened(mailbox: Mailbox) -> AsyncIterator[set[asyncio.Task[None]]]:
         def spawn(coroutine: Any) -> None:
             tasks.add(group.create_task(coroutine))
 
-        mailbox.open(spawn)
+        mailbox.open(spawn, budget or CallbackBudget())
         try:
             async with asyncio.timeout(10):
                 yield tasks

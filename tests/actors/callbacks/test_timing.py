@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.callbacks.budget import CallbackBudget
 from actors.callbacks.mailbox import Mailbox
 from actors.callbacks.timing import QUIET_SEC, CallbackTiming, Stopwatch
 from actors.endpoints.context import in_flight
@@ -107,7 +108,7 @@ def test_a_limit_is_a_time(wrong: float) -> None:
 async def test_only_what_holds_the_loop_counts() -> None:
     """A coroutine's awaits are no load; they show in its elapsed time only."""
     bench, mailbox = Bench(), Mailbox()
-    async with opened(mailbox):
+    async with opened(mailbox, CallbackBudget(bench.hands)):
         source, began = bench.source(mailbox), asyncio.Event()
 
         async def callback() -> None:
@@ -129,7 +130,7 @@ async def test_only_what_holds_the_loop_counts() -> None:
 async def test_waiting_for_the_mailbox_is_no_load() -> None:
     """A turn that has let go pays nothing for the callbacks that run meanwhile."""
     bench, mailbox = Bench(), Mailbox()
-    async with opened(mailbox):
+    async with opened(mailbox, CallbackBudget(bench.hands)):
         source, gate = bench.source(mailbox), asyncio.Event()
 
         async def calling() -> None:
@@ -151,7 +152,7 @@ async def test_waiting_for_the_mailbox_is_no_load() -> None:
 async def test_a_step_counts_however_it_ends(kind: str) -> None:
     """A callback that raises has held the loop, too."""
     bench, mailbox = Bench(), Mailbox()
-    async with opened(mailbox):
+    async with opened(mailbox, CallbackBudget(bench.hands)):
         source = bench.source(mailbox)
 
         async def callback() -> None:
@@ -201,6 +202,7 @@ class Slow(actors.Node):
 async def test_every_kind_of_callback_is_named(meeting: Meeting) -> None:
     """Subscriptions, services and timers, plain and not: one warning each, with the callback's name."""
     hands, warnings = Hands(), list[str]()
+    CallbackBudget.of(asyncio.get_running_loop()).clock = hands
     node = Slow(hands, warnings, url=meeting.url, use_global_arguments=False)
     async with node:
         other = await meeting.node("other")

@@ -31,9 +31,9 @@ def taken(backlog: Backlog, count: int) -> list[int]:
     """Take so many messages, and look at what belongs to each."""
     found = []
     for _ in range(count):
-        info = backlog.batches[0].info()
+        queued_batch = backlog.batches[0]
         found.append(backlog.take())
-        assert info.publication_sequence_number == found[-1]
+        assert queued_batch.info().publication_sequence_number == found[-1]
     return found
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.callbacks.budget import CallbackBudget
 from actors.endpoints.deadline import Deadline
 from actors.endpoints.subscription.subscription import MAX_CONCURRENT
 from actors.interfaces.codec import codec_for
@@ -425,7 +426,7 @@ async def test_numbers_stay_with_their_messages_around_a_bad_one(tmp_path: Path)
     """The sequence number of a message behind a dropped one is its own."""
     numbers: list[tuple[int, int]] = []
     node = actors.Node("quiet", url=f"callboard+unix://{tmp_path}/none")
-    node._context.mailbox.open(lambda _: None)
+    node._context.mailbox.open(lambda _: None, CallbackBudget())
     subscription = node.create_subscription(
         Int64, "numbers", lambda msg, info: numbers.append((msg.data, info.publication_sequence_number))
     )
@@ -530,7 +531,7 @@ async def test_so_many_callbacks_run_concurrently_and_no_more(meeting: Meeting) 
     await matched(publisher)
     for number in range(depth):
         publisher.publish(Int64(data=number))
-    await until(lambda: subscription.received + subscription.queued == depth)
+    await until(lambda: (subscription.received, subscription.queued) == (MAX_CONCURRENT, extra))
     await turns()
     (look,) = both.diagnostics().subscriptions
     assert (look.running, look.queued, look.received) == (MAX_CONCURRENT, extra, MAX_CONCURRENT)
