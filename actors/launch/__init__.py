@@ -15,73 +15,77 @@ from typing import TYPE_CHECKING
 from actors.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from actors.launch.actions import AppendEnvironmentVariable as AppendEnvironmentVariable
-    from actors.launch.actions import DeclareLaunchArgument as DeclareLaunchArgument
-    from actors.launch.actions import EmitEvent as EmitEvent
-    from actors.launch.actions import ExecuteProcess as ExecuteProcess
-    from actors.launch.actions import GroupAction as GroupAction
-    from actors.launch.actions import IncludeLaunchDescription as IncludeLaunchDescription
-    from actors.launch.actions import LogInfo as LogInfo
-    from actors.launch.actions import Node as Node
-    from actors.launch.actions import OpaqueFunction as OpaqueFunction
-    from actors.launch.actions import ParameterValue as ParameterValue
-    from actors.launch.actions import PushNamespace as PushNamespace
-    from actors.launch.actions import PushRosNamespace as PushRosNamespace
-    from actors.launch.actions import RegisterEventHandler as RegisterEventHandler
-    from actors.launch.actions import SetEnvironmentVariable as SetEnvironmentVariable
-    from actors.launch.actions import SetLaunchConfiguration as SetLaunchConfiguration
-    from actors.launch.actions import SetParameter as SetParameter
-    from actors.launch.actions import SetRemap as SetRemap
-    from actors.launch.actions import Shutdown as Shutdown
-    from actors.launch.actions import TimerAction as TimerAction
-    from actors.launch.actions import UnsetEnvironmentVariable as UnsetEnvironmentVariable
-    from actors.launch.conditions import IfCondition as IfCondition
-    from actors.launch.conditions import LaunchConfigurationEquals as LaunchConfigurationEquals
-    from actors.launch.conditions import LaunchConfigurationNotEquals as LaunchConfigurationNotEquals
-    from actors.launch.conditions import UnlessCondition as UnlessCondition
-    from actors.launch.description import LaunchDescription as LaunchDescription
-    from actors.launch.description_source import AnyLaunchDescriptionSource as AnyLaunchDescriptionSource
-    from actors.launch.description_source import (
+    from actors.launch.description.actions import AppendEnvironmentVariable as AppendEnvironmentVariable
+    from actors.launch.description.actions import DeclareLaunchArgument as DeclareLaunchArgument
+    from actors.launch.description.actions import EmitEvent as EmitEvent
+    from actors.launch.description.actions import ExecuteProcess as ExecuteProcess
+    from actors.launch.description.actions import GroupAction as GroupAction
+    from actors.launch.description.actions import IncludeLaunchDescription as IncludeLaunchDescription
+    from actors.launch.description.actions import LogInfo as LogInfo
+    from actors.launch.description.actions import Node as Node
+    from actors.launch.description.actions import OpaqueFunction as OpaqueFunction
+    from actors.launch.description.actions import ParameterValue as ParameterValue
+    from actors.launch.description.actions import PushNamespace as PushNamespace
+    from actors.launch.description.actions import PushRosNamespace as PushRosNamespace
+    from actors.launch.description.actions import RegisterEventHandler as RegisterEventHandler
+    from actors.launch.description.actions import SetEnvironmentVariable as SetEnvironmentVariable
+    from actors.launch.description.actions import SetLaunchConfiguration as SetLaunchConfiguration
+    from actors.launch.description.actions import SetParameter as SetParameter
+    from actors.launch.description.actions import SetRemap as SetRemap
+    from actors.launch.description.actions import Shutdown as Shutdown
+    from actors.launch.description.actions import TimerAction as TimerAction
+    from actors.launch.description.actions import UnsetEnvironmentVariable as UnsetEnvironmentVariable
+    from actors.launch.description.conditions import IfCondition as IfCondition
+    from actors.launch.description.conditions import LaunchConfigurationEquals as LaunchConfigurationEquals
+    from actors.launch.description.conditions import (
+        LaunchConfigurationNotEquals as LaunchConfigurationNotEquals,
+    )
+    from actors.launch.description.conditions import UnlessCondition as UnlessCondition
+    from actors.launch.description.description import LaunchDescription as LaunchDescription
+    from actors.launch.description.description_source import (
+        AnyLaunchDescriptionSource as AnyLaunchDescriptionSource,
+    )
+    from actors.launch.description.description_source import (
         PythonLaunchDescriptionSource as PythonLaunchDescriptionSource,
     )
+    from actors.launch.description.event_handlers import OnNodeUp as OnNodeUp
+    from actors.launch.description.event_handlers import OnProcessExit as OnProcessExit
+    from actors.launch.description.event_handlers import OnProcessIO as OnProcessIO
+    from actors.launch.description.event_handlers import OnProcessStart as OnProcessStart
+    from actors.launch.description.event_handlers import OnServiceAvailable as OnServiceAvailable
+    from actors.launch.description.event_handlers import OnShutdown as OnShutdown
+    from actors.launch.description.event_handlers import OnTopicPublished as OnTopicPublished
+    from actors.launch.description.library_substitutions import AnonName as AnonName
+    from actors.launch.description.library_substitutions import Command as Command
+    from actors.launch.description.library_substitutions import FileContent as FileContent
+    from actors.launch.description.library_substitutions import FindExecutable as FindExecutable
+    from actors.launch.description.library_substitutions import FindPackageShare as FindPackageShare
+    from actors.launch.description.logic import AllSubstitution as AllSubstitution
+    from actors.launch.description.logic import AndSubstitution as AndSubstitution
+    from actors.launch.description.logic import AnySubstitution as AnySubstitution
+    from actors.launch.description.logic import BooleanSubstitution as BooleanSubstitution
+    from actors.launch.description.logic import EqualsSubstitution as EqualsSubstitution
+    from actors.launch.description.logic import IfElseSubstitution as IfElseSubstitution
+    from actors.launch.description.logic import NotEqualsSubstitution as NotEqualsSubstitution
+    from actors.launch.description.logic import NotSubstitution as NotSubstitution
+    from actors.launch.description.logic import OrSubstitution as OrSubstitution
+    from actors.launch.description.python_expression import PythonExpression as PythonExpression
+    from actors.launch.description.substitutions import EnvironmentVariable as EnvironmentVariable
+    from actors.launch.description.substitutions import LaunchConfiguration as LaunchConfiguration
+    from actors.launch.description.substitutions import LaunchContext as LaunchContext
+    from actors.launch.description.substitutions import PathJoinSubstitution as PathJoinSubstitution
+    from actors.launch.description.substitutions import TextSubstitution as TextSubstitution
+    from actors.launch.description.substitutions import ThisLaunchFile as ThisLaunchFile
+    from actors.launch.description.substitutions import ThisLaunchFileDir as ThisLaunchFileDir
     from actors.launch.errors import LaunchError as LaunchError
     from actors.launch.errors import LaunchFileError as LaunchFileError
     from actors.launch.errors import UnknownArgumentError as UnknownArgumentError
-    from actors.launch.event_handlers import OnNodeUp as OnNodeUp
-    from actors.launch.event_handlers import OnProcessExit as OnProcessExit
-    from actors.launch.event_handlers import OnProcessIO as OnProcessIO
-    from actors.launch.event_handlers import OnProcessStart as OnProcessStart
-    from actors.launch.event_handlers import OnServiceAvailable as OnServiceAvailable
-    from actors.launch.event_handlers import OnShutdown as OnShutdown
-    from actors.launch.event_handlers import OnTopicPublished as OnTopicPublished
     from actors.launch.launching import Launch as Launch
-    from actors.launch.library_substitutions import AnonName as AnonName
-    from actors.launch.library_substitutions import Command as Command
-    from actors.launch.library_substitutions import FileContent as FileContent
-    from actors.launch.library_substitutions import FindExecutable as FindExecutable
-    from actors.launch.library_substitutions import FindPackageShare as FindPackageShare
-    from actors.launch.logic import AllSubstitution as AllSubstitution
-    from actors.launch.logic import AndSubstitution as AndSubstitution
-    from actors.launch.logic import AnySubstitution as AnySubstitution
-    from actors.launch.logic import BooleanSubstitution as BooleanSubstitution
-    from actors.launch.logic import EqualsSubstitution as EqualsSubstitution
-    from actors.launch.logic import IfElseSubstitution as IfElseSubstitution
-    from actors.launch.logic import NotEqualsSubstitution as NotEqualsSubstitution
-    from actors.launch.logic import NotSubstitution as NotSubstitution
-    from actors.launch.logic import OrSubstitution as OrSubstitution
-    from actors.launch.python_expression import PythonExpression as PythonExpression
-    from actors.launch.substitutions import EnvironmentVariable as EnvironmentVariable
-    from actors.launch.substitutions import LaunchConfiguration as LaunchConfiguration
-    from actors.launch.substitutions import LaunchContext as LaunchContext
-    from actors.launch.substitutions import PathJoinSubstitution as PathJoinSubstitution
-    from actors.launch.substitutions import TextSubstitution as TextSubstitution
-    from actors.launch.substitutions import ThisLaunchFile as ThisLaunchFile
-    from actors.launch.substitutions import ThisLaunchFileDir as ThisLaunchFileDir
 
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "actors.launch.event_handlers": (
+        "actors.launch.description.event_handlers": (
             "OnNodeUp",
             "OnProcessExit",
             "OnProcessIO",
@@ -90,7 +94,7 @@ __getattr__, __dir__ = lazy_names(
             "OnShutdown",
             "OnTopicPublished",
         ),
-        "actors.launch.actions": (
+        "actors.launch.description.actions": (
             "AppendEnvironmentVariable",
             "DeclareLaunchArgument",
             "EmitEvent",
@@ -112,14 +116,14 @@ __getattr__, __dir__ = lazy_names(
             "OpaqueFunction",
             "RegisterEventHandler",
         ),
-        "actors.launch.conditions": (
+        "actors.launch.description.conditions": (
             "IfCondition",
             "LaunchConfigurationEquals",
             "LaunchConfigurationNotEquals",
             "UnlessCondition",
         ),
-        "actors.launch.description": ("LaunchDescription",),
-        "actors.launch.description_source": (
+        "actors.launch.description.description": ("LaunchDescription",),
+        "actors.launch.description.description_source": (
             "AnyLaunchDescriptionSource",
             "PythonLaunchDescriptionSource",
         ),
@@ -128,14 +132,14 @@ __getattr__, __dir__ = lazy_names(
             "LaunchFileError",
             "UnknownArgumentError",
         ),
-        "actors.launch.library_substitutions": (
+        "actors.launch.description.library_substitutions": (
             "AnonName",
             "Command",
             "FileContent",
             "FindExecutable",
             "FindPackageShare",
         ),
-        "actors.launch.logic": (
+        "actors.launch.description.logic": (
             "AllSubstitution",
             "AndSubstitution",
             "AnySubstitution",
@@ -146,9 +150,9 @@ __getattr__, __dir__ = lazy_names(
             "NotSubstitution",
             "OrSubstitution",
         ),
-        "actors.launch.python_expression": ("PythonExpression",),
+        "actors.launch.description.python_expression": ("PythonExpression",),
         "actors.launch.launching": ("Launch",),
-        "actors.launch.substitutions": (
+        "actors.launch.description.substitutions": (
             "EnvironmentVariable",
             "LaunchConfiguration",
             "LaunchContext",

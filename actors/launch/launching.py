@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Final, cast
 
 from actors.config.contexts import find_place
 from actors.errors import BrokerUnreachable
-from actors.launch.embedded import broker_is_there, can_embed, embedded_broker
-from actors.launch.events import Level, Message
-from actors.launch.files import Files
-from actors.launch.graph_watch import graph_watch
-from actors.launch.machine import Machine, awaits_graph
-from actors.launch.plan import make_plan
-from actors.launch.runner import Runner
-from actors.launch.steps import STOP_TIMEOUT_SEC
-from actors.launch.worker import call_in_thread
+from actors.launch.engine.embedded import broker_is_there, can_embed, embedded_broker
+from actors.launch.engine.graph_watch import graph_watch
+from actors.launch.engine.machine import Machine, awaits_graph
+from actors.launch.engine.runner import Runner
+from actors.launch.engine.worker import call_in_thread
+from actors.launch.planning.events import Level, Message
+from actors.launch.planning.plan import make_plan
+from actors.launch.planning.steps import STOP_TIMEOUT_SEC
+from actors.launch.resources.files import Files
 from actors.session.start_hint import start_hint
 from broker.errors import AddressInUseError
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from actors.config.contexts import Place
-    from actors.launch.description import LaunchDescription
-    from actors.launch.events import Event, Listener
-    from actors.launch.library import Library
-    from actors.launch.presence import Presence
-    from actors.launch.steps import OutputMode, Step
+    from actors.launch.description.description import LaunchDescription
+    from actors.launch.description.library import Library
+    from actors.launch.planning.events import Event, Listener
+    from actors.launch.planning.presence import Presence
+    from actors.launch.planning.steps import OutputMode, Step
 
 FIND_TRIES: Final = 5
 FIND_PAUSE_SEC: Final = 0.2

@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.config.environment import foreign_variables
-from actors.launch.captured_logs import captured_logs
-from actors.launch.captured_streams import captured_streams
-from actors.launch.description import LaunchDescription
+from actors.launch.description.description import LaunchDescription
+from actors.launch.engine.captured_logs import captured_logs
+from actors.launch.engine.captured_streams import captured_streams
 from actors.launch.errors import LaunchError
 from actors.launch.launching import Launch
-from actors.launch.presence import Presence, PresenceKind
+from actors.launch.planning.presence import Presence, PresenceKind
 from actors.testing.transcript import LAUNCH, ProcessState, Search, Transcript
 from broker import Broker, BrokerOptions
 from proto.errors import CallboardError
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     import re
     from collections.abc import AsyncGenerator, Callable, Generator, Iterable, Mapping
 
-    from actors.launch.actions import Action
-    from actors.launch.events import Event
+    from actors.launch.description.actions import Action
+    from actors.launch.planning.events import Event
     from actors.testing.transcript import OutputLine, ProcessStatus
 
 WAIT_TIMEOUT_SEC: Final = 10.0

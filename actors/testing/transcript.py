@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.launch import events
+from actors.launch.planning import events
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from actors.launch.presence import Presence
-    from actors.launch.steps import ProcessSpec
+    from actors.launch.planning.presence import Presence
+    from actors.launch.planning.steps import ProcessSpec
     from actors.processes.outcome import Outcome
 
 MAX_LINES: Final = 10_000

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.launch.files import Files
-from actors.launch.plan import make_plan
+from actors.launch.planning.plan import make_plan
+from actors.launch.resources.files import Files
 from tests.integration.conftest import ROOT
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from actors.cli.errors import BROKEN_PIPE, OK
-from actors.launch.machine import HURRY_AFTER_SEC
+from actors.launch.engine.machine import HURRY_AFTER_SEC
 from tests.actors.site_packages import Site
 from tests.integration.conftest import DEADLINE_SEC, ROOT
 from tests.integration.test_supervision import DEAF, PARENT, SLEEPER, alive, gone, pids_in

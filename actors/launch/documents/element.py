@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from actors.launch.conditions import IfCondition, UnlessCondition
+from actors.launch.description.conditions import IfCondition, UnlessCondition
 from actors.launch.documents.kinds import FlagKind, Kind, Schema, read_mapping
 from actors.tools.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from actors.launch.actions import Action
-    from actors.launch.conditions import Condition
+    from actors.launch.description.actions import Action
+    from actors.launch.description.conditions import Condition
     from actors.launch.documents.errors import Spot
 
 

@@ -14,8 +14,8 @@ from proto.errors import shown
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from actors.launch.description.substitutions import Text
     from actors.launch.documents.errors import Spot
-    from actors.launch.substitutions import Text
 
 Schema: TypeAlias = dict[str, Any]
 

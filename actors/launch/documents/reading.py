@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import PurePath
 from typing import TYPE_CHECKING, cast
 
-from actors.launch.description import LaunchDescription
+from actors.launch.description.description import LaunchDescription
 from actors.launch.documents.errors import DocumentError, Spot
 from actors.launch.documents.kinds import read_fields
 from actors.launch.documents.parsing import toml_data, yaml_data, yaml_line
@@ -13,7 +13,7 @@ from actors.launch.documents.table import Elements
 from actors.launch.errors import LaunchFileError
 
 if TYPE_CHECKING:
-    from actors.launch.actions import Action
+    from actors.launch.description.actions import Action
 
 
 def read_document(path: str, source: bytes) -> LaunchDescription:

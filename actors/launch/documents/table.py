@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.launch.actions import (
+from actors.launch.description.actions import (
     AppendEnvironmentVariable,
     DeclareLaunchArgument,
     ExecuteProcess,
@@ -21,6 +21,15 @@ from actors.launch.actions import (
     Shutdown,
     TimerAction,
     UnsetEnvironmentVariable,
+)
+from actors.launch.description.event_handlers import (
+    OnNodeUp,
+    OnProcessExit,
+    OnProcessIO,
+    OnProcessStart,
+    OnServiceAvailable,
+    OnShutdown,
+    OnTopicPublished,
 )
 from actors.launch.documents.element import Element, Key
 from actors.launch.documents.kinds import (
@@ -42,25 +51,16 @@ from actors.launch.documents.kinds import (
     read_mapping,
 )
 from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
-from actors.launch.event_handlers import (
-    OnNodeUp,
-    OnProcessExit,
-    OnProcessIO,
-    OnProcessStart,
-    OnServiceAvailable,
-    OnShutdown,
-    OnTopicPublished,
-)
-from actors.launch.steps import OutputMode
+from actors.launch.planning.steps import OutputMode
 from actors.tools.suggestions import did_you_mean
 from proto.errors import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.launch.actions import Action
+    from actors.launch.description.actions import Action
+    from actors.launch.description.event_handlers import EventHandler
     from actors.launch.documents.errors import Spot
-    from actors.launch.event_handlers import EventHandler
 
 
 class Elements(Kind):

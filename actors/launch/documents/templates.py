@@ -16,15 +16,14 @@ import shlex
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from actors.launch.errors import LaunchError
-from actors.launch.library_substitutions import (
+from actors.launch.description.library_substitutions import (
     AnonName,
     Command,
     FileContent,
     FindExecutable,
     FindPackageShare,
 )
-from actors.launch.logic import (
+from actors.launch.description.logic import (
     AllSubstitution,
     AndSubstitution,
     AnySubstitution,
@@ -34,8 +33,8 @@ from actors.launch.logic import (
     NotSubstitution,
     OrSubstitution,
 )
-from actors.launch.python_expression import PythonExpression
-from actors.launch.substitutions import (
+from actors.launch.description.python_expression import PythonExpression
+from actors.launch.description.substitutions import (
     EnvironmentVariable,
     LaunchConfiguration,
     PathJoinSubstitution,
@@ -43,13 +42,14 @@ from actors.launch.substitutions import (
     ThisLaunchFile,
     ThisLaunchFileDir,
 )
+from actors.launch.errors import LaunchError
 from actors.tools.suggestions import did_you_mean
 from proto.errors import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from actors.launch.substitutions import Text
+    from actors.launch.description.substitutions import Text
 
 MAX_DEPTH: Final = 20
 """Substitutions in substitutions."""

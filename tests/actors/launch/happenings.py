@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.events import ProcessExited, ProcessIO, ProcessStarted, Stream
-from actors.launch.steps import ProcessSpec
+from actors.launch.planning.events import ProcessExited, ProcessIO, ProcessStarted, Stream
+from actors.launch.planning.steps import ProcessSpec
 from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
+from actors.launch.description.substitutions import Scope
 from actors.launch.errors import LaunchError, NoLaunchFileError
-from actors.launch.substitutions import Scope
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from actors.launch.description import LaunchDescription
+    from actors.launch.description.description import LaunchDescription
     from actors.runtime.programs import Factory
 
 

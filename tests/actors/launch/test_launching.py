@@ -24,17 +24,17 @@ from actors.launch import (
     TimerAction,
     launching,
 )
-from actors.launch.embedded import broker_is_there
-from actors.launch.events import ProcessExited, ProcessStarted
+from actors.launch.engine.embedded import broker_is_there
 from actors.launch.launching import FIND_TRIES
+from actors.launch.planning.events import ProcessExited, ProcessStarted
 from broker import AddressInUseError
 from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from actors.launch.actions import Action
-    from actors.launch.events import Event
+    from actors.launch.description.actions import Action
+    from actors.launch.planning.events import Event
     from tests.actors.meeting import Meeting
 
 SLEEPER = ExecuteProcess(cmd=["sleep", "1000"], name="sleeper")

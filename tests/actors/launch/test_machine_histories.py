@@ -7,17 +7,25 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from actors.launch.events import Appeared, Event, Level, Message, ProcessExited, ProcessStarted, ShuttingDown
-from actors.launch.handlers import ask
-from actors.launch.machine import ABANDONED, Ask, HurryAll, Machine, Run, Stop, StopAll, Tell
-from actors.launch.presence import Presence, PresenceKind
-from actors.launch.process_table import ProcessState
-from actors.launch.steps import End, ProcessSpec, React, Say, Start
+from actors.launch.engine.handlers import ask
+from actors.launch.engine.machine import ABANDONED, Ask, HurryAll, Machine, Run, Stop, StopAll, Tell
+from actors.launch.engine.process_table import ProcessState
+from actors.launch.planning.events import (
+    Appeared,
+    Event,
+    Level,
+    Message,
+    ProcessExited,
+    ProcessStarted,
+    ShuttingDown,
+)
+from actors.launch.planning.presence import Presence, PresenceKind
+from actors.launch.planning.steps import End, ProcessSpec, React, Say, Start
 from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:
-    from actors.launch.machine import Effect
-    from actors.launch.steps import Step
+    from actors.launch.engine.machine import Effect
+    from actors.launch.planning.steps import Step
 
 SEEDS: Final = 300
 MOMENTS: Final = 150

@@ -19,16 +19,16 @@ from actors.cli.loop import exit_asked_for, run_async
 from actors.cli.output import print_out
 from actors.config import environment
 from actors.config.contexts import UnknownContextError
-from actors.launch.captured_logs import captured_logs, own_logs
-from actors.launch.captured_streams import captured_streams
-from actors.launch.declarations import all_declared
-from actors.launch.description import described
+from actors.launch.description.description import described
+from actors.launch.description.substitutions import Scope
+from actors.launch.description.summaries import plain_text, written
+from actors.launch.engine.captured_logs import captured_logs, own_logs
+from actors.launch.engine.captured_streams import captured_streams
 from actors.launch.errors import UnknownArgumentError
-from actors.launch.files import SUFFIXES, Files
 from actors.launch.launching import Launch
-from actors.launch.steps import STOP_TIMEOUT_SEC, Call, End, OutputMode, React, Say, Start
-from actors.launch.substitutions import Scope
-from actors.launch.summaries import plain_text, written
+from actors.launch.planning.declarations import all_declared
+from actors.launch.planning.steps import STOP_TIMEOUT_SEC, Call, End, OutputMode, React, Say, Start
+from actors.launch.resources.files import SUFFIXES, Files
 from actors.tools.suggestions import did_you_mean
 from proto.aio import process
 from proto.errors import CallboardError, shown
@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
 
-    from actors.launch.actions import DeclareLaunchArgument
-    from actors.launch.description import LaunchDescription
-    from actors.launch.steps import Step
+    from actors.launch.description.actions import DeclareLaunchArgument
+    from actors.launch.description.description import LaunchDescription
+    from actors.launch.planning.steps import Step
 
 
 def run(options: argparse.Namespace) -> int:
@@ -229,7 +229,7 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
 
 
 async def _run_watched(launch: Launch, launch_files: Collection[str]) -> bool:
-    from actors.launch.watching import SourceWatch
+    from actors.launch.engine.watching import SourceWatch
 
     watch = SourceWatch(launch.plan(), launch_files=launch_files, restart=launch.restart, tell=launch.tell)
     launch.listen(watch.heard)

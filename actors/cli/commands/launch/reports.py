@@ -10,19 +10,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.config import environment
-from actors.launch.events import Stream
-from actors.launch.json_report import JsonReport
-from actors.launch.log_files import LogFiles
-from actors.launch.output import Output
-from actors.launch.screen import Screen
-from actors.launch.status import Status
-from actors.launch.unattributed_output import UnattributedOutput
+from actors.launch.output.json_report import JsonReport
+from actors.launch.output.log_files import LogFiles
+from actors.launch.output.output import Output
+from actors.launch.output.screen import Screen
+from actors.launch.output.status import Status
+from actors.launch.output.unattributed_output import UnattributedOutput
+from actors.launch.planning.events import Stream
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.launch.events import Event, Listener
-    from actors.launch.status import StatusLine
+    from actors.launch.output.status import StatusLine
+    from actors.launch.planning.events import Event, Listener
 
 LAST_LINES_SEC: Final = 2.0
 """How long the last lines may take, when nobody reads or a disk hangs."""

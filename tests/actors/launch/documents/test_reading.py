@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.launch.actions import (
+from actors.launch.description.actions import (
     Action,
     AppendEnvironmentVariable,
     DeclareLaunchArgument,
@@ -29,12 +29,9 @@ from actors.launch.actions import (
     TimerAction,
     UnsetEnvironmentVariable,
 )
-from actors.launch.conditions import IfCondition, UnlessCondition
-from actors.launch.description import LaunchDescription
-from actors.launch.documents.reading import read_document
-from actors.launch.documents.table import ELEMENTS
-from actors.launch.errors import LaunchFileError
-from actors.launch.event_handlers import (
+from actors.launch.description.conditions import IfCondition, UnlessCondition
+from actors.launch.description.description import LaunchDescription
+from actors.launch.description.event_handlers import (
     OnNodeUp,
     OnProcessExit,
     OnProcessIO,
@@ -43,12 +40,15 @@ from actors.launch.event_handlers import (
     OnShutdown,
     OnTopicPublished,
 )
-from actors.launch.plan import make_plan
-from actors.launch.substitutions import EnvironmentVariable, LaunchConfiguration
+from actors.launch.description.substitutions import EnvironmentVariable, LaunchConfiguration
+from actors.launch.documents.reading import read_document
+from actors.launch.documents.table import ELEMENTS
+from actors.launch.errors import LaunchFileError
+from actors.launch.planning.plan import make_plan
 from tests.actors.launch.shelf import Shelf
 
 if TYPE_CHECKING:
-    from actors.launch.steps import Step
+    from actors.launch.planning.steps import Step
 
 VAR = LaunchConfiguration("x")
 BYE = LogInfo(msg="bye")

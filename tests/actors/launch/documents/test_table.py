@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from actors.launch import actions, event_handlers
-from actors.launch.actions import Action, RegisterEventHandler
+from actors.launch.description import actions, event_handlers
+from actors.launch.description.actions import Action, RegisterEventHandler
 from actors.launch.documents.table import BY_NAME, ELEMENTS
 from tests.actors.launch.documents.test_reading import ELEMENT_CASES
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from actors.launch.description.substitutions import LaunchConfiguration, Substitution, resolve
 from actors.launch.documents.templates import known_substitutions, template, words
 from actors.launch.errors import LaunchError
-from actors.launch.substitutions import LaunchConfiguration, Substitution, resolve
 from tests.actors.launch.shelf import scope
 
 

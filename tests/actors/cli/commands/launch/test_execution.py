@@ -10,7 +10,7 @@ import pytest
 
 from actors.cli.main import main
 from actors.launch.errors import LaunchError
-from actors.launch.steps import STOP_TIMEOUT_SEC
+from actors.launch.planning.steps import STOP_TIMEOUT_SEC
 from tests.actors.site_packages import Site
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ def test_wrong_arguments_are_one_line(
         ("import nothing_like_it", "{file}, line 1: ModuleNotFoundError: No module named 'nothing_like_it'"),
         ("import sys\n\nsys.exit(3)", "{file}, line 3: SystemExit: 3"),
         (
-            "from actors.launch.substitutions import Command",
+            "from actors.launch.description.substitutions import Command",
             "); all names of launch files are in actors.launch",
         ),
         (

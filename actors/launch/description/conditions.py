@@ -1,0 +1,101 @@
+"""Conditions: whether an action takes place."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from actors.launch.description.shapes import Part
+from actors.launch.description.substitutions import resolve
+from actors.launch.errors import LaunchError
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from actors.launch.description.substitutions import Scope, Text
+
+_TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
+
+
+class Condition(Part, ABC):
+    """What an action may depend on."""
+
+    noun: ClassVar[str] = "condition"
+
+    @abstractmethod
+    def holds(self, scope: Scope) -> bool:
+        """Tell whether it holds.
+
+        Raises:
+            LaunchError: That cannot be said.
+        """
+
+
+@dataclass(frozen=True)
+class IfCondition(Condition):
+    """Holds if a text is "true" or "1", and not if it is "false" or "0"; the case does not matter."""
+
+    predicate: Text
+
+    def holds(self, scope: Scope) -> bool:
+        """Tell whether it holds."""
+        return truth(self.predicate, scope)
+
+
+@dataclass(frozen=True)
+class UnlessCondition(Condition):
+    """Holds if the text is "false" or "0"."""
+
+    predicate: Text
+
+    def holds(self, scope: Scope) -> bool:
+        """Tell whether it holds."""
+        return not truth(self.predicate, scope)
+
+
+@dataclass(frozen=True)
+class LaunchConfigurationEquals(Condition):
+    """Holds if an argument has this value; with None as the value, if it has none.
+
+    Attributes:
+        launch_configuration_name: The argument.
+        expected_value: The value.
+    """
+
+    launch_configuration_name: str
+    expected_value: Text | None
+
+    def holds(self, scope: Scope) -> bool:
+        """Tell whether it holds."""
+        scope.used.add(self.launch_configuration_name)
+        value = scope.configurations.get(self.launch_configuration_name)
+        return value == (None if self.expected_value is None else resolve(self.expected_value, scope))
+
+
+@dataclass(frozen=True)
+class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
+    """Holds if an argument has another value, or none; with None as the value, if it has one."""
+
+    def holds(self, scope: Scope) -> bool:
+        """Tell whether it holds."""
+        return not super().holds(scope)
+
+
+def truth(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - yes or no, however it is said
+    """Return what something says that means yes or no.
+
+    Raises:
+        LaunchError: It means neither.
+    """
+    if isinstance(value, bool):
+        return value
+    word = resolve(value, scope)
+    meant = meaning(word)
+    if meant is None:
+        raise LaunchError(f"Expected true, 1, false or 0, got '{shown(word)}'")
+    return meant
+
+
+def meaning(word: str) -> bool | None:
+    """Return whether a word means yes or no; None if it means neither."""
+    return _TRUTH.get(word.strip().lower())

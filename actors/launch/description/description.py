@@ -1,0 +1,78 @@
+"""A launch description: what a launch file gives, and how people see it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+from actors.launch.description.actions import Action, DeclareLaunchArgument
+from actors.launch.description.shapes import excerpt
+from actors.launch.description.summaries import said
+from actors.launch.errors import LaunchError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@dataclass
+class LaunchDescription:
+    """What is to be done, in order.
+
+    Attributes:
+        actions: The actions. They are looked at more than once, so they are kept as a tuple.
+        file: The launch file that it comes from; None: from none.
+
+    Raises:
+        LaunchError: One of them is no action.
+    """
+
+    actions: Iterable[Action] = ()
+    _: KW_ONLY
+    file: str | None = None
+
+    def __post_init__(self) -> None:
+        given = cast("object", self.actions)  # launch files are seldom checked for types
+        if not isinstance(given, Iterable):
+            raise LaunchError(f"LaunchDescription: actions must be a list of them, not {excerpt(given)}")
+        self.actions = tuple(self.actions)
+        for each in self.actions:
+            _check(each)
+
+    def add_action(self, action: Action) -> None:
+        """Add an action at the end.
+
+        Raises:
+            LaunchError: It is no action.
+        """
+        _check(action)
+        self.actions = (*self.actions, action)
+
+
+def declared(actions: Iterable[Action]) -> list[DeclareLaunchArgument]:
+    """Return the arguments that are declared there and in groups, whatever their conditions say."""
+    found: dict[str, DeclareLaunchArgument] = {}
+    for each in walk(actions):
+        if isinstance(each, DeclareLaunchArgument):
+            found.setdefault(each.name, each)
+    return list(found.values())
+
+
+def walk(actions: Iterable[Action]) -> Iterator[Action]:
+    """Yield actions, and those within them."""
+    for each in actions:
+        yield each
+        yield from walk(getattr(each, "actions", ()))
+
+
+def described(actions: Iterable[Action], indent: str = "") -> Iterator[str]:
+    """Yield a description as lines: an action a line, what it contains below it."""
+    for each in actions:
+        yield f"{indent}{said(each)}"
+        yield from described(getattr(each, "actions", ()), f"{indent}    ")
+
+
+def _check(action: Any) -> None:
+    # Launch files are seldom checked for types.
+    if not isinstance(action, Action):
+        raise LaunchError(f"A launch description has actions in it, such as Node(…), not {excerpt(action)}")

@@ -1,0 +1,48 @@
+"""Where a launch description comes from, as ROS 2's files say it.
+
+IncludeLaunchDescription(PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/camera.launch.py"]))
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+from actors.launch.description.substitutions import Substitution, resolve
+
+if TYPE_CHECKING:
+    from actors.launch.description.actions import IncludeLaunchDescription
+    from actors.launch.description.substitutions import Scope, Text
+
+
+@dataclass(frozen=True)
+class AnyLaunchDescriptionSource(Substitution):
+    """A launch file; what kind it is its name says.
+
+    Attributes:
+        launch_file_path: The file.
+    """
+
+    launch_file_path: Text
+
+    def perform(self, scope: Scope) -> str:
+        """Return the path."""
+        return resolve(self.launch_file_path, scope)
+
+
+def included_scope(action: IncludeLaunchDescription, scope: Scope) -> Scope:
+    """Return the scope of the file that an action includes.
+
+    Raises:
+        LaunchError: A text stands for nothing there.
+    """
+    path = PurePath(scope.folder, resolve(action.launch_description_source, scope))
+    inner = scope.inner()
+    for name, value in action.given:
+        inner.configurations[name] = resolve(value, scope)
+    inner.folder, inner.file = str(path.parent), str(path)
+    return inner
+
+
+PythonLaunchDescriptionSource = AnyLaunchDescriptionSource

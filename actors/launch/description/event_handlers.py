@@ -1,0 +1,185 @@
+"""Event handlers: what to do when something happens, as data. The names are ROS 2's where it has them.
+
+    RegisterEventHandler(OnProcessExit(target_action=talker, on_exit=[LogInfo(msg="bye"), Shutdown()]))
+
+What is done is an action, a list of them, or a function. A function is called with the event and the
+`LaunchContext`, in a worker thread, and returns actions or None.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+
+from actors.launch.description.actions import Action, Launched, Node
+from actors.launch.description.shapes import Part
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from actors.launch.description.substitutions import Text
+
+Actions: TypeAlias = "Action | Sequence[Action]"
+Reaction: TypeAlias = "Actions | Callable[..., Actions | None]"
+
+
+@dataclass(frozen=True, kw_only=True)
+class EventHandler(Part, ABC):
+    """Something that may happen, and what to do then.
+
+    Attributes:
+        handle_once: Whether only the first time.
+
+    Raises:
+        LaunchError: An argument cannot be what it is meant to be.
+    """
+
+    noun: ClassVar[str] = "event handler"
+
+    handle_once: bool = False
+
+    @property
+    @abstractmethod
+    def reaction(self) -> Reaction:
+        """What to do."""
+
+    @property
+    def actions(self) -> Sequence[Action]:
+        """What to do, as far as it is known before."""
+        return known_actions(self.reaction)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProcessHandler(EventHandler):
+    """Something that may happen to a process.
+
+    Attributes:
+        target_action: The action that it comes from, or its name: its label without the number; None: any.
+    """
+
+    target_action: Launched | str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnProcessStart(ProcessHandler):
+    """A process runs."""
+
+    on_start: Reaction
+
+    @property
+    def reaction(self) -> Reaction:
+        """What to do."""
+        return self.on_start
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnProcessExit(ProcessHandler):
+    """A process has ended, however that was."""
+
+    on_exit: Reaction
+
+    @property
+    def reaction(self) -> Reaction:
+        """What to do."""
+        return self.on_exit
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnProcessIO(ProcessHandler):
+    """A process has written whole lines; a function gets them as `event.text`.
+
+    Attributes:
+        on_output: What to do, whether it was stdout or stderr.
+        on_stdout: What to do if it was stdout.
+        on_stderr: What to do if it was stderr.
+    """
+
+    on_output: Reaction | None = None
+    on_stdout: Reaction | None = None
+    on_stderr: Reaction | None = None
+
+    @property
+    def reaction(self) -> Reaction:
+        """What to do in any case."""
+        return self.on_output or ()
+
+    @property
+    def actions(self) -> Sequence[Action]:
+        """What to do in all cases."""
+        return [
+            action
+            for each in (self.on_output, self.on_stdout, self.on_stderr)
+            if each is not None
+            for action in known_actions(each)
+        ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnShutdown(EventHandler):
+    """The launch ends. Processes are not started any more then."""
+
+    on_shutdown: Reaction
+
+    @property
+    def reaction(self) -> Reaction:
+        """What to do."""
+        return self.on_shutdown
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnNodeUp(EventHandler):
+    """A node is there; if it is there already, at once.
+
+    Attributes:
+        node: Its name, seen from the namespace there, or an action that has one.
+    """
+
+    node: Text | Node
+    on_up: Reaction
+
+    @property
+    def reaction(self) -> Reaction:
+        """What to do."""
+        return self.on_up
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnServiceAvailable(EventHandler):
+    """A service has a server; if it has one already, at once.
+
+    Attributes:
+        service: Its name, seen from the namespace there.
+    """
+
+    service: Text
+    on_available: Reaction
+
+    @property
+    def reaction(self) -> Reaction:
+        """What to do."""
+        return self.on_available
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnTopicPublished(EventHandler):
+    """A topic has a publisher; if it has one already, at once.
+
+    Attributes:
+        topic: Its name, seen from the namespace there.
+    """
+
+    topic: Text
+    on_published: Reaction
+
+    @property
+    def reaction(self) -> Reaction:
+        """What to do."""
+        return self.on_published
+
+
+def known_actions(reaction: Any) -> Sequence[Action]:
+    """Return the actions of a reaction; none if it is a function."""
+    if isinstance(reaction, Action):
+        return (reaction,)
+    return () if callable(reaction) else tuple(reaction)

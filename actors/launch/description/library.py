@@ -1,0 +1,63 @@
+"""What is outside of a description, as an interface for pure code: `documents.files` has the real one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from actors.launch.description.description import LaunchDescription
+    from actors.runtime.programs import Factory
+
+
+class Library(Protocol):
+    """Files, packages and programs. Each question raises a LaunchError that says what is missing."""
+
+    def description(self, path: str) -> LaunchDescription:
+        """Return what a launch file describes.
+
+        Raises:
+            LaunchFileError: It cannot be read, fails, or describes nothing.
+        """
+        ...
+
+    def program(self, package: str, executable: str) -> Sequence[str]:
+        """Return the command for a program of a package."""
+        ...
+
+    def script(self, path: str) -> Sequence[str]:
+        """Return the command for a Python file."""
+        ...
+
+    def parameter_file(self, path: str) -> str:
+        """Return the path of a YAML file of parameters that a node can read."""
+        ...
+
+    def factory(self, name: str) -> Factory:
+        """Return what makes a node: "package.module:Class"."""
+        ...
+
+    def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:
+        """Return the folders and files that a package's programs, or a script, are made of."""
+        ...
+
+    def share(self, package: str) -> str:
+        """Return the folder of a package's data."""
+        ...
+
+    def executable(self, name: str, environment: Mapping[str, str]) -> str:
+        """Return the path of a program that is found along PATH."""
+        ...
+
+    def output_of(self, command: Sequence[str], environment: Mapping[str, str]) -> str:
+        """Run a command to its end and return what it has written to stdout."""
+        ...
+
+    def text(self, path: str) -> str:
+        """Return what a text file holds."""
+        ...
+
+    def unique(self) -> str:
+        """Return a word that nobody else has: letters, digits and underscores."""
+        ...

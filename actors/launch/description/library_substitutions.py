@@ -1,0 +1,102 @@
+"""Substitutions that ask the library: files, packages, programs, and names that nobody else has."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+from actors.launch.description.substitutions import Substitution, resolve
+from actors.launch.errors import LaunchError
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from actors.launch.description.substitutions import Scope, Text
+
+
+@dataclass(frozen=True)
+class Command(Substitution):
+    """What a command writes to stdout, without the line ends at its end.
+
+    It is run when the description is planned, without a shell. What it writes to stderr is shown only if it
+    fails.
+
+    Attributes:
+        command: The command, as it would be typed: split at spaces, as a shell does it, so that a path with a
+            space in it needs quotes: ["xacro '", path, "'"].
+    """
+
+    command: Text
+
+    def perform(self, scope: Scope) -> str:
+        """Run it and return its output."""
+        text = resolve(self.command, scope)
+        try:
+            words = shlex.split(text)
+        except ValueError as error:
+            raise LaunchError(f"'{shown(text)}' is no command: {error}") from None
+        return scope.library.output_of(words, scope.environment).rstrip("\r\n")
+
+
+@dataclass(frozen=True)
+class FindExecutable(Substitution):
+    """The path of a program, found along PATH as it is there.
+
+    Attributes:
+        name: The program's name.
+    """
+
+    name: Text
+
+    def perform(self, scope: Scope) -> str:
+        """Return the path."""
+        return scope.library.executable(resolve(self.name, scope), scope.environment)
+
+
+@dataclass(frozen=True)
+class FindPackageShare(Substitution):
+    """The folder of an installed package, which has its modules and data in it.
+
+    Attributes:
+        package: The package's name.
+    """
+
+    package: Text
+
+    def perform(self, scope: Scope) -> str:
+        """Return the folder."""
+        return scope.library.share(resolve(self.package, scope))
+
+
+@dataclass(frozen=True)
+class FileContent(Substitution):
+    """What a text file holds.
+
+    Attributes:
+        path: The file; a relative path is seen from the launch file's folder.
+    """
+
+    path: Text
+
+    def perform(self, scope: Scope) -> str:
+        """Return the text."""
+        return scope.library.text(str(PurePath(scope.folder, resolve(self.path, scope))))
+
+
+@dataclass(frozen=True)
+class AnonName(Substitution):
+    """A name that nobody else has, for a node that is started more than once: "NAME_…".
+
+    Attributes:
+        name: What it begins with. The same name gives the same one everywhere in a launch.
+    """
+
+    name: Text
+
+    def perform(self, scope: Scope) -> str:
+        """Return the name."""
+        name = resolve(self.name, scope)
+        if name not in scope.anonymous:
+            scope.anonymous[name] = f"{name}_{scope.library.unique()}"
+        return scope.anonymous[name]

@@ -1,0 +1,210 @@
+"""Substitutions: texts that are known only when the launch file is carried out.
+
+    [LaunchConfiguration("robot"), "_camera"]       a list is one text, piece by piece
+    PathJoinSubstitution([ThisLaunchFileDir(), "parameters.yaml"])
+
+They are data; `resolve` gives the text, from a `Scope` and nothing else.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
+
+from actors.launch.description.shapes import MAX_DEPTH, Part, excerpt
+from actors.launch.errors import LaunchError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from actors.launch.description.library import Library
+
+
+@dataclass(kw_only=True)
+class Scope:
+    """What holds at a place in a description.
+
+    Attributes:
+        library: What there is outside of the description.
+        configurations: The arguments and their values.
+        environment: What programs get that are started here.
+        namespace: Pushed by those around; None while nobody has pushed one.
+        folder: Of the launch file.
+        file: The launch file; None: the description comes from none.
+        parameters: What has been set for all nodes here: values as YAML, by name.
+        remappings: What has been set for all nodes here: pairs of a name and the one to use instead.
+        used: All names that have been looked up, in this scope and those around and within it.
+        anonymous: The names that `AnonName` has given, the same in all scopes of a launch.
+    """
+
+    library: Library
+    configurations: dict[str, str] = field(default_factory=dict[str, str])
+    environment: dict[str, str] = field(default_factory=dict[str, str])
+    namespace: str | None = None
+    folder: str = ""
+    file: str | None = None
+    parameters: dict[str, str] = field(default_factory=dict[str, str])
+    remappings: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
+    used: set[str] = field(default_factory=set[str])
+    anonymous: dict[str, str] = field(default_factory=dict[str, str])
+
+    def inner(self) -> Scope:
+        """Return a scope within it: it begins as this one is now, and what it sets stays in it."""
+        return replace(
+            self,
+            configurations=dict(self.configurations),
+            environment=dict(self.environment),
+            parameters=dict(self.parameters),
+            remappings=list(self.remappings),
+        )
+
+    @property
+    def launch_configurations(self) -> dict[str, str]:
+        """The arguments and their values, by ROS 2's name for them."""
+        return self.configurations
+
+    def perform_substitution(self, text: Text) -> str:
+        """Return the text that something stands for here.
+
+        Raises:
+            LaunchError: It stands for nothing here, or is no text.
+        """
+        return resolve(text, self)
+
+
+LaunchContext = Scope
+"""What functions of a description are called with."""
+
+
+class Substitution(Part, ABC):
+    """A text that depends on the scope."""
+
+    noun: ClassVar[str] = "substitution"
+
+    @abstractmethod
+    def perform(self, scope: Scope) -> str:
+        """Return the text.
+
+        Raises:
+            LaunchError: What it stands for is not there.
+        """
+
+
+Text: TypeAlias = "str | PurePath | Substitution | Sequence[Text]"
+"""A text, or what becomes one: a list is its pieces, one behind the other."""
+
+
+@dataclass(frozen=True)
+class TextSubstitution(Substitution):
+    """The text itself."""
+
+    text: str
+
+    def perform(self, scope: Scope) -> str:
+        """Return it."""
+        del scope
+        return self.text
+
+
+@dataclass(frozen=True)
+class LaunchConfiguration(Substitution):
+    """The value of an argument.
+
+    Attributes:
+        variable_name: The argument.
+        default: What stands there when nobody has declared or given it; None: that is an error.
+    """
+
+    variable_name: Text
+    default: Text | None = None
+
+    def perform(self, scope: Scope) -> str:
+        """Return the value."""
+        name = resolve(self.variable_name, scope)
+        scope.used.add(name)
+        value = scope.configurations.get(name)
+        if value is not None:
+            return value
+        if self.default is None:
+            raise LaunchError(f"Launch argument '{name}' is used, but not declared before that")
+        return resolve(self.default, scope)
+
+
+@dataclass(frozen=True)
+class EnvironmentVariable(Substitution):
+    """The value of an environment variable, as the programs there get it.
+
+    Attributes:
+        name: The variable.
+        default_value: What stands there when it is not set; None: that is an error.
+    """
+
+    name: Text
+    default_value: Text | None = None
+
+    def perform(self, scope: Scope) -> str:
+        """Return the value."""
+        name = resolve(self.name, scope)
+        value = scope.environment.get(name)
+        if value is not None:
+            return value
+        if self.default_value is None:
+            raise LaunchError(f"Environment variable '{name}' is not set")
+        return resolve(self.default_value, scope)
+
+
+@dataclass(frozen=True)
+class PathJoinSubstitution(Substitution):
+    """A path of its parts."""
+
+    substitutions: Sequence[Text]
+
+    def perform(self, scope: Scope) -> str:
+        """Return the path."""
+        return str(PurePath(*(resolve(part, scope) for part in self.substitutions)))
+
+
+@dataclass(frozen=True)
+class ThisLaunchFileDir(Substitution):
+    """The folder of the launch file that says so."""
+
+    def perform(self, scope: Scope) -> str:
+        """Return the folder."""
+        return scope.folder
+
+
+@dataclass(frozen=True)
+class ThisLaunchFile(Substitution):
+    """The path of the launch file that says so."""
+
+    def perform(self, scope: Scope) -> str:
+        """Return the path."""
+        if scope.file is None:
+            raise LaunchError("ThisLaunchFile: this description comes from no file")
+        return scope.file
+
+
+def resolve(text: Text, scope: Scope) -> str:
+    """Return the text that something stands for in a scope.
+
+    Raises:
+        LaunchError: It stands for nothing there, or is no text.
+    """
+    return "".join(_pieces(text, scope, 0))
+
+
+def _pieces(text: Text, scope: Scope, depth: int) -> Iterator[str]:
+    # Launch files are seldom checked for types.
+    value: Any = text
+    if isinstance(value, str | PurePath):
+        yield str(value)
+    elif isinstance(value, Substitution):
+        yield value.perform(scope)
+    elif isinstance(value, Sequence) and depth < MAX_DEPTH:
+        for piece in cast("Sequence[Text]", value):
+            yield from _pieces(piece, scope, depth + 1)
+    else:
+        raise LaunchError(f"A text is wanted, or a substitution, not {excerpt(cast('object', value))}")

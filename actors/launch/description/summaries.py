@@ -1,0 +1,102 @@
+"""Summaries: actions and their values as people are told of them, in short."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, fields, is_dataclass
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from actors.launch.description.shapes import Part
+from actors.launch.description.substitutions import TextSubstitution
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from actors.launch.description.actions import Action
+
+_LABELS: Final = (
+    *("name", "executable", "script", "node", "cmd", "launch_description_source", "src"),
+    *("function", "event_handler"),
+)
+"""What an action is known by; the first one that it has."""
+_KNOWN: Final = ("target_action", "depends_on", "node")
+"""Where another action is meant, which stands elsewhere."""
+
+
+def in_short(action: Action) -> str:
+    """Return what people call an action: "Node 'talker'"."""
+    kind = type(action).__name__
+    for label in _LABELS:
+        word = _word(getattr(action, label, None))
+        if word:
+            return f"{kind} '{word}'"
+    return kind
+
+
+def plain_text(value: object) -> str | None:
+    """Return a text that is the same in every scope; None: it is none."""
+    if isinstance(value, TextSubstitution):
+        return value.text
+    if isinstance(value, list | tuple):
+        pieces = [plain_text(each) for each in cast("Sequence[object]", value)]
+        return None if None in pieces else "".join(map(str, pieces))
+    return str(value) if isinstance(value, str | PurePath) else None
+
+
+def function_name(function: object) -> str:
+    """Return what people call a function."""
+    return f"{getattr(function, '__name__', type(function).__name__)}()"
+
+
+def said(part: object) -> str:
+    """Return a part of a description as a file might say it: no defaults, and not what is within it."""
+    fields = {name: each for name, each in changed(part).items() if name != "actions"}
+    if isinstance(part, Part) and part.noun == "event handler":
+        fields = {name: each for name, each in fields.items() if name in _KNOWN or not _is_done(each)}
+    one = len(fields) == 1 and isinstance(part, Part) and part.noun in {"substitution", "condition"}
+    texts = (f"{'' if one else f'{name}='}{written(each, name)}" for name, each in fields.items())
+    return f"{type(part).__name__}({', '.join(texts)})"
+
+
+def _is_done(value: object) -> bool:
+    """Tell whether a value says what is done, as actions."""
+    listed = cast("Sequence[object]", value) if isinstance(value, list | tuple) else (value,)
+    return all(isinstance(each, Part) and each.noun == "action" for each in listed)
+
+
+def written(value: object, name: str = "") -> str:
+    """Return a value as a file might say it; of some arguments the values are known by their names."""
+    if isinstance(value, Part) and name in _KNOWN:
+        return in_short(cast("Action", value))
+    if is_dataclass(value) and not isinstance(value, type):
+        return said(value)
+    if isinstance(value, dict):
+        by_name = cast("Mapping[object, object]", value)
+        return "{" + ", ".join(f"{written(key)}: {written(each)}" for key, each in by_name.items()) + "}"
+    if isinstance(value, list | tuple):
+        inner = ", ".join(written(each, name) for each in cast("Sequence[object]", value))
+        return f"({inner})" if isinstance(value, tuple) else f"[{inner}]"
+    if isinstance(value, type):
+        return value.__qualname__
+    return function_name(value) if callable(value) else repr(value)
+
+
+def changed(value: object) -> dict[str, object]:
+    """Return what a dataclass has that is not as it would be if nothing were said."""
+    found: dict[str, object] = {}
+    for field in fields(cast("Any", value)):
+        default = field.default if field.default_factory is MISSING else field.default_factory()
+        each: object = getattr(value, field.name)
+        if default is MISSING or each != default:
+            found[field.name] = each
+    return found
+
+
+def _word(value: object) -> str | None:
+    if isinstance(value, Part) and value.noun == "event handler":
+        return type(value).__name__
+    first = value
+    if isinstance(value, list) and value:  # of a command only the program
+        first = cast("Sequence[object]", value)[0]
+    text = plain_text(first)
+    return function_name(first) if text is None and callable(first) else text

@@ -1,0 +1,129 @@
+"""The broker's graph as a launch sees it: which nodes, topics and services are there.
+
+A hidden node asks for it, in a task of its own: a launch goes on, whatever becomes of the broker. While there
+is no link the last picture stands, as what was there most likely lives; the next link's picture holds then.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import secrets
+from collections import Counter
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Final
+
+from actors.launch.planning.presence import Presence, presence_of
+from actors.logging.logger import LoggingSeverity, get_logger
+from actors.node.node import Node
+from proto.aio.tasks import keep_running
+from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncGenerator, Callable
+
+    from actors.config.contexts import Place
+    from actors.graph.snapshot import GraphSnapshot
+
+STOP_TIMEOUT_SEC: Final = 0.5
+"""The node has nothing to send but its goodbye."""
+
+
+@asynccontextmanager
+async def graph_watch(place: Place, on_change: Callable[[set[Presence]], None]) -> AsyncGenerator[None]:
+    """Say what is there whenever that changes, but for the watching node's own.
+
+    Entering waits for nothing, and neither a broker that is away nor one that refuses the node ends what is
+    inside. Leaving takes two seconds at most.
+
+    Args:
+        place: Where the broker is, and which of its graphs is meant.
+        on_change: Gets all that is there; each time another set. It must not wait.
+    """
+    watch = keep_running("The launch's watch of the graph", lambda: _watch(place, on_change))
+    watching = asyncio.create_task(watch, name="launch graph")
+    try:
+        yield
+    finally:
+        await _end(watching)
+
+
+async def _watch(place: Place, on_change: Callable[[set[Presence]], None]) -> None:
+    # A process id alone is not unique: in a container it is 1.
+    node = Node(
+        f"_launch_{os.getpid()}_{secrets.token_hex(3)}",
+        url=place.url,
+        domain=place.domain,
+        use_global_arguments=False,
+        stop_timeout_sec=STOP_TIMEOUT_SEC,
+        slow_callback_sec=None,
+    )
+    node.get_logger().set_level(LoggingSeverity.FATAL)  # a broker that is away is not this node's to tell
+    known = Presences(own_node=node.get_fully_qualified_name())
+    try:
+        async with node:
+            watch = node.watch_graph()
+            async for _ in watch.batches():
+                if known.follow(watch.snapshot):
+                    on_change(known.now)
+    except CallboardError as error:
+        get_logger("launch").warning(f"cannot see which nodes are there: {error}")
+
+
+async def _end(task: asyncio.Task[None]) -> None:
+    """Cancel a task and wait until it has ended, also when the wait is cancelled."""
+    cancelled: asyncio.CancelledError | None = None
+    task.cancel()
+    while not task.done():
+        try:
+            await asyncio.wait({task})
+        except asyncio.CancelledError as error:
+            cancelled = error
+            task.cancel()  # the node hurries
+    if cancelled is not None:
+        raise cancelled
+
+
+class Presences:
+    """What is there, going by pictures of the graph.
+
+    Each entry is read once. A look at a picture compares the numbers of all entries: some milliseconds where
+    there are 20,000. Changes that come together are one look.
+
+    Args:
+        own_node: The node that is left out, with what it has.
+
+    Attributes:
+        now: All that is there. It is not changed: later there is another set.
+    """
+
+    def __init__(self, *, own_node: str) -> None:
+        self.now: set[Presence] = set()
+        self._own_node = own_node
+        self._snapshot: GraphSnapshot | None = None
+        self._seen: dict[int, Presence | None] = {}
+        """By the broker's number of the entry."""
+        self._counts: Counter[Presence] = Counter()
+        """How many entries there are of each."""
+
+    def follow(self, snapshot: GraphSnapshot) -> bool:
+        """Take a complete picture in; return whether `now` is another."""
+        if snapshot is not self._snapshot:  # another session: the numbers may mean something else
+            self._snapshot = snapshot
+            self._seen.clear()
+            self._counts.clear()
+        entries, seen = snapshot.entries, self._seen
+        for key in seen.keys() - entries.keys():
+            if (gone := seen.pop(key)) is not None:
+                self._counts[gone] -= 1
+                if not self._counts[gone]:
+                    del self._counts[gone]
+        for key in entries.keys() - seen.keys():
+            entry = entries[key]
+            new = seen[key] = None if entry.node == self._own_node else presence_of(entry)
+            if new is not None:
+                self._counts[new] += 1
+        if self._counts.keys() == self.now:
+            return False
+        self.now = set(self._counts)
+        return True

@@ -1,0 +1,504 @@
+"""The machine: what a launch does next, going by what has happened. No I/O and no clock.
+
+It is told what happens and when (`started`, `ended`, `graph`, `tick`, `stop`, …); each call returns effects,
+which the runner carries out in order. It wants to be ticked at `wake_at`. It is `over` when nothing runs and
+nothing is to come.
+
+Functions of the description may block, so the runner calls them in a thread: `Ask`, then `answered`. What
+happens meanwhile is told at once, but reacted to afterwards: reactions are generators, which run one after
+the other in the order of what they react to. So the result does not depend on how long a function takes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Handlers
+from actors.launch.engine.process_table import ProcessState, ProcessTable
+from actors.launch.engine.schedule import Schedule
+from actors.launch.planning.events import (
+    Appeared,
+    Event,
+    Level,
+    Message,
+    ProcessExited,
+    ProcessIO,
+    ProcessRestarts,
+    ProcessStarted,
+    ProcessWaits,
+    ShuttingDown,
+)
+from actors.launch.planning.steps import MAX_PROCESSES, Call, End, ProcessSpec, React, Say, Start, all_steps
+from actors.processes.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable, Sequence
+
+    from actors.launch.engine.process_table import ProcessEntry
+    from actors.launch.planning.events import Stream
+    from actors.launch.planning.presence import Presence
+    from actors.launch.planning.steps import Step
+
+REMINDER_SEC: Final = 10.0
+"""When it is said that a process still waits; then after twice, four times … as long."""
+HURRY_AFTER_SEC: Final = 0.2
+"""Two wishes to stop that are closer together are one: `timeout` and terminals may signal twice."""
+LAST_FUNCTION_SEC: Final = 5.0
+"""How long functions may go on when the launch ends; what they give then is ignored."""
+MAX_WAITING_EVENTS: Final = 10_000
+"""How many events may wait for their reactions while a function runs; what comes then is only counted."""
+ABANDONED: Final = "a function of the description has not returned; going on without it"
+UNSPLIT: Final = "its stdout and stderr are read as one, so that handlers for one of them hear nothing"
+
+
+@dataclass(frozen=True)
+class Run:
+    """Start a process.
+
+    Attributes:
+        process: Which one.
+        split: Whether stdout and stderr must be told apart.
+    """
+
+    process: ProcessSpec
+    split: bool
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Stop a process.
+
+    Attributes:
+        label: Which one.
+    """
+
+    label: str
+
+
+@dataclass(frozen=True)
+class StopAll:
+    """Stop all processes, at the same time."""
+
+
+@dataclass(frozen=True)
+class HurryAll:
+    """Kill all processes."""
+
+
+@dataclass(frozen=True)
+class Tell:
+    """Tell the listeners what has happened."""
+
+    event: Event
+
+
+@dataclass(frozen=True, eq=False)
+class Ask:
+    """Call a function of the description in a thread, and say `answered`.
+
+    Attributes:
+        give: Calls it, and plans what it returns.
+    """
+
+    give: Callable[[], Sequence[Step]]
+
+
+Effect: TypeAlias = Run | Stop | StopAll | HurryAll | Tell | Ask
+_Reaction: TypeAlias = "Generator[Ask, Answer, None]"
+
+
+class Machine:
+    """The state of a launch.
+
+    Args:
+        keep: Whether it goes on when nothing is left to run, or a required process has died: processes can be
+            started again by `restart`.
+
+    Attributes:
+        presences: What the graph has, as far as it is known.
+        stopping: Whether the launch is being ended.
+        failed: Whether a required process has died, or the description turned out to be wrong.
+        mistake: What is wrong with the description, if that has turned out; the first thing.
+    """
+
+    def __init__(self, *, keep: bool = False) -> None:
+        self.presences: frozenset[Presence] = frozenset()
+        self.stopping = False
+        self.failed = False
+        self.mistake = ""
+        self._keep = keep
+        self._split = False
+        self._table = ProcessTable()
+        self._handlers = Handlers()
+        self._schedule = Schedule()
+        self._failed_runs: set[str] = set()
+        self._now = 0.0
+        self._stopped_at = 0.0
+        self._effects: list[Effect] = []
+        self._reactions: deque[_Reaction] = deque()
+        self._asked: tuple[Ask, _Reaction] | None = None
+        self._abandoned = False
+        self._unhandled = 0
+
+    # What is to be known
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the launch has not failed, nor the last run of any process."""
+        return not self.failed and not self._failed_runs
+
+    @property
+    def over(self) -> bool:
+        """Whether the launch has ended: nothing runs, and nothing will."""
+        return self.stopping and not self._table.living and self._asked is None
+
+    @property
+    def wake_at(self) -> float | None:
+        """When it wants to be ticked; None: not before something happens."""
+        if self.stopping and self._asked is not None:
+            return self._stopped_at + LAST_FUNCTION_SEC
+        return self._schedule.next_at
+
+    def state(self, label: str) -> ProcessState:
+        """Return where a process is in its life; one that nobody knows any more is dead."""
+        process = self._table.get(label)
+        return ProcessState.DEAD if process is None else process.state
+
+    # What happens
+
+    def begin(self, steps: Sequence[Step], now: float) -> list[Effect]:
+        """Begin to take the steps of a plan."""
+        self._now = now
+        self._split = _splits(steps)
+        self._react(self._take(steps))
+        return self._done()
+
+    def started(self, label: str, pid: int | None, now: float) -> list[Effect]:
+        """A process runs."""
+        self._now = now
+        process = self._table[label]
+        process.pid = pid
+        self._happen(ProcessStarted(process.spec, pid))
+        return self._done()
+
+    def wrote(self, label: str, stream: Stream, lines: Sequence[bytes], now: float) -> list[Effect]:
+        """A process has written lines."""
+        self._now = now
+        process = self._table[label]
+        self._happen(ProcessIO(process.spec, process.pid, stream, tuple(lines)))
+        return self._done()
+
+    def ended(self, label: str, outcome: Outcome, now: float) -> list[Effect]:
+        """A process has ended, or could not be started."""
+        self._now = now
+        self._end(self._table[label], outcome)
+        return self._done()
+
+    def answered(self, ask: Ask, answer: Answer, now: float) -> list[Effect]:
+        """A function of the description has returned."""
+        self._now = now
+        if self._asked is not None and self._asked[0] is ask:
+            self._resume(answer)
+        return self._done()
+
+    def graph(self, presences: frozenset[Presence], now: float) -> list[Effect]:
+        """The graph is known, or has changed: this is there now."""
+        self._now = now
+        new = presences - self.presences
+        self.presences = presences
+        for each in sorted(new, key=str):
+            self._happen(Appeared(each))
+        for process in self._table.in_state(ProcessState.WAITING):
+            if not process.missing(presences):
+                self._enter(process)
+        return self._done()
+
+    def restart(self, label: str, reason: str, now: float) -> list[Effect]:
+        """Start a process again, whatever it does now; one that waits goes on doing so."""
+        self._now = now
+        process = self._table.get(label)
+        waits = process is not None and (process.state is ProcessState.WAITING or process.again)
+        if process is not None and not waits and not self.stopping:
+            self._tell(ProcessRestarts(process.spec, process.pid, 0.0, reason))
+            process.forgive()
+            if process.state is ProcessState.UP:
+                process.again = True
+                self._effects.append(Stop(label))
+            else:
+                self._enter(process)
+        return self._done()
+
+    def stop(self, reason: str, now: float, *, insist: bool = True) -> list[Effect]:
+        """End the launch; a second time, a moment later, kill what is left, if that is insisted on."""
+        self._now = now
+        if not self.stopping:
+            self._react(self._stop_all(reason))
+        elif insist and now - self._stopped_at >= HURRY_AFTER_SEC:
+            self._effects.append(HurryAll())
+            self._abandon()
+        return self._done()
+
+    def tick(self, now: float) -> list[Effect]:
+        """Time has passed."""
+        self._now = now
+        for act in self._schedule.due(now):
+            act(now)
+        if self.stopping and now >= self._stopped_at + LAST_FUNCTION_SEC:
+            self._abandon()
+        return self._done()
+
+    # What is done
+
+    def _done(self) -> list[Effect]:
+        """Return what is to be done; a launch that has nothing left to do ends."""
+        busy = self._table.living or self._schedule.holding or self._asked is not None
+        if not (self.stopping or busy or self._keep):
+            self._react(self._stop_all("nothing is left to run"))
+        effects, self._effects = self._effects, []
+        return effects
+
+    def _tell(self, event: Event) -> None:
+        self._effects.append(Tell(event))
+
+    def _happen(self, event: Event) -> None:
+        """Tell of an event, and react to it."""
+        self._tell(event)
+        if not self._handlers.matching(event):
+            return
+        if len(self._reactions) < MAX_WAITING_EVENTS:
+            self._react(self._respond(event))
+        else:
+            self._unhandled += 1
+
+    # Reactions
+
+    def _react(self, reaction: _Reaction) -> None:
+        """React when all earlier reactions have been carried out: at once, unless a function runs."""
+        self._reactions.append(reaction)
+        if self._asked is None:
+            self._resume(None)
+
+    def _resume(self, answer: Answer | None) -> None:
+        """Go on with the reaction that waits for an answer, if one does, and then with the others."""
+        reaction = None if self._asked is None else self._asked[1]
+        self._asked = None
+        while reaction is not None or self._reactions:
+            reaction = reaction or self._reactions.popleft()
+            try:
+                ask = next(reaction) if answer is None else reaction.send(answer)
+            except StopIteration:
+                reaction = answer = None
+                continue
+            if not self._abandoned:
+                self._asked = ask, reaction
+                self._effects.append(ask)
+                return
+            answer = Answer()
+        if self._unhandled:
+            text = f"{self._unhandled} events were not handled: functions of the description are too slow"
+            self._unhandled = 0
+            self._tell(Message(Level.WARN, text))
+
+    def _abandon(self) -> None:
+        """The launch ends: go on without the function that still runs, and call no others."""
+        self._abandoned = True
+        if self._asked is not None:
+            self._tell(Message(Level.WARN, ABANDONED))
+            self._resume(Answer())
+
+    def _respond(self, event: Event) -> _Reaction:
+        """Do what handlers say about an event, in the order in which they were registered."""
+        for handler in self._handlers.matching(event):
+            yield from self._heed(handler, event)
+
+    def _heed(self, handler: React, event: Event) -> _Reaction:
+        give = partial(handler.steps, event)
+        answer = (yield Ask(give)) if handler.calls else Answer(give())
+        if handler.once or answer.mistake:
+            self._handlers.remove(handler)
+        yield from self._follow(answer)
+
+    def _follow(self, answer: Answer) -> _Reaction:
+        """Do what a function of the description has said; if that was a mistake, end."""
+        if answer.mistake:
+            yield from self._fail(answer.mistake)
+        yield from self._take(answer.steps)
+
+    def _fail(self, mistake: str) -> _Reaction:
+        self.mistake = self.mistake or mistake
+        self.failed = True
+        self._tell(Message(Level.ERROR, mistake))
+        yield from self._stop("the description has a mistake")
+
+    def _take(self, steps: Sequence[Step]) -> _Reaction:
+        """Take steps: each when it is due. Handlers come first, so that they miss nothing."""
+        for step in sorted(steps, key=lambda step: not isinstance(step, React)):
+            if step.after_sec <= 0:
+                yield from self._step(step)
+            elif not self.stopping:
+                self._schedule.add(self._now + step.after_sec, partial(self._step_is_due, step), holds=True)
+
+    def _step_is_due(self, step: Step, now: float) -> None:
+        del now
+        self._react(self._step(step))
+
+    def _step(self, step: Step) -> _Reaction:
+        match step:
+            case Start():
+                yield from self._start(step.process)
+            case Say():
+                self._tell(Message(Level.WARN if step.warning else Level.INFO, step.text))
+            case End():
+                yield from self._stop(step.reason)
+            case Call():
+                yield from self._follow((yield Ask(step.steps)))
+            case React():
+                yield from self._register(step)
+
+    def _register(self, handler: React) -> _Reaction:
+        if self._handlers.full:
+            yield from self._fail(f"There are more than {MAX_HANDLERS} event handlers")
+            return
+        self._handlers.add(handler)
+        if handler.split and not self._split:
+            self._split = True
+            for process in self._table.in_state(ProcessState.UP):
+                if not process.split:
+                    self._tell(Message(Level.WARN, UNSPLIT, process.spec.label))
+        if handler.presence in self.presences:
+            yield from self._heed(handler, Appeared(handler.presence))
+
+    # The life of a process
+
+    def _start(self, spec: ProcessSpec) -> _Reaction:
+        if self.stopping:
+            return
+        if self.state(spec.label) is not ProcessState.DEAD:
+            self._tell(Message(Level.WARN, "runs already; it is not started a second time", spec.label))
+            return
+        process = self._table.add(spec)
+        if process is None:
+            yield from self._fail(f"More than {MAX_PROCESSES} processes would run")
+            return
+        self._enter(process)
+
+    def _enter(self, process: ProcessEntry) -> None:
+        """Start a process, when what it depends on is there."""
+        if process.missing(self.presences):
+            self._wait(process)
+            return
+        self._table.move(process, ProcessState.UP, self._now)
+        process.split = self._split or process.spec.output.splits
+        self._effects.append(Run(process.spec, process.split))
+
+    def _wait(self, process: ProcessEntry) -> None:
+        self._table.move(process, ProcessState.WAITING, self._now)
+        self._remind(process, process.turn, self._now)
+        deadline = self._now + process.spec.depends_timeout_sec
+        if deadline < math.inf:
+            self._schedule.add(deadline, partial(self._waited_enough, process, process.turn))
+
+    def _remind(self, process: ProcessEntry, turn: int, now: float) -> None:
+        if process.turn == turn:
+            so_far_sec = now - process.since
+            self._tell(ProcessWaits(process.spec, None, process.missing(self.presences), so_far_sec))
+            later = now + max(so_far_sec, REMINDER_SEC)
+            self._schedule.add(later, partial(self._remind, process, turn))
+
+    def _waited_enough(self, process: ProcessEntry, turn: int, now: float) -> None:
+        del now
+        if process.turn == turn:
+            missing = " and ".join(map(str, process.missing(self.presences)))
+            reason = f"{missing} was not there within {process.spec.depends_timeout_sec:g} s"
+            self._end(process, Outcome(normal=False, reason=reason))
+
+    def _end(self, process: ProcessEntry, outcome: Outcome) -> None:
+        """A process has ended: tell, react, and see what that means."""
+        spec = process.spec
+        lived_sec = self._now - process.since
+        self._note_run(process, outcome)
+        self._table.move(process, ProcessState.DEAD, self._now)
+        pid, process.pid = process.pid, None
+        event = ProcessExited(spec, pid, outcome)
+        self._tell(event)
+        self._react(self._after_end(process, process.turn, event, lived_sec))
+
+    def _after_end(
+        self, process: ProcessEntry, turn: int, event: ProcessExited, lived_sec: float
+    ) -> _Reaction:
+        spec = process.spec
+        yield from self._respond(event)
+        if spec.on_exit is not None:
+            yield from self._heed(spec.on_exit, event)
+        if self._table.get(spec.label) is not process or process.turn != turn:
+            return  # it has been started again meanwhile
+        if not self.stopping:
+            yield from self._go_on(process, event.outcome, lived_sec)
+        if process.state is ProcessState.DEAD and (spec.made_later or not self._keep):
+            self._table.drop(process)
+
+    def _note_run(self, process: ProcessEntry, outcome: Outcome) -> None:
+        """Remember whether the last run of a process failed. A signal from this launch is no failure."""
+        label = process.spec.label
+        # A process that stops at SIGINT or SIGTERM from the launch has a normal outcome already.
+        killed_here = outcome.signal_name == "SIGKILL" and (self.stopping or process.again)
+        if outcome.normal or killed_here:
+            self._failed_runs.discard(label)
+        elif len(self._failed_runs) < MAX_PROCESSES:
+            self._failed_runs.add(label)
+
+    def _go_on(self, process: ProcessEntry, outcome: Outcome, lived_sec: float) -> _Reaction:
+        """See what comes after the end of a process."""
+        spec = process.spec
+        if process.again:
+            process.again = False
+            self._enter(process)
+        elif (delay := process.respawn_delay(lived_sec)) is not None:
+            self._table.move(process, ProcessState.RESTARTING, self._now)
+            self._tell(ProcessRestarts(spec, None, delay, "respawn"))
+            self._schedule.add(self._now + delay, partial(self._respawn, process, process.turn))
+        elif spec.required and (outcome.normal or not self._keep):
+            self.failed = self.failed or not outcome.normal
+            reason = spec.end_reason and f"{spec.label} has ended: {spec.end_reason}"
+            yield from self._stop(reason or f"{spec.label} is required and has ended")
+
+    def _respawn(self, process: ProcessEntry, turn: int, now: float) -> None:
+        del now
+        if process.turn == turn:
+            self._enter(process)
+
+    def _stop(self, reason: str) -> _Reaction:
+        if not self.stopping:
+            yield from self._stop_all(reason)
+
+    def _stop_all(self, reason: str) -> _Reaction:
+        """Stop everything, now, and return the reactions to that."""
+        event = ShuttingDown(reason)
+        self.stopping = True
+        self._stopped_at = self._now
+        self._schedule.clear()
+        self._tell(event)
+        for state in (ProcessState.WAITING, ProcessState.RESTARTING):
+            for process in self._table.in_state(state):
+                self._table.move(process, ProcessState.DEAD, self._now)
+        self._effects.append(StopAll())
+        return self._respond(event)
+
+
+def awaits_graph(steps: Iterable[Step]) -> bool:
+    """Tell whether something in these steps depends on the graph, or may."""
+    return any(
+        isinstance(step, Call)
+        or (isinstance(step, Start) and bool(step.process.depends_on))
+        or (isinstance(step, React) and (step.presence is not None or not step.preview))
+        for step in all_steps(steps)
+    )
+
+
+def _splits(steps: Iterable[Step]) -> bool:
+    """Tell whether something in these steps must know stdout from stderr."""
+    return any(isinstance(step, React) and step.split for step in all_steps(steps))

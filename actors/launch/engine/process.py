@@ -1,0 +1,136 @@
+"""A process of the launch: under guard, and its output read line by line."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from contextlib import AsyncExitStack, suppress
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.launch.engine.lines import Lines
+from actors.launch.engine.preflight import preflight
+from actors.launch.planning.events import Level, Stream
+from actors.logging.logger import get_logger
+from actors.processes.child import Child
+from actors.processes.process_execution import ProcessExecution
+from actors.processes.pseudo_terminal import CAN_EMULATE, open_terminal
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from actors.launch.planning.steps import ProcessSpec
+    from actors.logging.logger import LoggingSeverity
+    from actors.processes.guard import Guard
+    from actors.processes.outcome import Outcome
+    from actors.processes.process import Process
+
+REST_TIMEOUT_SEC: Final = 1.0
+"""How long its pipe or terminal is read after its end. Only what has left its group can hold that open."""
+
+
+class LaunchedProcess(ProcessExecution):
+    """One run of a process. It is stopped as a supervisor's child is: SIGINT, SIGTERM, SIGKILL.
+
+    Args:
+        spec: What to run.
+        guard: Kills it if this process is killed.
+        split: Whether stdout and stderr are told apart. If not they are read as one, in their order.
+        write: Takes its lines; at its end all of them have come.
+        say: Takes what there is to say of it.
+        stop_timeout_sec: What each step of stopping it may take, unless the specification says otherwise.
+        reports: As an execution's.
+    """
+
+    def __init__(
+        self,
+        spec: ProcessSpec,
+        guard: Guard,
+        *,
+        split: bool,
+        write: Callable[[Stream, Sequence[bytes]], None],
+        say: Callable[[Level, str], None],
+        stop_timeout_sec: float,
+        **reports: Any,
+    ) -> None:
+        child = Child(spec.label, command=spec.command, cwd=spec.cwd, stop_timeout_sec=stop_timeout_sec)
+        super().__init__(child, guard, get_logger(spec.label), **reports)
+        self._spec = spec
+        self._write = write
+        self._say = say
+        self._streams = (Stream.STDOUT, Stream.STDERR) if split else (Stream.OUTPUT,)
+        self._pipes: list[int] = []
+
+    async def _run(self) -> Outcome:
+        if not self.stopping and (problem := preflight(self._spec)) is not None:
+            return problem
+        async with AsyncExitStack() as stack:
+            stack.callback(self._close_pipes)
+            readers = [await self._open(stream, stack) for stream in self._streams]
+            outcome = await super()._run()
+            self._close_pipes()  # they are open if it was stopped before it was started
+            with suppress(TimeoutError):
+                async with asyncio.timeout(REST_TIMEOUT_SEC):
+                    for reader in readers:
+                        await reader.over.wait()
+            return outcome
+
+    async def _open(self, stream: Stream, stack: AsyncExitStack) -> _Reader:
+        """Make a pipe, or a terminal, and begin to read it."""
+        reading, writing = open_terminal() if self._spec.emulate_tty and CAN_EMULATE else os.pipe()
+        self._pipes.append(writing)
+        source = os.fdopen(reading, "rb", buffering=0)
+        reader = _Reader(partial(self._write, stream))
+        try:
+            transport, _ = await asyncio.get_running_loop().connect_read_pipe(lambda: reader, source)
+        except BaseException:
+            source.close()
+            raise
+        stack.callback(reader.end)
+        stack.callback(transport.close)
+        return reader
+
+    def _patience_sec(self, step: int) -> float:
+        return self._spec.patience_sec(step, super()._patience_sec(step))
+
+    def _report(self, severity: LoggingSeverity, text: str) -> None:
+        self._say(Level(severity.name), f"process {text}")
+
+    def _begin(self) -> Process:
+        spec = self._spec
+        output, errors = self._pipes[0], self._pipes[-1]
+        try:
+            return self._guard.start(
+                spec.command, cwd=spec.cwd, env=spec.environment, output=output, errors=errors
+            )
+        finally:
+            self._close_pipes()
+
+    def _close_pipes(self) -> None:
+        """Close this process's copies of the child's ends: a pipe ends when the child has closed its own."""
+        while self._pipes:
+            os.close(self._pipes.pop())
+
+
+class _Reader(asyncio.Protocol):
+    """Reads a pipe to its end; never pauses."""
+
+    def __init__(self, write: Callable[[Sequence[bytes]], None]) -> None:
+        self.over = asyncio.Event()
+        self._lines = Lines()
+        self._write = write
+
+    def data_received(self, data: bytes) -> None:
+        """Something came."""
+        if lines := self._lines.feed(data):
+            self._write(lines)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """All writers have closed it."""
+        del exc
+        self.over.set()
+
+    def end(self) -> None:
+        """Write the last line."""
+        if lines := self._lines.end():
+            self._write(lines)

@@ -1,0 +1,102 @@
+"""Sources: which processes a changed file belongs to."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
+    from actors.launch.planning.steps import ProcessSpec
+
+SUFFIXES: Final = frozenset({".py", ".toml", ".yaml", ".yml"})
+"""Of files in folders that count. A file that is named itself counts in any case."""
+PASSED_OVER: Final = frozenset({"__pycache__", "node_modules", "site-packages", "venv"})
+"""Folders in folders that do not count, beside those that begin with a dot."""
+MAX_FOLDERS: Final = 1000
+"""What is watched at most; each costs the system some memory."""
+
+
+class Sources:
+    """What the processes are made of. Paths in it are real ones: no links are left in them.
+
+    Args:
+        launch_files: Files that describe the launch, and belong to no process. More may be added later.
+    """
+
+    def __init__(self, launch_files: Collection[str] = ()) -> None:
+        self._launch_files = launch_files
+        self._processes: dict[str, _Process] = {}
+
+    def add(self, spec: ProcessSpec) -> bool:
+        """Take a process in; return whether it is new and has sources."""
+        if spec.label in self._processes or not spec.sources:
+            return False
+        self._processes[spec.label] = _Process(spec)
+        return True
+
+    def forget(self, spec: ProcessSpec) -> None:
+        """A process will not be started again for its sources."""
+        self._processes.pop(spec.label, None)
+
+    def describes(self, path: str) -> bool:
+        """Tell whether a real path is a launch file."""
+        return path in map(os.path.realpath, self._launch_files)
+
+    def made_of(self, path: str) -> list[str]:
+        """Return the labels of the processes that a real path belongs to.
+
+        A script that is run itself is its own processes' only, though others may be in its folder.
+        """
+        own = [label for label, process in self._processes.items() if path in process.scripts]
+        return own or [label for label, process in self._processes.items() if process.contains(path)]
+
+    def folders(self) -> list[str]:
+        """Return the folders to watch, each for itself; at most `MAX_FOLDERS`. Reading them takes time."""
+        sources = [os.path.realpath(each) for each in tuple(self._launch_files)]
+        for process in tuple(self._processes.values()):
+            sources += process.sources
+        found: dict[str, None] = {}
+        for source in sources:
+            for folder in _folders(source):
+                if len(found) == MAX_FOLDERS:
+                    return list(found)
+                found[folder] = None
+        return list(found)
+
+
+class _Process:
+    """One process: what it is made of, and which files in its command are run."""
+
+    def __init__(self, spec: ProcessSpec) -> None:
+        self.sources = tuple(map(os.path.realpath, spec.sources))
+        self.scripts = {os.path.realpath(word) for word in spec.command if word.endswith(".py")}
+
+    def contains(self, path: str) -> bool:
+        return any(path == source or _counts(path, source) for source in self.sources)
+
+
+def _counts(path: str, folder: str) -> bool:
+    """Tell whether a file is in a folder, and counts there."""
+    file = PurePath(path)
+    if file.suffix not in SUFFIXES or not file.is_relative_to(folder):
+        return False
+    return not any(map(_passed_over, file.relative_to(folder).parts))
+
+
+def _passed_over(name: str) -> bool:
+    return name.startswith(".") or name in PASSED_OVER
+
+
+def _folders(source: str) -> Iterator[str]:
+    """Yield the folders of a source: of a file the one that it is in."""
+    path = Path(source)
+    if not path.is_dir():
+        if path.parent.is_dir():
+            yield str(path.parent)
+        return
+    for folder, inner, _ in os.walk(source):
+        inner[:] = sorted(name for name in inner if not _passed_over(name))
+        yield folder

@@ -1,0 +1,198 @@
+"""Watching: a process starts again when a file that it is made of changes.
+
+The system reports changes to `watchfiles`, which waits for them in a thread. Folders are watched each for
+itself, so that those which do not count cost nothing.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import threading
+from contextlib import asynccontextmanager, closing, suppress
+from importlib.util import find_spec
+from itertools import chain
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Final
+
+from actors.launch.engine.sources import MAX_FOLDERS, Sources
+from actors.launch.errors import LaunchError
+from actors.launch.planning.events import Level, Message, ProcessExited, ProcessStarted
+from actors.launch.planning.steps import Start
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncGenerator, Callable, Collection, Generator, Iterable, Sequence
+
+    from watchfiles import Change
+
+    from actors.launch.planning.events import Event, Listener
+    from actors.launch.planning.steps import Step
+
+MISSING: Final = "Watching sources needs watchfiles: pip install 'callboard[watch]'"
+
+QUIET_MS: Final = 100
+"""Changes that come within this time of each other are one: a program that is saved is written in pieces."""
+LONGEST_MS: Final = 2000
+"""How long changes may go on until they are one all the same."""
+LOOK_MS: Final = 100
+"""How long it takes to begin to watch, and to notice a process that comes later."""
+
+
+class SourceWatch:
+    """Restarts processes whose sources change. As a listener of a launch it learns of those that come later.
+
+    Args:
+        steps: Of the launch: its processes are watched from the beginning.
+        launch_files: Files whose changes cannot be carried out; that is said instead. More may be added.
+        restart: Called in the loop with a label and the reason.
+        tell: Gets messages, in the loop.
+    """
+
+    def __init__(
+        self,
+        steps: Iterable[Step],
+        *,
+        launch_files: Collection[str],
+        restart: Callable[[str, str], None],
+        tell: Listener,
+    ) -> None:
+        self._sources = Sources(launch_files)
+        for step in steps:
+            if isinstance(step, Start):
+                self._sources.add(step.process)
+        self._restart = restart
+        self._tell = tell
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._folders = -1
+        self._stirred = threading.Event()
+        self._over = threading.Event()
+
+    def heard(self, event: Event) -> None:
+        """Something has happened in the launch."""
+        if isinstance(event, ProcessStarted) and self._sources.add(event.process):
+            self._stirred.set()
+        if isinstance(event, ProcessExited) and event.process.made_later:
+            self._sources.forget(event.process)
+
+    @asynccontextmanager
+    async def running(self) -> AsyncGenerator[None]:
+        """Watch meanwhile. What changes from the entry on is seen.
+
+        Raises:
+            LaunchError: watchfiles is not installed, or the system cannot watch these folders.
+        """
+        if find_spec("watchfiles") is None:
+            raise LaunchError(MISSING)
+        self._loop = asyncio.get_running_loop()
+        changes = await asyncio.to_thread(self._begin)
+        thread = threading.Thread(target=self._watch, args=(changes,), name="launch sources", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            self._over.set()
+            await asyncio.to_thread(thread.join)
+
+    # In the thread
+
+    def _begin(self) -> Generator[set[str]]:
+        """Begin to watch what is to be watched now, and say how much that is.
+
+        Raises:
+            LaunchError: The system cannot.
+        """
+        self._stirred.clear()
+        folders = self._sources.folders()
+        changes = _changes(folders, self._over)
+        next(changes)
+        if len(folders) != self._folders:
+            self._folders = len(folders)
+            text = f"watching {_number(len(folders), 'folder')} for changes"
+            full = len(folders) == MAX_FOLDERS
+            self._later(
+                Level.WARN if full else Level.INFO, f"{text}; more cannot be watched" if full else text
+            )
+        return changes
+
+    def _watch(self, watched: Generator[set[str]]) -> None:
+        try:
+            while not self._over.is_set():
+                changes = next(watched, set[str]())
+                if self._stirred.is_set() or any(Path(path).is_dir() for path in changes):
+                    # The new one first, so that nothing is missed.
+                    before, watched = watched, self._begin()
+                    changes |= next(before, set[str]())
+                    before.close()
+                if changes:
+                    self._call(self._changed, changes)
+        except LaunchError as error:
+            self._later(Level.ERROR, f"{error}; changes are not seen any more")
+        finally:
+            watched.close()
+
+    def _later(self, level: Level, text: str) -> None:
+        self._call(self._say, level, text)
+
+    def _call(self, function: Callable[..., None], *arguments: object) -> None:
+        assert self._loop is not None
+        with suppress(RuntimeError):  # the loop has been closed
+            self._loop.call_soon_threadsafe(function, *arguments)
+
+    # In the loop
+
+    def _changed(self, paths: set[str]) -> None:
+        changed: dict[str, list[str]] = {}
+        for path in sorted(paths):
+            if self._sources.describes(path):
+                name = shown(PurePath(path).name)
+                self._say(Level.WARN, f"{name} has changed: start the launch again to see that")
+                continue
+            for label in self._sources.made_of(path):
+                changed.setdefault(label, []).append(path)
+        for label, files in changed.items():
+            self._restart(label, _reason(files))
+
+    def _say(self, level: Level, text: str) -> None:
+        self._tell(Message(level, text))
+
+
+def _changes(folders: Sequence[str], stop: threading.Event) -> Generator[set[str]]:
+    """Yield nothing once the folders are watched, and then every `LOOK_MS` what has changed.
+
+    Raises:
+        LaunchError: The system cannot watch the folders, or does not report changes any more.
+    """
+    from watchfiles import watch  # noqa: PLC0415 - optional
+
+    looks = watch(
+        *folders,
+        watch_filter=None,
+        debounce=LONGEST_MS,
+        step=QUIET_MS,
+        stop_event=stop,
+        rust_timeout=LOOK_MS,
+        yield_on_timeout=True,
+        force_polling=False,
+        recursive=False,
+        ignore_permission_denied=True,
+    )
+    try:
+        with closing(looks):
+            first: Iterable[tuple[Change, str]] = next(looks, ())
+            yield set()
+            for look in chain([first], looks):
+                yield {os.path.realpath(path) for _, path in look}
+    except (OSError, RuntimeError) as error:
+        raise LaunchError(f"Sources cannot be watched: {shown(str(error))}") from error
+
+
+def _reason(files: list[str]) -> str:
+    name = shown(PurePath(files[0]).name)
+    if len(files) == 1:
+        return f"{name} has changed"
+    return f"{name} and {_number(len(files) - 1, 'other file')} have changed"
+
+
+def _number(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -1,0 +1,179 @@
+"""Log files of a launch: what it says itself, and the lines of processes that are to be logged.
+
+A thread writes, so that a slow or full disk holds nothing up. What it cannot write is counted and said.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from actors.launch.output.log_folder import LogFolder
+from actors.launch.output.outgoing import Outgoing
+from actors.launch.output.sanitize import has_controls, plain_line
+from actors.launch.output.wording import message_of
+from actors.launch.planning.events import Level, Message, ProcessEvent, ProcessIO, Stream
+from actors.launch.planning.steps import OutputMode
+from actors.logging.terminal_text import harmless
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from actors.launch.planning.events import Event, Listener
+
+LAUNCH_LOG: Final = "launch.log"
+
+MAX_EARLY_LINES: Final = 1000
+"""What the launch says before a process wants log files; of more, the latest."""
+
+_TOGETHER: Final = frozenset({OutputMode.LOG, OutputMode.BOTH, OutputMode.FULL})
+_APART: Final = frozenset({OutputMode.OWN_LOG, OutputMode.FULL})
+
+_UNSAFE = re.compile(r"[^\w.-]|^\.")
+_MAX_NAME_CHARACTERS: Final = 50
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """Lines to be written, and the files that they go to."""
+
+    lines: int
+    writes: tuple[tuple[str, bytes], ...]
+
+
+class LogFiles:
+    """A listener that writes files, from the moment that a process wants any.
+
+    Args:
+        root: The folder in which each launch makes its own.
+        tell: Is told where the files are, and what goes wrong, by this thread and another.
+    """
+
+    def __init__(self, root: Path, tell: Listener) -> None:
+        self._root = root
+        self._tell = tell
+        self._early: deque[_Entry] = deque(maxlen=MAX_EARLY_LINES)
+        self._outgoing: Outgoing[_Entry] = Outgoing()
+        self._thread: threading.Thread | None = None
+        self._folder: LogFolder | None = None
+        self._unwritten = 0
+        self._complained = False
+
+    @property
+    def lost_lines(self) -> int:
+        """Lines that came too fast, or could not be written."""
+        return self._outgoing.lost_lines + self._unwritten
+
+    def __call__(self, event: Event) -> None:
+        """Have what is to be logged of an event written."""
+        if isinstance(event, ProcessEvent) and event.process.output in _TOGETHER | _APART:
+            self._begin()
+        if isinstance(event, ProcessIO):
+            writes = tuple(_writes(event))
+            if writes:
+                self._add(_Entry(len(event.lines), writes))
+        elif (message := message_of(event)) is not None:
+            level, text = message.level.value, harmless(message.text)
+            line = f"{_stamp()} [{level}] [{harmless(message.about)}]: {text}\n"
+            self._add(_Entry(1, ((LAUNCH_LOG, line.encode(errors="backslashreplace")),)))
+
+    def close(self, timeout_sec: float) -> bool:
+        """Write what waits; say whether something is missing, and return whether nothing is."""
+        if self._thread is None:
+            return True
+        self._outgoing.end()
+        self._thread.join(timeout_sec)
+        if self._thread.is_alive():
+            self._tell(Message(Level.WARN, "the log files end early: they cannot be written fast enough"))
+        elif self.lost_lines:
+            self._tell(Message(Level.WARN, f"{self.lost_lines} lines are missing in the log files"))
+        return not self._thread.is_alive() and not self.lost_lines
+
+    def _begin(self) -> None:
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="launch log files", daemon=True)
+            self._thread.start()
+            for entry in self._early:
+                self._add(entry)
+            self._early.clear()
+
+    def _add(self, entry: _Entry) -> None:
+        if self._thread is None:
+            self._early.append(entry)
+        else:
+            self._outgoing.add(entry, sum(len(data) for _, data in entry.writes), entry.lines)
+
+    # In the thread
+
+    def _run(self) -> None:
+        try:
+            self._folder = LogFolder(self._root)
+        except OSError as error:
+            self._complain(error)
+        else:
+            self._tell(Message(Level.INFO, f"log files are in {self._folder.path}"))
+        while not (batch := self._outgoing.take()).over:
+            for entry in batch.pieces:
+                self._write(entry)
+            if batch.lost_lines:
+                text = (
+                    f"{_stamp()} [WARN] [launch]: {batch.lost_lines} lines are missing: they came too fast\n"
+                )
+                self._write(_Entry(0, ((LAUNCH_LOG, text.encode()),)))
+        if self._folder is not None:
+            self._folder.close()
+
+    def _write(self, entry: _Entry) -> None:
+        if self._folder is None:
+            self._unwritten += entry.lines
+            return
+        try:
+            for name, data in entry.writes:
+                self._folder.write(name, data)
+        except OSError as error:
+            self._unwritten += entry.lines
+            self._complain(error)
+
+    def _complain(self, error: OSError) -> None:
+        """Say once that files cannot be written; the launch goes on."""
+        if not self._complained:
+            self._complained = True
+            where = self._folder.path if self._folder is not None else self._root
+            self._tell(
+                Message(Level.ERROR, f"log files in {where} cannot be written: {error.strerror or error}")
+            )
+
+
+def _writes(event: ProcessIO) -> list[tuple[str, bytes]]:
+    """Return which files get what."""
+    mode, label = event.process.output, event.process_name
+    writes: list[tuple[str, bytes]] = []
+    if mode in _TOGETHER:
+        writes.append((LAUNCH_LOG, _plain(event, f"{_stamp()} [{harmless(label)}] ")))
+    if mode in _APART:
+        name, lines = _file_name(label), _plain(event)
+        writes.append((f"{name}.log", lines))
+        if event.stream is not Stream.OUTPUT:
+            writes.append((f"{name}-{event.stream.value}.log", lines))
+    return writes
+
+
+def _plain(event: ProcessIO, begin: str = "") -> bytes:
+    """Return the lines without colours and what else has_controls a terminal, each with a beginning."""
+    first = begin.encode(errors="backslashreplace")
+    lines = map(plain_line, event.lines) if has_controls(b"".join(event.lines)) else event.lines
+    return b"".join(first + line + b"\n" for line in lines)
+
+
+def _file_name(label: str) -> str:
+    """Return a label as part of a file's name; the number at its end, which no other has, stays."""
+    return _UNSAFE.sub("_", label[-_MAX_NAME_CHARACTERS:])
+
+
+def _stamp() -> str:
+    now_ms = time.time_ns() // 1_000_000
+    return f"{time.strftime('%Y-%m-%dT%H:%M:%S', time.gmtime(now_ms // 1000))}.{now_ms % 1000:03d}Z"

@@ -1,0 +1,74 @@
+"""The screen: lines of processes with their labels, and between them what the launch says itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from actors.launch.output.sanitize import has_controls, sanitize_line
+from actors.launch.output.wording import message_of
+from actors.launch.planning.events import Level, ProcessIO, Stream
+from actors.launch.planning.steps import OutputMode
+from actors.logging.terminal_text import LEVEL_COLORS, RESET, harmless
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.launch.planning.events import Event, Message
+
+_LABEL_COLORS: Final = tuple(f"\x1b[{code}m" for code in (36, 35, 32, 94, 96, 95, 92))
+"""Readable on light and dark, and none that means a warning or an error."""
+_SHOWN: Final = frozenset({OutputMode.SCREEN, OutputMode.BOTH, OutputMode.FULL})
+
+
+class Screen:
+    """A listener that writes lines. It keeps nothing, and may be called in any thread.
+
+    Args:
+        write: Takes whole lines; it must not wait.
+        color: Whether they are coloured: each label its own way, warnings and errors as in a node's log.
+    """
+
+    def __init__(self, write: Callable[[bytes], None], *, color: bool) -> None:
+        self._write = write
+        self._color = color
+
+    def __call__(self, event: Event) -> None:
+        """Show what is to be seen of an event."""
+        if isinstance(event, ProcessIO):
+            if _is_shown(event):
+                self._write(self._labelled(event))
+        elif (message := message_of(event)) is not None:
+            self._write(self._said(message))
+
+    def _labelled(self, event: ProcessIO) -> bytes:
+        label = f"{self._label(event.process_name)} ".encode(errors="backslashreplace")
+        lines = event.lines
+        if not has_controls(b"".join(lines)):
+            return b"".join(label + line + b"\n" for line in lines)
+        shown = map(sanitize_line, lines)
+        # A colour that a line leaves on would colour all that follows.
+        return b"".join(label + line + (_RESET_LINE if b"\x1b" in line else b"\n") for line in shown)
+
+    def _said(self, message: Message) -> bytes:
+        level = message.level.value
+        if self._color and message.level is not Level.INFO:
+            begin, end = f"{LEVEL_COLORS[level]}[{level}] [{harmless(message.about)}]: ", f"{RESET}\n"
+        else:
+            begin, end = f"[{level}] {self._label(message.about)}: ", "\n"
+        lines = harmless(message.text).split("\n")
+        return "".join(f"{begin}{line}{end}" for line in lines).encode(errors="backslashreplace")
+
+    def _label(self, name: str) -> str:
+        label = f"[{harmless(name)}]"
+        number = name.rpartition("-")[2]
+        if not self._color or not number.isdecimal():
+            return label
+        return f"{_LABEL_COLORS[(int(number) - 1) % len(_LABEL_COLORS)]}{label}{RESET}"
+
+
+_RESET_LINE: Final = f"{RESET}\n".encode()
+
+
+def _is_shown(event: ProcessIO) -> bool:
+    mode = event.process.output
+    return mode in _SHOWN or (mode is OutputMode.LOG and event.stream is Stream.STDERR)

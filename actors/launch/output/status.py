@@ -1,0 +1,140 @@
+"""The status of a launch in one line: how many processes wait, are up, are started again, and have died."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Final
+
+from actors.launch.planning.events import (
+    ProcessEvent,
+    ProcessExited,
+    ProcessRestarts,
+    ProcessStarted,
+    ProcessWaits,
+    ShuttingDown,
+)
+from actors.launch.planning.steps import MAX_PROCESSES
+from actors.logging.terminal_text import RESET
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.launch.planning.events import Event
+
+
+class State(Enum):
+    """What has become of a process: the word for it."""
+
+    UP = "up"
+    WAITING = "waiting"
+    RESTARTING = "restarting"
+    DEAD = "dead"
+    FINISHED = "finished"
+
+
+_COLORS: Final = {
+    State.UP: "\x1b[32m",
+    State.WAITING: "\x1b[33m",
+    State.RESTARTING: "\x1b[33m",
+    State.DEAD: "\x1b[31m",
+}
+_BETWEEN: Final = " · "
+
+MAX_KNOWN: Final = 2 * MAX_PROCESSES
+"""Processes that are known by name: those that live, and the last that have ended."""
+
+
+@dataclass(frozen=True)
+class StatusLine:
+    """The line.
+
+    Attributes:
+        words: Its parts, each with how it is coloured; empty: not at all.
+    """
+
+    words: tuple[tuple[str, str], ...]
+
+    def __str__(self) -> str:
+        return _BETWEEN.join(text for text, _ in self.words)
+
+    def drawn(self, columns: int, *, color: bool) -> bytes:
+        """Return it with as many of its characters as fit: one column stays free, where the cursor is."""
+        left = max(0, columns - 1)
+        pieces: list[str] = []
+        for number, (text, paint) in enumerate(self.words):
+            between = _BETWEEN[:left] if number else ""
+            left -= len(between)
+            shown = text[:left]
+            left -= len(shown)
+            pieces += [between, f"{paint}{shown}{RESET}" if color and paint and shown else shown]
+        return "".join(pieces).encode()
+
+
+class Status:
+    """A listener that counts.
+
+    Args:
+        show: Is given each line that differs from the one before; it must not wait.
+    """
+
+    def __init__(self, show: Callable[[StatusLine], None]) -> None:
+        self._show = show
+        self._states: dict[str, State] = {}
+        self._counts: Counter[State] = Counter()
+        self._stopping = False
+
+    def __call__(self, event: Event) -> None:
+        """Count an event."""
+        if isinstance(event, ShuttingDown):
+            self._stopping = True
+        elif isinstance(event, ProcessEvent):
+            state, before = _state_of(event), self._states.get(event.process_name)
+            if state is None or state is before:
+                return
+            if before is None and len(self._states) >= MAX_KNOWN:
+                self._forget_one()
+            self._states[event.process_name] = state
+            self._counts[state] += 1
+            if before is not None:
+                self._counts[before] -= 1
+        else:
+            return
+        self._show(self.line)
+
+    def _forget_one(self) -> None:
+        """Forget which one has ended longest ago; it goes on being counted."""
+        for name, state in self._states.items():
+            if state in {State.DEAD, State.FINISHED}:
+                del self._states[name]
+                return
+
+    @property
+    def line(self) -> StatusLine:
+        """What it is now."""
+        if self._stopping:
+            return StatusLine(
+                (
+                    (f"stopping: {self._counts[State.UP]} left", ""),
+                    ("Ctrl-C again kills", ""),
+                )
+            )
+        words = [
+            (f"{self._counts[state]} {state.value}", _COLORS.get(state, ""))
+            for state in State
+            if self._counts[state]
+        ]
+        return StatusLine((*words, ("Ctrl-C stops", "")))
+
+
+def _state_of(event: ProcessEvent) -> State | None:
+    if isinstance(event, ProcessStarted):
+        return State.UP
+    if isinstance(event, ProcessWaits):
+        return State.WAITING
+    if isinstance(event, ProcessRestarts):
+        return State.RESTARTING
+    if isinstance(event, ProcessExited):
+        return State.FINISHED if event.outcome.normal else State.DEAD
+    return None

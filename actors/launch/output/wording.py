@@ -1,0 +1,73 @@
+"""Wording: what a launch says of what happens, for people."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.errors import error_text
+from actors.launch.planning.events import (
+    Level,
+    Message,
+    ProcessEvent,
+    ProcessExited,
+    ProcessRestarts,
+    ProcessStarted,
+    ProcessWaits,
+    ShuttingDown,
+)
+
+if TYPE_CHECKING:
+    from actors.launch.planning.events import Event
+
+
+def message_of(event: Event) -> Message | None:
+    """Return what is to be said of an event; None: nothing, or it is a process that speaks."""
+    if isinstance(event, Message):
+        return event
+    if isinstance(event, ShuttingDown):
+        return Message(Level.INFO, f"stopping: {event.reason}")
+    if isinstance(event, ProcessEvent):
+        said = _of_process(event)
+        return said and Message(said[0], said[1], event.process_name)
+    return None
+
+
+def _of_process(event: ProcessEvent) -> tuple[Level, str] | None:
+    if isinstance(event, ProcessStarted):
+        in_this = "node started in this process"
+        return Level.INFO, in_this if event.pid is None else f"process started with pid [{event.pid}]"
+    if isinstance(event, ProcessExited):
+        return _of_exit(event)
+    if isinstance(event, ProcessRestarts):
+        return Level.INFO, _of_restart(event)
+    if isinstance(event, ProcessWaits):
+        return _of_wait(event)
+    return None
+
+
+def _of_exit(event: ProcessExited) -> tuple[Level, str] | None:
+    process, outcome = event.process, event.outcome
+    if process.program is not None:
+        text = "node has finished cleanly" if outcome.normal else f"node has died [{outcome.reason}]"
+    elif event.pid is None:
+        if outcome.normal:  # it was told to stop before it ran
+            return None
+        text = f"process could not be run: {error_text(outcome.error) if outcome.error else outcome.reason}"
+    elif outcome.normal:
+        text = f"process has finished cleanly [pid {event.pid}]"
+    else:
+        text = f"process has died [pid {event.pid}, {outcome.reason}, cmd '{process.shown}']"
+    return Level.INFO if outcome.normal else Level.ERROR, text
+
+
+def _of_wait(event: ProcessWaits) -> tuple[Level, str]:
+    missing = ", ".join(map(str, event.missing))
+    if event.so_far_sec > 0:
+        return Level.WARN, f"still waits for {missing} after {event.so_far_sec:.3g} s"
+    return Level.INFO, f"waits for {missing}"
+
+
+def _of_restart(event: ProcessRestarts) -> str:
+    when = f" in {event.delay_sec:.3g} s" if event.delay_sec > 0 else ""
+    why = "" if event.reason == "respawn" else f": {event.reason}"
+    return f"process starts again{when}{why}"

@@ -1,0 +1,84 @@
+"""Declarations: the arguments that a launch takes, by its file and by those that this includes."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
+
+from actors.launch.description.actions import (
+    DeclareLaunchArgument,
+    GroupAction,
+    IncludeLaunchDescription,
+    Setting,
+)
+from actors.launch.description.description_source import included_scope
+from actors.launch.description.substitutions import resolve
+from actors.launch.planning.settings import apply_setting
+from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from actors.launch.description.actions import Action
+    from actors.launch.description.substitutions import Scope
+
+MAX_INCLUDES: Final = 32
+"""Files within files."""
+
+
+def all_declared(actions: Iterable[Action], scope: Scope) -> list[DeclareLaunchArgument]:
+    """Return the arguments that can be given, each once, whatever conditions say.
+
+    An included file counts if it can be found and read without more arguments than are known; what the
+    include says itself cannot be given.
+
+    Args:
+        actions: The launch file's.
+        scope: Where they stand; it is changed.
+    """
+    search = _Search()
+    search.look(actions, scope, frozenset())
+    return list(search.found.values())
+
+
+class _Search:
+    """What has been found so far, and where."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, DeclareLaunchArgument] = {}
+        self._seen: set[tuple[str | None, frozenset[str]]] = set()
+        self._depth = 0
+
+    def look(self, actions: Iterable[Action], scope: Scope, said: frozenset[str]) -> None:
+        """Look through actions; some arguments of theirs have been said already."""
+        for action in actions:
+            # What is wrong there, or depends on more than is known, is the plan's to say.
+            with suppress(CallboardError):
+                self._look_at(action, scope, said)
+
+    def _look_at(self, action: Action, scope: Scope, said: frozenset[str]) -> None:
+        match action:
+            case DeclareLaunchArgument(name=name, default_value=default):
+                if name not in said:
+                    self.found.setdefault(name, action)
+                if name not in scope.configurations and default is not None:
+                    scope.configurations[name] = resolve(default, scope)
+            case Setting():
+                apply_setting(action, scope)
+            case IncludeLaunchDescription():
+                self._include(action, scope, said)
+            case _:
+                shared = isinstance(action, GroupAction) and not action.scoped
+                self.look(getattr(action, "actions", ()), scope if shared else scope.inner(), said)
+
+    def _include(self, action: IncludeLaunchDescription, scope: Scope, said: frozenset[str]) -> None:
+        inner = included_scope(action, scope)
+        said |= {name for name, _ in action.given}
+        if inner.file is None or (inner.file, said) in self._seen or self._depth == MAX_INCLUDES:
+            return
+        self._seen.add((inner.file, said))
+        self._depth += 1
+        try:
+            self.look(scope.library.description(inner.file).actions, inner, said)
+        finally:
+            self._depth -= 1

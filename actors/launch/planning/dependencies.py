@@ -1,0 +1,98 @@
+"""Dependencies: what a description means by a node, a topic or a service that must be there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from actors.launch.description.actions import Launched, Node
+from actors.launch.description.substitutions import Substitution, resolve
+from actors.launch.description.summaries import in_short
+from actors.launch.errors import LaunchError
+from actors.launch.planning.namespaces import absolute_namespace, prefix_namespace
+from actors.launch.planning.presence import Presence, PresenceKind
+from proto.errors import shown
+from proto.names import validate_full_service_name, validate_full_topic_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from actors.launch.description.substitutions import Scope, Text
+
+MAX_KNOWN: Final = 10_000
+"""Actions whose nodes are remembered. Only a launch that makes actions as it runs has so many."""
+
+
+class KnownNodes:
+    """The names of the nodes that have been planned, by their actions."""
+
+    def __init__(self) -> None:
+        # The action is kept, so that its id is not another's.
+        self._names: dict[int, tuple[Launched, str | None]] = {}
+
+    def add(self, action: Launched, node: str | None) -> None:
+        """An action has been planned; None: its node's name is not known."""
+        self._names[id(action)] = action, node
+        if len(self._names) > MAX_KNOWN:
+            del self._names[next(iter(self._names))]
+
+    def presence(self, action: Node) -> Presence:
+        """Return what is there when the node of an action is.
+
+        Raises:
+            LaunchError: That is not known.
+        """
+        if id(action) not in self._names:
+            raise LaunchError(f"{in_short(action)} is waited for, but not started before that")
+        _, name = self._names[id(action)]
+        if name is None:
+            raise LaunchError(f"{in_short(action)} is waited for, and needs a name=")
+        return Presence(PresenceKind.NODE, name)
+
+
+def dependencies(
+    depends_on: Any, nodes: KnownNodes, scope: Scope, namespace: str | None
+) -> tuple[Presence, ...]:
+    """Return what must be there, each once.
+
+    Args:
+        depends_on: As `Launched.depends_on` has it.
+        nodes: Those before it.
+        scope: Where that stands.
+        namespace: From where names are seen; None: the root.
+
+    Raises:
+        LaunchError: It is no dependency, or cannot be known.
+        InvalidNameError: Nothing can have that name.
+    """
+    listed = [depends_on] if isinstance(depends_on, str | Substitution | Node) else depends_on
+    return tuple(dict.fromkeys(_each(listed, nodes, scope, namespace)))
+
+
+def _each(listed: Any, nodes: KnownNodes, scope: Scope, namespace: str | None) -> Iterator[Presence]:
+    for each in listed:
+        if isinstance(each, Node):
+            yield nodes.presence(each)
+            continue
+        text = resolve(cast("Text", each), scope)
+        word, _, name = text.strip().partition(" ")
+        try:
+            kind = PresenceKind(word)
+        except ValueError:
+            raise LaunchError(
+                f"depends_on: '{shown(text)}' is none of 'node NAME', 'topic NAME', 'service NAME', a Node"
+            ) from None
+        yield presence(kind, name.strip(), namespace)
+
+
+def presence(kind: PresenceKind, name: str, namespace: str | None) -> Presence:
+    """Return something of this name, as seen from a namespace.
+
+    Raises:
+        InvalidNameError: Nothing can have that name.
+    """
+    full = prefix_namespace(absolute_namespace(namespace or ""), name) or ""
+    if kind is PresenceKind.SERVICE:
+        validate_full_service_name(full)
+    else:  # what a node's name must be a topic's must be, too
+        validate_full_topic_name(full)
+    return Presence(kind, full)

@@ -1,0 +1,154 @@
+"""What a node is told on its command line: name, namespace, parameters, remappings."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, cast
+
+from actors.launch.description.actions import ParameterValue
+from actors.launch.description.conditions import truth
+from actors.launch.description.substitutions import Substitution, resolve
+from actors.launch.errors import LaunchError
+from actors.launch.planning.namespaces import absolute_namespace, prefix_namespace
+from proto.errors import shown
+from proto.names import full_node_name, validate_namespace, validate_node_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from actors.launch.description.actions import Node
+    from actors.launch.description.substitutions import Scope, Text
+
+
+def ros_arguments(node: Node, scope: Scope) -> list[str]:
+    """Return `--ros-args` and all that follows; nothing if there is nothing to say.
+
+    Raises:
+        LaunchError: A parameter, or a file of them, cannot be one, or a text stands for nothing.
+        InvalidNameError: The name or namespace cannot be one.
+    """
+    said = list(_each(node, scope))
+    return ["--ros-args", *said] if said else []
+
+
+def full_name(node: Node, scope: Scope) -> str | None:
+    """Return the full name that a node will have; None if its program chooses it.
+
+    Raises:
+        LaunchError: A text stands for nothing.
+        InvalidNameError: The name or namespace cannot be one.
+    """
+    name = _name(node, scope)
+    return None if name is None else full_node_name(_namespace(node, scope) or "/", name)
+
+
+def _each(node: Node, scope: Scope) -> Iterator[str]:
+    node_name, namespace = _name(node, scope), _namespace(node, scope)
+    if node_name is not None:
+        yield from ("-r", f"__node:={node_name}")
+    if namespace is not None:
+        yield from ("-r", f"__ns:={namespace}")
+    # Of two values for a parameter the last one counts, of two rules for a name the first one.
+    for name, value in scope.parameters.items():
+        yield from ("-p", f"{name}:={value}")
+    for entry in cast("Sequence[Any]", node.parameters):
+        if isinstance(entry, Mapping):
+            for name, value in parameter_texts(cast("Mapping[Text, Any]", entry), scope):
+                yield from ("-p", f"{name}:={value}")
+        else:
+            path = str(PurePath(scope.folder, resolve(entry, scope)))
+            yield from ("--params-file", scope.library.parameter_file(path))
+    for old, new in (*scope.remappings, *node.remappings):
+        yield from ("-r", f"{resolve(old, scope)}:={resolve(new, scope)}")
+    for each in node.ros_arguments:
+        yield resolve(each, scope)
+
+
+def _name(node: Node, scope: Scope) -> str | None:
+    if node.name is None:
+        return None
+    name = resolve(node.name, scope)
+    validate_node_name(name)
+    return name
+
+
+def _namespace(node: Node, scope: Scope) -> str | None:
+    own = None if node.namespace is None else resolve(node.namespace, scope)
+    namespace = prefix_namespace(scope.namespace, own)
+    if namespace is None:
+        return None
+    namespace = absolute_namespace(namespace)
+    validate_namespace(namespace)
+    return namespace
+
+
+def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yield names of parameters, and their values as YAML. A mapping in it has its name before a dot.
+
+    Raises:
+        LaunchError: A value cannot be a parameter's, or a text stands for nothing.
+    """
+    for key, value in values.items():
+        name = f"{prefix}{resolve(key, scope)}"
+        if isinstance(value, Mapping):
+            yield from parameter_texts(cast("Mapping[Text, Any]", value), scope, f"{name}.")
+        else:
+            yield name, _yaml(name, value, scope)
+
+
+def _yaml(name: str, value: Any, scope: Scope) -> str:
+    """Return a value as YAML reads it again."""
+    match value:
+        case bool():
+            text = "true" if value else "false"
+        case int():
+            text = str(value)
+        case float():
+            text = _yaml_float(value)
+        case str() | PurePath():
+            text = json.dumps(str(value), ensure_ascii=False)
+        case Substitution():
+            text = resolve(value, scope)
+        case ParameterValue():
+            text = _typed(name, value, scope)
+        case Sequence():
+            text = _yaml_list(name, cast("Sequence[object]", value), scope)
+        case _:
+            raise LaunchError(f"Parameter '{shown(name)}' cannot be {value!r}")
+    return text or '""'
+
+
+def _typed(name: str, said: ParameterValue, scope: Scope) -> str:
+    kind, value = said.value_type, said.value
+    if kind is None:
+        return _yaml(name, value, scope)
+    if kind not in (str, int, float, bool):
+        raise LaunchError(
+            f"Parameter '{shown(name)}': value_type can be str, int, float or bool, not {kind!r}"
+        )
+    text = str(value) if isinstance(value, int | float) else resolve(value, scope)
+    try:
+        return _yaml(name, truth(text, scope) if kind is bool else kind(text), scope)
+    except ValueError:
+        raise LaunchError(
+            f"Parameter '{shown(name)}' must be of type {kind.__name__}, not '{shown(text)}'"
+        ) from None
+
+
+def _yaml_list(name: str, values: Sequence[Any], scope: Scope) -> str:
+    if any(isinstance(each, Substitution) for each in values):  # a text in pieces
+        return resolve(values, scope)
+    return f"[{', '.join(_yaml(name, each, scope) for each in values)}]"
+
+
+def _yaml_float(value: float) -> str:
+    if math.isnan(value):
+        return ".nan"
+    if math.isinf(value):
+        return ".inf" if value > 0 else "-.inf"
+    mantissa, exponent, power = repr(value).partition("e")
+    # YAML 1.1 takes 1e+22 for a text.
+    return mantissa + ("" if "." in mantissa else ".0") + exponent + power

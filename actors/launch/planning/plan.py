@@ -1,0 +1,283 @@
+"""The plan of a launch: what a description comes to, with these arguments and this environment.
+
+No I/O and no clock: a `Library` says what files and packages there are, and each step says when it is due.
+Whatever is wrong with a description is found here, before anything has been started; but for what functions
+in timers and event handlers give, when these are due.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from actors.launch.description.actions import (
+    Action,
+    DeclareLaunchArgument,
+    EmitEvent,
+    ExecuteProcess,
+    GroupAction,
+    IncludeLaunchDescription,
+    LogInfo,
+    Node,
+    OpaqueFunction,
+    RegisterEventHandler,
+    Setting,
+    Shutdown,
+    TimerAction,
+)
+from actors.launch.description.description import LaunchDescription, declared
+from actors.launch.description.description_source import included_scope
+from actors.launch.description.event_handlers import OnProcessExit, ProcessHandler, known_actions
+from actors.launch.description.substitutions import Scope, resolve
+from actors.launch.description.summaries import function_name
+from actors.launch.errors import LaunchError, UnknownArgumentError
+from actors.launch.planning.declarations import MAX_INCLUDES, all_declared
+from actors.launch.planning.dependencies import KnownNodes
+from actors.launch.planning.mistakes import placed
+from actors.launch.planning.process_specs import ending, make_spec, seconds
+from actors.launch.planning.reactions import Trigger, call_function, call_reaction, triggers
+from actors.launch.planning.settings import apply_setting
+from actors.launch.planning.steps import MAX_PROCESSES, Call, End, React, Say, Start, all_steps
+from actors.tools.suggestions import did_you_mean
+from proto.errors import CallboardError, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from actors.launch.description.library import Library
+    from actors.launch.planning.events import Event
+    from actors.launch.planning.steps import OutputMode, Step
+
+
+def make_plan(
+    description: LaunchDescription,
+    library: Library,
+    *,
+    arguments: Mapping[str, str],
+    environment: Mapping[str, str],
+    folder: str,
+    output: OutputMode | None = None,
+) -> list[Step]:
+    """Return the steps that a description comes to, in order; those that are for later among them.
+
+    Args:
+        description: What is to be done.
+        library: Knows files and packages.
+        arguments: The launch arguments that were given.
+        environment: What programs get.
+        folder: Of the description's file.
+        output: Where the lines of all processes go, whatever the description says; None: as it says.
+
+    Raises:
+        UnknownArgumentError: Nobody declares or uses an argument that was given.
+        LaunchError: Something else is wrong; the text says with which action, of which file.
+    """
+    planner = _Planner(library, output)
+    scope = Scope(
+        library=library,
+        configurations=dict(arguments),
+        environment=dict(environment),
+        folder=folder,
+        file=description.file,
+    )
+    outer = scope.inner()
+    steps = planner.plan(description.actions, scope)
+    known = planner.declared | {each.name for each in declared(description.actions)}
+    unknown = [name for name in arguments if name not in known | scope.used]
+    if unknown and not planner.partial:
+        raise UnknownArgumentError(unknown[0], tuple(sorted(known)))
+    if unknown:
+        # A file that is not included now may declare it. A function may use it, but that is not likely.
+        known |= {each.name for each in all_declared(description.actions, outer)}
+    said = [
+        f"No launch argument '{shown(name)}' is declared{did_you_mean(name, known)}"
+        for name in unknown
+        if name not in known
+    ]
+    return [Say(text=text, warning=True) for text in (*said, *planner.warnings(steps))] + steps
+
+
+class _Planner:
+    """Plans actions: those of a description, and later what its functions return.
+
+    Attributes:
+        declared: The arguments that have been declared.
+        partial: Whether something may be declared or used that is not planned now.
+    """
+
+    def __init__(self, library: Library, output: OutputMode | None) -> None:
+        self.declared: set[str] = set()
+        self.partial = False
+        self._library = library
+        self._output = output
+        self._includes = 0
+        self._numbers = 0
+        self._left = MAX_PROCESSES
+        self._deferred = 0
+        self._running = False
+        self._nodes = KnownNodes()
+        self._targets: list[str] = []
+
+    def plan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
+        """Return what actions come to. What they set stays set in the scope.
+
+        Raises:
+            LaunchError: Something is wrong.
+        """
+        steps: list[Step] = []
+        for action in actions:
+            try:
+                steps += self._each(action, scope)
+            except CallboardError as error:
+                if isinstance(error, LaunchError) and error.placed:
+                    raise
+                raise placed(error, action, scope.file) from error
+        return steps
+
+    def warnings(self, steps: Sequence[Step]) -> list[str]:
+        """Return what is likely to be a mistake in a whole plan."""
+        starts = [step.process for step in all_steps(steps) if isinstance(step, Start)]
+        names = {name for each in starts for name in (each.name, each.label)}
+        said = [
+            f"An event handler is for '{shown(target)}', but no process has that name"
+            for target in self._targets
+            if target not in names and not self.partial
+        ]
+        labels: dict[str, str] = {}
+        for step in steps:  # what event handlers start may be in another's place
+            if isinstance(step, Start) and step.process.node is not None:
+                label, node = step.process.label, step.process.node
+                first = labels.setdefault(node, label)
+                if first != label:
+                    said.append(f"Two nodes have the name {node}: {first} and {label}")
+        return said
+
+    def _each(self, action: Action, scope: Scope) -> Iterable[Step]:
+        if action.condition is None or action.condition.holds(scope):
+            return self._steps(action, scope)
+        if isinstance(action, GroupAction | TimerAction | IncludeLaunchDescription | OpaqueFunction):
+            self.partial = True
+        return []
+
+    def _steps(self, action: Action, scope: Scope) -> Iterable[Step]:  # noqa: C901, PLR0911 - a table
+        match action:
+            case Node() | ExecuteProcess():
+                return self._start(action, scope)
+            case DeclareLaunchArgument():
+                self._declare(action, scope)
+            case LogInfo():
+                return [Say(text=resolve(action.msg, scope))]
+            case GroupAction():
+                return self._group(action, scope)
+            case Setting():
+                apply_setting(action, scope)
+            case IncludeLaunchDescription():
+                return self._include(action, scope)
+            case TimerAction():
+                later = seconds("period", action.period, scope)
+                steps = self._deferring(action.actions, scope.inner())
+                return [replace(step, after_sec=later + step.after_sec) for step in steps]
+            case OpaqueFunction():
+                return self._opaque(action, scope)
+            case RegisterEventHandler():
+                return [
+                    self._react(trigger, scope)
+                    for trigger in triggers(action.event_handler, scope, self._nodes)
+                ]
+            case EmitEvent():
+                return self.plan([action.event], scope)
+            case Shutdown():
+                return [End(reason=resolve(action.reason, scope))]
+            case _:
+                raise LaunchError(f"{type(action).__name__} is no action that can be carried out")
+        return []
+
+    def _declare(self, action: DeclareLaunchArgument, scope: Scope) -> None:
+        name = action.name
+        if not name:
+            raise LaunchError("A launch argument needs a name")
+        self.declared.add(name)
+        if name not in scope.configurations:
+            if action.default_value is None:
+                about = f" ({action.description})" if action.description else ""
+                raise LaunchError(f"Launch argument '{name}'{about} is required: give {name}:=…")
+            scope.configurations[name] = resolve(action.default_value, scope)
+        value = scope.configurations[name]
+        if action.choices is not None and value not in action.choices:
+            raise LaunchError(
+                f"Launch argument '{name}' must be one of {', '.join(action.choices)}, not '{shown(value)}'"
+            )
+
+    def _group(self, action: GroupAction, scope: Scope) -> list[Step]:
+        inner = scope.inner() if action.scoped else scope
+        for name, value in action.launch_configurations.items():
+            inner.configurations[name] = resolve(value, inner)
+        return self.plan(action.actions, inner)
+
+    def _include(self, action: IncludeLaunchDescription, scope: Scope) -> list[Step]:
+        inner = included_scope(action, scope)
+        path = str(inner.file)
+        if self._includes == MAX_INCLUDES:
+            raise LaunchError(f"{path} is {MAX_INCLUDES} files deep; does one include itself?")
+        self._includes += 1
+        steps = self.plan(self._library.description(path).actions, inner)
+        self._includes -= 1
+        return steps
+
+    def _start(self, action: Node | ExecuteProcess, scope: Scope) -> list[Step]:
+        if self._left == 0:
+            raise LaunchError(f"The description comes to more than {MAX_PROCESSES} processes")
+        self._left -= 1
+        self._numbers += 1
+        spec = make_spec(action, scope, self._library, number=self._numbers, nodes=self._nodes)
+        spec = replace(spec, output=self._output or spec.output, made_later=self._running)
+        self._nodes.add(action, spec.node)
+        if action.on_exit is not None and ending(action.on_exit) is None:
+            handler = OnProcessExit(target_action=action, on_exit=action.on_exit)
+            (trigger,) = triggers(handler, scope, self._nodes)
+            spec = replace(spec, on_exit=self._react(trigger, scope))
+        return [Start(process=spec)]
+
+    def _react(self, trigger: Trigger, scope: Scope) -> React:
+        """Plan what a handler does: now, or if it is a function, when it is due."""
+        handler = trigger.handler
+        target = handler.target_action if isinstance(handler, ProcessHandler) else None
+        if isinstance(target, str) and not self._running:
+            self._targets.append(target)
+        inner = scope.inner()
+        reaction = trigger.reaction
+        if callable(reaction):
+            self.partial = True
+
+            def react(event: Event) -> list[Step]:
+                # Each time anew: what it sets would pile up.
+                here = inner.inner()
+                return self._replan(call_reaction(reaction, event, here), here)
+
+            return trigger.react(react, calls=True)
+        steps = self._deferring(known_actions(reaction), inner)
+        return trigger.react(lambda _event: steps, preview=tuple(steps))
+
+    def _opaque(self, action: OpaqueFunction, scope: Scope) -> list[Step]:
+        """Call the function; in what is for later, then."""
+
+        def call() -> Sequence[Action]:
+            return call_function(action.function, (scope, *action.args), action.kwargs, scope.file)
+
+        if not self._deferred:
+            return self.plan(call(), scope)
+        self.partial = True
+        return [Call(name=function_name(action.function), steps=lambda: self._replan(call(), scope))]
+
+    def _deferring(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
+        """Plan what is for later."""
+        self._deferred += 1
+        try:
+            return self.plan(actions, scope)
+        finally:
+            self._deferred -= 1
+
+    def _replan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
+        """Plan what a function has returned while the launch runs."""
+        self._left, self._running = MAX_PROCESSES, True
+        return self.plan(actions, scope)

@@ -1,0 +1,212 @@
+"""What an action that starts a process comes to."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+
+from actors.launch.description.actions import Action, EmitEvent, ExecuteProcess, Launched, Node, Shutdown
+from actors.launch.description.conditions import truth
+from actors.launch.description.substitutions import resolve
+from actors.launch.errors import LaunchError
+from actors.launch.planning.dependencies import dependencies
+from actors.launch.planning.namespaces import prefix_namespace
+from actors.launch.planning.node_arguments import full_name, ros_arguments
+from actors.launch.planning.settings import variables
+from actors.launch.planning.steps import LEAST_RESPAWN_DELAY_SEC, OutputMode, ProcessSpec
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from actors.launch.description.library import Library
+    from actors.launch.description.substitutions import Scope
+    from actors.launch.planning.dependencies import KnownNodes
+    from actors.runtime.programs import Factory
+
+MAX_NAME_CHARACTERS: Final = 200
+"""Of a process's name; with its number behind it it is the label."""
+
+
+class _Program(NamedTuple):
+    """What runs: its name for people, its command, the command as people would type it, and its sources."""
+
+    name: str
+    command: Sequence[str]
+    typed: Sequence[str]
+    sources: Sequence[str] = ()
+    factory: Factory | None = None
+
+
+def make_spec(
+    action: Node | ExecuteProcess, scope: Scope, library: Library, *, number: int, nodes: KnownNodes
+) -> ProcessSpec:
+    """Return the process that an action starts.
+
+    Args:
+        action: The action.
+        scope: What holds there.
+        library: Knows files and packages.
+        number: The process's in its launch.
+        nodes: Those that are started before it.
+
+    Raises:
+        LaunchError: Something is wrong.
+        InvalidNameError: A node cannot have the name or namespace.
+    """
+    namespace = scope.namespace
+    if isinstance(action, Node):
+        program = _node(action, scope, library)
+        own = None if action.namespace is None else resolve(action.namespace, scope)
+        namespace = prefix_namespace(scope.namespace, own)
+    else:
+        program = _process(action, scope)
+    name = program.name if action.name is None else resolve(action.name, scope)
+    if not 0 < len(name) <= MAX_NAME_CHARACTERS or not name.isprintable():
+        limit = f"it has 1 to {MAX_NAME_CHARACTERS} printable characters"
+        raise LaunchError(f"A process cannot have the name '{shown(name)}': {limit}")
+    prefix = _words(resolve(action.prefix, scope))
+    extra = variables(action.additional_env, scope)
+    base = scope.environment if action.env is None else variables(action.env, scope)
+    end = ending(action.on_exit)
+    delay = max(seconds("respawn_delay", action.respawn_delay, scope), LEAST_RESPAWN_DELAY_SEC)
+    return ProcessSpec(
+        label=f"{name}-{number}",
+        name=name,
+        node=full_name(action, scope) if isinstance(action, Node) else None,
+        command=(*prefix, *program.command),
+        program=program.factory,
+        shown=shlex.join((*prefix, *program.typed)),
+        cwd=None if action.cwd is None else resolve(action.cwd, scope),
+        environment={**base, **extra},
+        own_environment=extra if action.env is None else {**base, **extra},
+        origin=action,
+        output=_output(action, scope),
+        emulate_tty=truth(action.emulate_tty, scope),
+        depends_on=dependencies(action.depends_on, nodes, scope, namespace),
+        depends_timeout_sec=seconds("depends_timeout", action.depends_timeout, scope, forever=True),
+        # As in ROS 2, whose Shutdown comes before the next start.
+        respawn=truth(action.respawn, scope) and end is None,
+        respawn_delay_sec=delay,
+        respawn_backoff=_factor(action.respawn_backoff, scope),
+        respawn_max_delay_sec=max(seconds("respawn_max_delay", action.respawn_max_delay, scope), delay),
+        respawn_max_retries=_retries(action.respawn_max_retries, scope),
+        sigterm_timeout_sec=_timeout("sigterm_timeout", action.sigterm_timeout, scope),
+        sigkill_timeout_sec=_timeout("sigkill_timeout", action.sigkill_timeout, scope),
+        required=truth(action.required, scope) or end is not None,
+        end_reason="" if end is None or end.reason == Shutdown().reason else resolve(end.reason, scope),
+        sources=tuple(program.sources),
+    )
+
+
+def seconds(what: str, value: Any, scope: Scope, *, forever: bool = False) -> float:
+    """Return a time; infinity only where something can be for ever.
+
+    Raises:
+        LaunchError: It is none.
+    """
+    text, number = _number(value, scope)
+    if not 0 <= number < math.inf and not (forever and number == math.inf):
+        raise LaunchError(f"{what} must be a number of seconds, 0 or more, not '{shown(text)}'")
+    return number
+
+
+def _node(action: Node, scope: Scope, library: Library) -> _Program:
+    ways = [each for each in (action.executable, action.script, action.node) if each is not None]
+    if len(ways) != 1 or (action.package is None) is not (action.executable is None):
+        raise LaunchError("A Node needs package= and executable=, or script=, or node=")
+    arguments = [resolve(each, scope) for each in action.arguments] + ros_arguments(action, scope)
+    if action.node is not None:
+        return _own(action, action.node, arguments, library)
+    if action.script is not None:
+        path = str(PurePath(scope.folder, resolve(action.script, scope)))
+        name, typed, command = PurePath(path).stem, [path], library.script(path)
+        sources = library.sources(script=path)
+    else:
+        package = resolve(cast("Any", action.package), scope)
+        name = resolve(cast("Any", action.executable), scope)
+        typed, command = [package, name], library.program(package, name)
+        sources = library.sources(package=package)
+    return _Program(name, [*command, *arguments], ["callboard", "run", *typed, *arguments], sources)
+
+
+def _own(action: Node, node: Factory | str, arguments: Sequence[str], library: Library) -> _Program:
+    """Return a node that runs in the launch's process."""
+    for option in ("cwd", "env", "additional_env", "prefix"):
+        if getattr(action, option):
+            raise LaunchError(f"A Node with node= runs in the launch's process: {option}= is not for it")
+    factory = library.factory(node) if isinstance(node, str) else node
+    if not callable(factory):
+        raise LaunchError(f"node= needs a class or a function that returns a new node, not {factory!r}")
+    word = node if isinstance(node, str) else getattr(node, "__qualname__", type(node).__name__)
+    return _Program(
+        word.rpartition(":")[2].rpartition(".")[2], arguments, [word, *arguments], factory=factory
+    )
+
+
+def _process(action: ExecuteProcess, scope: Scope) -> _Program:
+    command = [resolve(each, scope) for each in action.cmd]
+    if not command or not command[0]:
+        raise LaunchError("ExecuteProcess needs a program: cmd=['echo', 'hello']")
+    name = PurePath(command[0]).name
+    if truth(action.shell, scope):
+        line = " ".join(command)
+        command = ["/bin/sh", "-c", line]
+        word = PurePath(next(iter(line.split()), "")).name
+        # Nobody has chosen this name: what cannot be one is the shell's business.
+        name = word if word.isprintable() and 0 < len(word) <= MAX_NAME_CHARACTERS else "sh"
+    return _Program(name, command, command)
+
+
+def _output(action: Launched, scope: Scope) -> OutputMode:
+    word = resolve(action.output, scope)
+    try:
+        return OutputMode(word)
+    except ValueError:
+        words = ", ".join(each.value for each in OutputMode)
+        raise LaunchError(f"output must be one of {words}, not '{shown(word)}'") from None
+
+
+def _words(prefix: str) -> list[str]:
+    try:
+        return shlex.split(prefix)
+    except ValueError as error:
+        raise LaunchError(f"prefix '{shown(prefix)}' is no command: {error}") from None
+
+
+def _number(value: Any, scope: Scope) -> tuple[str, float]:
+    """Return a text, and the number that it says; NaN if it says none."""
+    text = str(value) if isinstance(value, int | float) else resolve(value, scope)
+    try:
+        return text, float(text)
+    except ValueError:
+        return text, math.nan
+
+
+def _factor(value: Any, scope: Scope) -> float:
+    text, number = _number(value, scope)
+    if not 1 <= number < math.inf:
+        raise LaunchError(f"respawn_backoff must be a number, 1 or more, not '{shown(text)}'")
+    return number
+
+
+def _retries(value: Any, scope: Scope) -> int:
+    text, number = _number(value, scope)
+    if not -1 <= number < math.inf or number % 1:
+        raise LaunchError(f"respawn_max_retries must be a whole number, -1 or more, not '{shown(text)}'")
+    return int(number)
+
+
+def _timeout(what: str, value: Any, scope: Scope) -> float | None:
+    return None if value is None else seconds(what, value, scope)
+
+
+def ending(reaction: object) -> Shutdown | None:
+    """Return the Shutdown that a reaction consists of; None: it is another one."""
+    listed = cast("Sequence[object]", reaction) if isinstance(reaction, list | tuple) else (reaction,)
+    if len(listed) != 1 or (isinstance(listed[0], Action) and listed[0].condition is not None):
+        return None
+    found = listed[0].event if isinstance(listed[0], EmitEvent) else listed[0]
+    return found if isinstance(found, Shutdown) and found.condition is None else None

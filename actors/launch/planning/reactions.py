@@ -1,0 +1,220 @@
+"""Reactions: which events a handler is for, and what its functions give."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+from actors.launch.description.actions import Action, Launched
+from actors.launch.description.event_handlers import (
+    EventHandler,
+    OnNodeUp,
+    OnProcessExit,
+    OnProcessIO,
+    OnProcessStart,
+    OnServiceAvailable,
+    OnShutdown,
+    OnTopicPublished,
+    ProcessHandler,
+)
+from actors.launch.description.shapes import excerpt
+from actors.launch.description.substitutions import resolve
+from actors.launch.errors import LaunchError
+from actors.launch.planning.dependencies import presence
+from actors.launch.planning.events import (
+    Appeared,
+    Event,
+    ProcessEvent,
+    ProcessExited,
+    ProcessIO,
+    ProcessStarted,
+    ShuttingDown,
+    Stream,
+)
+from actors.launch.planning.mistakes import of_function, of_result
+from actors.launch.planning.presence import Presence, PresenceKind
+from actors.launch.planning.steps import React
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from actors.launch.description.event_handlers import Reaction
+    from actors.launch.description.substitutions import Scope
+    from actors.launch.planning.dependencies import KnownNodes
+    from actors.launch.planning.steps import Step
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trigger:
+    """One thing that a handler reacts to, and how.
+
+    Attributes:
+        handler: Whose.
+        reaction: What to do.
+        what: When, for people.
+        matches: Whether an event is meant.
+        presence: What must be there; None if it is not about that.
+        stream: Whose lines are meant, if stdout and stderr must be told apart for it.
+    """
+
+    handler: EventHandler
+    reaction: Reaction
+    what: str
+    matches: Callable[[Event], bool]
+    presence: Presence | None = None
+    stream: Stream | None = None
+
+    def react(
+        self, steps: Callable[[Event], list[Step]], preview: tuple[Step, ...] = (), *, calls: bool = False
+    ) -> React:
+        """Return the step that reacts with these steps; `calls`: a function gives them."""
+        return React(
+            what=self.what,
+            matches=self.matches,
+            steps=steps,
+            preview=preview,
+            once=self.handler.handle_once,
+            calls=calls,
+            presence=self.presence,
+            split=self.stream is not None,
+        )
+
+
+def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Trigger]:
+    """Return what a handler reacts to.
+
+    Raises:
+        LaunchError: It is no handler, or what it is for cannot be known.
+        InvalidNameError: Nothing can have the name that it waits for.
+    """
+    match handler:
+        case OnProcessStart():
+            return [_of_process(handler, "starts", ProcessStarted, handler.on_start)]
+        case OnProcessExit():
+            return [_of_process(handler, "exits", ProcessExited, handler.on_exit)]
+        case OnProcessIO():
+            return _of_output(handler)
+        case OnShutdown():
+            return [_trigger(handler, "the launch ends", lambda event: isinstance(event, ShuttingDown))]
+        case OnNodeUp() | OnServiceAvailable() | OnTopicPublished():
+            return [_of_presence(handler, _awaited(handler, scope, nodes))]
+        case _:
+            raise LaunchError(f"{type(handler).__name__} is no event handler")
+
+
+def call_reaction(function: Callable[..., Any], event: Event, scope: Scope) -> Sequence[Action]:
+    """Call a handler's function with what it takes: the event, and the context if it has room for that.
+
+    Raises:
+        LaunchError: It fails, or gives no actions.
+    """
+    try:
+        inspect.signature(function).bind(event, scope)
+    except TypeError:
+        return call_function(function, (event,), {}, scope.file)
+    except ValueError:  # it does not tell
+        pass
+    return call_function(function, (event, scope), {}, scope.file)
+
+
+def call_function(
+    function: Callable[..., Any], args: Iterable[Any], kwargs: Mapping[str, Any], file: str | None
+) -> Sequence[Action]:
+    """Call a function of a description, and return the actions that it gives.
+
+    Args:
+        function: The function.
+        args: What it is called with.
+        kwargs: What it is called with by name.
+        file: The launch file, of which the line is said if it fails; None: the description comes from none.
+
+    Raises:
+        LaunchError: It fails, or gives something else.
+    """
+    try:
+        given = function(*args, **kwargs)
+    except (Exception, SystemExit) as error:
+        raise of_function(function, error, file) from error
+    if given is None:
+        return ()
+    try:
+        actions = (given,) if isinstance(given, Action) else tuple(given)
+    except TypeError:
+        actions = (None,)
+    except (Exception, SystemExit) as error:  # it is a generator
+        raise of_function(function, error, file) from error
+    if not all(isinstance(each, Action) for each in actions):
+        raise of_result(function, f"must return actions or None, not {excerpt(given)}")
+    return cast("Sequence[Action]", actions)
+
+
+def _trigger(handler: EventHandler, what: str, matches: Callable[[Event], bool]) -> Trigger:
+    return Trigger(handler=handler, reaction=handler.reaction, what=what, matches=matches)
+
+
+def _of_process(
+    handler: ProcessHandler,
+    verb: str,
+    kind: type[ProcessEvent],
+    reaction: Reaction,
+    stream: Stream | None = None,
+) -> Trigger:
+    target = handler.target_action
+
+    def matches(event: Event) -> bool:
+        if not isinstance(event, kind):
+            return False
+        if isinstance(event, ProcessIO) and stream is not None and event.stream is not stream:
+            return False
+        process = event.process
+        if isinstance(target, str):
+            return target in {process.name, process.label}
+        return target is None or process.origin is target
+
+    who = "a process" if target is None else _who(target)
+    return Trigger(handler=handler, reaction=reaction, what=f"{who} {verb}", matches=matches, stream=stream)
+
+
+def _of_output(handler: OnProcessIO) -> list[Trigger]:
+    wanted = [
+        (handler.on_output, "writes", None),
+        (handler.on_stdout, "writes to stdout", Stream.STDOUT),
+        (handler.on_stderr, "writes to stderr", Stream.STDERR),
+    ]
+    return [
+        _of_process(handler, verb, ProcessIO, reaction, stream)
+        for reaction, verb, stream in wanted
+        if reaction is not None
+    ]
+
+
+def _of_presence(handler: EventHandler, awaited: Presence) -> Trigger:
+    return Trigger(
+        handler=handler,
+        reaction=handler.reaction,
+        what=f"{awaited} is there",
+        matches=lambda event: isinstance(event, Appeared) and event.presence == awaited,
+        presence=awaited,
+    )
+
+
+def _awaited(
+    handler: OnNodeUp | OnServiceAvailable | OnTopicPublished, scope: Scope, nodes: KnownNodes
+) -> Presence:
+    if isinstance(handler, OnNodeUp):
+        if isinstance(handler.node, Launched):
+            return nodes.presence(handler.node)
+        kind, name = PresenceKind.NODE, handler.node
+    elif isinstance(handler, OnServiceAvailable):
+        kind, name = PresenceKind.SERVICE, handler.service
+    else:
+        kind, name = PresenceKind.TOPIC, handler.topic
+    return presence(kind, resolve(name, scope), scope.namespace)
+
+
+def _who(target: Launched | str) -> str:
+    if isinstance(target, str):
+        return target
+    name = getattr(target, "name", None)
+    return name if isinstance(name, str) else f"that {type(target).__name__}"

@@ -1,0 +1,77 @@
+"""Settings: what an action sets in the scope that it stands in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.launch.description.actions import (
+    AppendEnvironmentVariable,
+    PushNamespace,
+    SetEnvironmentVariable,
+    SetLaunchConfiguration,
+    SetParameter,
+    SetRemap,
+    UnsetEnvironmentVariable,
+)
+from actors.launch.description.conditions import truth
+from actors.launch.description.substitutions import resolve
+from actors.launch.errors import LaunchError
+from actors.launch.planning.namespaces import absolute_namespace, prefix_namespace
+from actors.launch.planning.node_arguments import parameter_texts
+from proto.errors import shown
+from proto.names import validate_namespace
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from actors.launch.description.actions import Setting
+    from actors.launch.description.substitutions import Scope, Text
+
+
+def apply_setting(action: Setting, scope: Scope) -> None:
+    """Set it.
+
+    Raises:
+        LaunchError: A text stands for nothing there, or a value cannot be one.
+        InvalidNamespaceError: A namespace cannot be one.
+    """
+    match action:
+        case PushNamespace():
+            scope.namespace = prefix_namespace(scope.namespace, resolve(action.namespace, scope))
+            validate_namespace(absolute_namespace(scope.namespace or ""))
+        case SetLaunchConfiguration():
+            scope.configurations[resolve(action.name, scope)] = resolve(action.value, scope)
+        case SetEnvironmentVariable():
+            scope.environment.update(variables({resolve(action.name, scope): action.value}, scope))
+        case UnsetEnvironmentVariable():
+            scope.environment.pop(resolve(action.name, scope), None)
+        case AppendEnvironmentVariable():
+            _append(action, scope)
+        case SetParameter():
+            scope.parameters.update(parameter_texts({action.name: action.value}, scope))
+        case SetRemap():
+            scope.remappings.append((resolve(action.src, scope), resolve(action.dst, scope)))
+        case _:
+            raise LaunchError(f"{type(action).__name__} is no action that can be carried out")
+
+
+def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:
+    """Return environment variables and their values.
+
+    Raises:
+        LaunchError: A text stands for nothing there, or there can be no such variable.
+    """
+    found = {name: resolve(value, scope) for name, value in given.items()}
+    for name, value in found.items():
+        if not name or "=" in name or "\0" in name + value:
+            raise LaunchError(f"There can be no environment variable '{shown(f'{name}={value}')}'")
+    return found
+
+
+def _append(action: AppendEnvironmentVariable, scope: Scope) -> None:
+    name = resolve(action.name, scope)
+    parts = [scope.environment.get(name), resolve(action.value, scope)]
+    if truth(action.prepend, scope):
+        parts.reverse()
+    value = resolve(action.separator, scope).join(each for each in parts if each)
+    scope.environment.update(variables({name: value}, scope))

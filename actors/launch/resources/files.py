@@ -1,0 +1,249 @@
+"""What there is outside of a description: launch files, packages, scripts."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+import sys
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Final
+
+from actors.errors import error_text
+from actors.launch.description.description import LaunchDescription
+from actors.launch.errors import LaunchError, LaunchFileError, NoLaunchFileError
+from actors.launch.planning.mistakes import line_in
+from actors.launch.resources.command_output import command_output
+from actors.launch.resources.factories import find_factory
+from actors.parameters.errors import InvalidParameterFileError
+from actors.parameters.overrides import load_parameter_file
+from actors.tools.executables import find_package
+from proto.errors import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from actors.runtime.programs import Factory
+    from actors.tools.executables import Package
+
+FUNCTION: Final = "generate_launch_description"
+DOCUMENT_SUFFIXES: Final = (".yaml", ".yml", ".toml")
+SUFFIXES: Final = (".py", *DOCUMENT_SUFFIXES)
+"""Of launch files."""
+MAX_REMEMBERED: Final = 1024
+"""Packages, and programs, that are looked up once only."""
+MAX_FILE_BYTES: Final = 1 << 20
+"""A larger launch file, or text, is a mistake."""
+
+_ROS_2: Final = frozenset({"launch", "launch_ros", "launch_xml", "launch_yaml"})
+"""Packages that launch files import in ROS 2."""
+
+
+class Files:
+    """The library of this machine: its files, and the packages that are installed here.
+
+    Attributes:
+        launch_files: The paths of those that have been read.
+    """
+
+    def __init__(self) -> None:
+        self.launch_files: list[str] = []
+        # A launch may have the same program a thousand times, and looking a package up reads files.
+        self._package = lru_cache(MAX_REMEMBERED)(_package)
+        self._command = lru_cache(MAX_REMEMBERED)(self._look_up)
+        self._modules = lru_cache(MAX_REMEMBERED)(self._find_modules)
+
+    def description(self, path: str) -> LaunchDescription:
+        """Return what a YAML or TOML file says, or a Python file's `generate_launch_description` returns.
+
+        Raises:
+            LaunchFileError: It cannot be read, fails, or describes nothing.
+        """
+        if path not in self.launch_files:
+            self.launch_files.append(path)
+        suffix = Path(path).suffix
+        if suffix in DOCUMENT_SUFFIXES:
+            from actors.launch.documents.reading import read_document  # noqa: PLC0415 - Python files need none
+
+            return read_document(path, _source(path))
+        if suffix != ".py":
+            raise NoLaunchFileError(f"{path}: a launch file's name ends with one of {', '.join(SUFFIXES)}")
+        function = getattr(_run(path), FUNCTION, None)
+        if not callable(function):
+            raise LaunchFileError(f"{path} has no function {FUNCTION}()")
+        try:
+            made = function()
+        except (Exception, SystemExit) as error:
+            raise _failed(path, error) from error
+        if not isinstance(made, LaunchDescription):
+            raise LaunchFileError(f"{path}: {FUNCTION}() must return a LaunchDescription, not {made!r}")
+        return replace(made, file=path)
+
+    def factory(self, name: str) -> Factory:
+        """Return what makes a node: "package.module:Class". Its module is imported.
+
+        Raises:
+            LaunchError: There is none.
+        """
+        return find_factory(name)
+
+    def program(self, package: str, executable: str) -> Sequence[str]:
+        """Return the command for a console script of an installed package.
+
+        Raises:
+            LaunchError: There is none.
+        """
+        return (sys.executable, "-u", "-P", "-c", self._command(package, executable))
+
+    def script(self, path: str) -> Sequence[str]:
+        """Return the command for a Python file.
+
+        Raises:
+            LaunchError: There is none.
+        """
+        if not Path(path).is_file():
+            raise LaunchError(f"No script '{path}'")
+        return (sys.executable, "-u", path)
+
+    def parameter_file(self, path: str) -> str:
+        """Return the path of a YAML file of parameters that a node can read.
+
+        Raises:
+            LaunchError: There is none, or it is no such file.
+        """
+        if not Path(path).is_file():
+            raise LaunchError(f"No parameter file '{shown(path)}'")
+        try:
+            load_parameter_file(path)
+        except InvalidParameterFileError as error:
+            raise LaunchError(f"Parameter file '{shown(path)}': {error.reason}") from None
+        return path
+
+    def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:
+        """Return the folders and files with a package's modules, and the folder of a script.
+
+        Raises:
+            LaunchError: There is no such package.
+        """
+        modules = () if package is None else self._modules(package)
+        folder = () if script is None else (Path(script).resolve().parent,)
+        return tuple(str(each) for each in (*modules, *folder))
+
+    def share(self, package: str) -> str:
+        """Return the folder of a package's modules and data.
+
+        Raises:
+            LaunchError: There is no such package, or it has none.
+        """
+        folder = self._package(package).share()
+        if folder is None:
+            raise LaunchError(f"Package '{shown(package)}' has no folder")
+        return str(folder)
+
+    def executable(self, name: str, environment: Mapping[str, str]) -> str:
+        """Return the path of a program that is found along the environment's PATH.
+
+        Raises:
+            LaunchError: There is none.
+        """
+        found = shutil.which(name, path=environment.get("PATH", os.defpath))
+        if found is None:
+            raise LaunchError(f"No program '{shown(name)}'")
+        return found
+
+    def output_of(self, command: Sequence[str], environment: Mapping[str, str]) -> str:
+        """Run a command to its end and return what it has written to stdout; this blocks.
+
+        Raises:
+            LaunchError: It cannot be run, fails, takes too long, or writes what is no text or too long.
+        """
+        if not command:
+            raise LaunchError("An empty text is no command")
+        program = self.executable(command[0], environment)
+        return command_output((program, *command[1:]), environment)
+
+    def text(self, path: str) -> str:
+        """Return what a text file holds: UTF-8, `MAX_FILE_BYTES` at most.
+
+        Raises:
+            LaunchError: It cannot be read, is larger, or is no text.
+        """
+        try:
+            with Path(path).open("rb") as file:
+                content = file.read(MAX_FILE_BYTES + 1)
+        except (OSError, ValueError) as error:
+            raise LaunchError(f"No file '{shown(path)}': {getattr(error, 'strerror', error)}") from None
+        if len(content) > MAX_FILE_BYTES:
+            raise LaunchError(f"{shown(path)} is larger than {MAX_FILE_BYTES} bytes")
+        try:
+            return content.decode()
+        except UnicodeDecodeError:
+            raise LaunchError(f"{shown(path)} is no UTF-8 text") from None
+
+    def unique(self) -> str:
+        """Return a word that nobody else has."""
+        return f"{os.getpid()}_{secrets.token_hex(4)}"
+
+    def _find_modules(self, package: str) -> Sequence[Path]:
+        return self._package(package).modules()
+
+    def _look_up(self, package: str, executable: str) -> str:
+        found = self._package(package)
+        program = found.executable(executable)
+        if program is None:
+            listed = ", ".join(each.name for each in found.executables())
+            raise LaunchError(
+                f"No program '{executable}' in package '{package}'; there is: {listed or 'none'}"
+            )
+        return program.command()
+
+
+def _package(name: str) -> Package:
+    found = find_package(name)
+    if found is None:
+        raise LaunchError(f"No installed package '{shown(name)}'")
+    return found
+
+
+def _source(path: str) -> bytes:
+    try:
+        with Path(path).open("rb") as file:
+            source = file.read(MAX_FILE_BYTES + 1)
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", error)
+        raise NoLaunchFileError(f"No launch file '{shown(path)}': {why}") from None
+    if len(source) > MAX_FILE_BYTES:
+        raise LaunchFileError(f"{path} is larger than {MAX_FILE_BYTES} bytes")
+    return source
+
+
+def _run(path: str) -> ModuleType:
+    """Run a launch file as a module. Python's own import would leave a folder with its bytecode behind."""
+    source = _source(path)
+    module = ModuleType(f"callboard launch file {path}")
+    module.__file__ = path
+    # Dataclasses look their module up.
+    sys.modules[module.__name__] = module
+    try:
+        exec(compile(source, path, "exec"), vars(module))  # noqa: S102 - running it is its purpose
+    except (Exception, SystemExit) as error:
+        raise _failed(path, error) from error
+    return module
+
+
+def _failed(path: str, error: BaseException) -> LaunchFileError:
+    """Say what went wrong in a launch file, and where in it."""
+    if isinstance(error, LaunchFileError):
+        return error
+    line = line_in(path, error)
+    where = f"{path}, line {line}" if line else path
+    text = error.msg if isinstance(error, SyntaxError) else error_text(error)
+    if isinstance(error, ImportError) and (error.name or "").partition(".")[0] in _ROS_2:
+        text += "; here it is: from actors.launch import Node, LaunchDescription, …"
+    elif isinstance(error, ImportError) and (error.name or "").startswith("actors.launch."):
+        text += "; all names of launch files are in actors.launch"
+    kind = "" if isinstance(error, LaunchError) else f"{type(error).__name__}: "
+    return LaunchFileError(f"{where}: {kind}{text}")

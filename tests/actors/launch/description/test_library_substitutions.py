@@ -1,0 +1,70 @@
+"""What texts stand for that the library knows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.launch.description.library_substitutions import (
+    AnonName,
+    Command,
+    FileContent,
+    FindExecutable,
+    FindPackageShare,
+)
+from actors.launch.description.substitutions import LaunchConfiguration, PathJoinSubstitution, Scope, resolve
+from actors.launch.errors import LaunchError
+from tests.actors.launch.shelf import Shelf, scope
+
+if TYPE_CHECKING:
+    from actors.launch.description.substitutions import Text
+
+ROBOT = LaunchConfiguration("robot")
+
+
+def here() -> Scope:
+    """One in which something is set."""
+    return scope(configurations={"robot": "r2"}, environment={"PATH": "xacro:r2"}, folder="/launch")
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        (Command(["xacro '", ROBOT, " a' size:=", ROBOT]), "xacro|r2 a|size:=r2 said"),
+        (Command([FindExecutable(name="xacro"), " x"]), "/bin/xacro|x said"),
+        (FindExecutable(ROBOT), "/bin/r2"),
+        (PathJoinSubstitution([FindPackageShare(package=[ROBOT, "_description"]), "urdf"]), None),
+        (FileContent(path=[ROBOT, ".urdf"]), "text of /launch/r2.urdf"),
+        (FileContent("/etc/robot"), "text of /etc/robot"),
+        (
+            [AnonName("a"), " ", AnonName(name=ROBOT), " ", AnonName(["", "a"])],
+            "a_unique_1 r2_unique_2 a_unique_1",
+        ),
+    ],
+)
+def test_each_stands_for_a_text(text: Text, meant: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command is split as a shell does it, and its output ends without line ends."""
+    monkeypatch.setattr(Shelf, "output_of", lambda _, command, environment: f"{'|'.join(command)} said\r\n\n")
+    assert resolve(text, here()) == (meant if meant is not None else "/share/r2_description/urdf")
+
+
+def test_a_name_for_nobody_else_is_the_same_in_all_scopes() -> None:
+    """Whoever asks first, so that a node can be remapped in one place and waited for in another."""
+    outer = here()
+    name = resolve(AnonName("talker"), outer.inner())
+    assert resolve(AnonName("talker"), outer) == name
+    assert resolve(AnonName("talker"), outer.inner().inner()) == name
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        (Command("echo '"), "'echo '' is no command: No closing quotation"),
+        (FindExecutable("none"), "No program 'none'"),
+    ],
+)
+def test_what_is_not_there_is_an_error(text: Text, error: str) -> None:
+    """Which says what it is."""
+    with pytest.raises(LaunchError, match=error):
+        resolve(text, here())

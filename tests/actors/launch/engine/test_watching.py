@@ -1,0 +1,141 @@
+"""Watching sources: real files change, and the processes that they belong to are started again."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.launch.engine.watching import MISSING, SourceWatch
+from actors.launch.errors import LaunchError
+from actors.launch.planning.events import Event, Message, ProcessStarted
+from actors.launch.planning.steps import ProcessSpec, Start
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class Witness:
+    """Sees what a watch does.
+
+    Attributes:
+        watch: It watches the sources of these processes.
+        said: Its messages, and restarts as "label: reason".
+    """
+
+    def __init__(self, *processes: ProcessSpec, launch_files: tuple[Path, ...] = ()) -> None:
+        self.said: list[str] = []
+        self._more = asyncio.Event()
+        self.watch = SourceWatch(
+            [Start(process=each) for each in processes],
+            launch_files=[str(each) for each in launch_files],
+            restart=lambda label, reason: self._add(f"{label}: {reason}"),
+            tell=self._tell,
+        )
+
+    async def sees(self, *texts: str) -> None:
+        """Wait until all of this has been said, and forget all that has."""
+        while not set(texts) <= set(self.said):
+            self._more.clear()
+            await self._more.wait()
+        self.said.clear()
+
+    def _tell(self, event: Event) -> None:
+        assert isinstance(event, Message)
+        self._add(event.text)
+
+    def _add(self, text: str) -> None:
+        self.said.append(text)
+        self._more.set()
+
+
+def process(label: str, *made_of: Path) -> ProcessSpec:
+    """Return a process that is made of something."""
+    return ProcessSpec(
+        label=label, name=label, command=("program",), shown=label, sources=tuple(map(str, made_of))
+    )
+
+
+async def test_a_change_restarts_who_it_belongs_to(tmp_path: Path) -> None:
+    """Those whose folder the file is in, and no others; a file that is replaced has changed."""
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "main.py").write_text("1")
+    witness = Witness(process("one-1", tmp_path / "one"), process("two-2", tmp_path / "two"))
+    async with witness.watch.running():
+        await witness.sees("watching 2 folders for changes")
+        (tmp_path / "one" / "main.py").write_text("2")
+        await witness.sees("one-1: main.py has changed")
+        (tmp_path / "two" / "new").write_text("2")
+        (tmp_path / "two" / "new").replace(tmp_path / "two" / "main.py")
+        await witness.sees("two-2: main.py has changed")
+
+
+async def test_changes_at_the_same_time_are_one(tmp_path: Path) -> None:
+    """As an editor saves them all."""
+    witness = Witness(process("one-1", tmp_path))
+    async with witness.watch.running():
+        for name in ("b.py", "a.py", "c.yaml"):
+            (tmp_path / name).touch()
+        await witness.sees("one-1: a.py and 2 other files have changed")
+
+
+async def test_folders_that_come_later_are_watched(tmp_path: Path) -> None:
+    """Within a source; what is there then already is not seen."""
+    witness = Witness(process("one-1", tmp_path))
+    async with witness.watch.running():
+        (tmp_path / "inner").mkdir()
+        await witness.sees("watching 2 folders for changes")
+        (tmp_path / "inner" / "module.py").touch()
+        await witness.sees("one-1: module.py has changed")
+
+
+async def test_processes_that_come_later_are_watched(tmp_path: Path) -> None:
+    """What a handler or a function starts is known when it has started."""
+    first, second = tmp_path / "first", tmp_path / "second"
+    first.mkdir()
+    second.mkdir()
+    witness = Witness(process("one-1", first))
+    async with witness.watch.running():
+        witness.watch.heard(ProcessStarted(process("two-2", second), 1))
+        (first / "main.py").touch()
+        await witness.sees("one-1: main.py has changed", "watching 2 folders for changes")
+        (second / "main.py").touch()
+        await witness.sees("two-2: main.py has changed")
+
+
+async def test_a_launch_file_cannot_be_carried_out_again(tmp_path: Path) -> None:
+    """That is said; those in whose folder it is are left alone."""
+    file = tmp_path / "robot.launch.py"
+    witness = Witness(process("one-1", tmp_path), launch_files=(file,))
+    async with witness.watch.running():
+        file.write_text("new")
+        await witness.sees("robot.launch.py has changed: start the launch again to see that")
+        (tmp_path / "main.py").touch()
+        await witness.sees("one-1: main.py has changed")
+
+
+async def test_without_watchfiles_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is an extra."""
+    monkeypatch.setitem(sys.modules, "watchfiles", None)
+    monkeypatch.setattr("actors.launch.engine.watching.find_spec", lambda _: None)
+    with pytest.raises(LaunchError, match="pip install 'callboard\\[watch\\]'"):
+        async with Witness().watch.running():
+            pass
+    assert "callboard[watch]" in MISSING
+
+
+async def test_it_needs_only_the_public_names_of_watchfiles(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its private module may change with each release."""
+    import watchfiles  # noqa: PLC0415 - has to be loaded before its module is hidden
+
+    assert watchfiles.__name__
+    monkeypatch.setitem(sys.modules, "watchfiles._rust_notify", None)
+    witness = Witness(process("one-1", tmp_path))
+    async with witness.watch.running():
+        (tmp_path / "main.py").touch()
+        await witness.sees("one-1: main.py has changed")

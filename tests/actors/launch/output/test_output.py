@@ -1,0 +1,145 @@
+"""The launch's output: in order, never waited for, and told when something is lost."""
+
+from __future__ import annotations
+
+import errno
+import os
+import threading
+
+import pytest
+
+from actors.launch.output import outgoing
+from actors.launch.output.output import Output
+
+DEADLINE_SEC = 30.0
+
+
+def test_what_is_written_comes_in_order() -> None:
+    """All of it, also what waits when it is closed."""
+    reading, writing = os.pipe()
+    output = Output(writing, lambda: None)
+    for number in range(100):
+        output.write(b"%d\n" % number)
+    assert output.close(DEADLINE_SEC)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as file:
+        assert file.read() == b"".join(b"%d\n" % number for number in range(100))
+    assert output.lost_lines == 0
+
+
+def test_what_nobody_takes_is_counted_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """More than may wait is dropped; the reader learns how much, once it reads again."""
+    monkeypatch.setattr(outgoing, "MAX_WAITING_BYTES", 1000)
+    reading, writing = os.pipe()
+    output = Output(writing, lambda: None)
+    filler = b"x" * 999 + b"\n"
+    for _ in range(1000):
+        output.write(filler)
+    lost = output.lost_lines
+    assert lost > 0
+    got: list[bytes] = []
+
+    def read() -> None:
+        with os.fdopen(reading, "rb") as file:
+            got.append(file.read())
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    assert output.close(DEADLINE_SEC)
+    os.close(writing)
+    reader.join(DEADLINE_SEC)
+    assert got[0].count(filler) == 1000 - lost
+    assert b"lines are not shown: they came too fast\n" in got[0]
+
+
+def test_closing_does_not_wait_for_a_reader_that_does_not_read() -> None:
+    """Beyond the time that it is given."""
+    reading, writing = os.pipe()
+    output = Output(writing, lambda: None)
+    output.write(b"x" * (1 << 20) + b"\n")
+    assert not output.close(0.01)
+    os.close(reading)  # lets the thread end
+    output._thread.join(DEADLINE_SEC)
+    os.close(writing)
+
+
+def test_a_reader_that_is_gone_is_told_of() -> None:
+    """Once; what comes after is counted."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    unheard = threading.Event()
+    output = Output(writing, unheard.set)
+    output.write(b"a\n")
+    assert unheard.wait(DEADLINE_SEC)
+    output.write(b"b\n")
+    assert output.lost_lines == 1
+    assert not output.close(DEADLINE_SEC)
+    os.close(writing)
+
+
+def test_what_is_said_of_lost_lines_can_be_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where programs read, a line for people would be wrong."""
+    monkeypatch.setattr(outgoing, "MAX_WAITING_BYTES", 5)
+    reading, writing = os.pipe()
+    output = Output(writing, lambda: None, lambda lines: b"<%d>\n" % lines)
+    output.write(b"too long\nfor it\n")
+    assert output.close(DEADLINE_SEC)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as file:
+        assert file.read() == b"<2>\n"
+
+
+def test_a_line_stays_below_all_others() -> None:
+    """It is erased before each batch and drawn behind it; in the end it is gone. The width comes with it."""
+    reading, writing = os.pipe()
+    output = Output(writing, lambda: None)
+    asked: list[int] = []
+
+    def draw(columns: int) -> bytes:
+        asked.append(columns)
+        return b"status"
+
+    output.show_below(draw)
+    assert os.read(reading, 100) == b"status"
+    output.write(b"a\nb\n")
+    assert os.read(reading, 100) == b"\r\x1b[Ka\nb\nstatus"
+    output.show_below(draw)
+    output.show_below(lambda columns: b"other")
+    assert os.read(reading, 100) == b"\r\x1b[Kother"
+    assert output.close(DEADLINE_SEC)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as file:
+        assert file.read() == b"\r\x1b[K"
+    assert set(asked) == {80}
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_disk_is_told_once_and_does_not_end_it(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+    """What has no room is counted; when there is room again the next line begins at its beginning."""
+    reading, writing = os.pipe()
+    told: list[OSError] = []
+    answers: list[int | None] = [2, None, None]  # a piece is written, then there is no room, twice
+    tried = threading.Semaphore(0)
+    write = os.write
+
+    def limited(descriptor: int, data: bytes | memoryview) -> int:
+        if descriptor != writing or not answers:
+            return write(descriptor, data)
+        room = answers.pop(0)
+        if room is None:
+            tried.release()
+            raise OSError(number, os.strerror(number))
+        return write(descriptor, data[:room])
+
+    monkeypatch.setattr("actors.launch.output.output.os.write", limited)
+    output = Output(writing, pytest.fail, when_full=told.append)
+    for line in (b"first\n", b"second\n"):
+        output.write(line)
+        assert tried.acquire(timeout=DEADLINE_SEC)
+    output.write(b"third\n")
+    assert not output.close(DEADLINE_SEC)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as file:
+        assert file.read() == b"fi\nthird\n"
+    assert [error.errno for error in told] == [number]
+    assert output.unwritten_lines == output.lost_lines == 2
