@@ -72,6 +72,10 @@ class Program:
         """Let `says` look only at what comes from now on."""
         self._seen = len(self.lines)
 
+    def rewind(self) -> None:
+        """Let `says` look at everything from the beginning again."""
+        self._seen = 0
+
     async def ends(self) -> int:
         """Wait for the end; return the exit code (negative: the signal that killed it)."""
         try:

@@ -79,7 +79,7 @@ async def test_course_launches_from_any_language(language: str, system: System) 
         "[course.echo]: I heard Hi Automatic Addison: ",
         "[course.add_two_ints_client]: Sum: 9",
     ):
-        program._seen = 0
+        program.rewind()
         await program.says(text)
     assert await program.stop() == 0
     assert "Traceback" not in program.output

@@ -1,0 +1,160 @@
+"""Follow a guide as it is written: write its files, run its commands, and compare what they print."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import sysconfig
+import textwrap
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Final
+
+import pytest
+
+from tests.integration.conftest import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from tests.integration.conftest import Program, System
+
+STEP: Final = re.compile(r"^```(\w+)\n(.*?)^```$|^    (\S[^\n]*)$|(Press Ctrl-C)", re.MULTILINE | re.DOTALL)
+LOG_LINE: Final = re.compile(r"(?:\[\S+\] )?\[INFO\] \[[\d.]+\] \[([\w.]+)\]: (.*)")
+COUNT: Final = '0123456789"'
+"""What log lines that count end with. Who starts first decides the count."""
+PIP: Final = """
+    import runpy, sys
+    # What comes from the network otherwise is here already.
+    sys.argv[2:2] = ["--no-index", "--no-deps", "--no-build-isolation"]
+    runpy.run_module("pip", run_name="__main__")
+"""
+CALLBOARD: Final = """
+    import sys
+    from actors.cli.main import main
+    sys.exit(main())
+"""
+
+builds_packages: Final = pytest.mark.skipif(
+    int(version("setuptools").partition(".")[0]) < 77,
+    reason="building a package needs setuptools 77: pip install -e '.[dev]'",
+)
+
+
+class Environment:
+    """A virtual environment which has what this one has, and its own programs and packages."""
+
+    def __init__(self, folder: Path) -> None:
+        subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
+        self.programs = folder / "bin"
+        (self.site,) = folder.glob("lib/python*/site-packages")
+        shared = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}
+        (self.site / "shared.pth").write_text("\n".join(shared))
+        for name, source in (("pip", PIP), ("callboard", CALLBOARD)):
+            path = self.programs / name
+            path.write_text(f"#!{self.programs / 'python'}\n{textwrap.dedent(source)}")
+            path.chmod(0o755)
+        search = f"{self.programs}{os.pathsep}{os.environ['PATH']}"
+        self.variables = {**os.environ, "PATH": search, "PYTHONPATH": str(ROOT)}
+
+
+class Reader:
+    """Follows a guide, and checks that each command succeeds and prints what the guide shows.
+
+    `callboard run` and `callboard launch` go on running, each in a terminal of its own, until the guide
+    says "Press Ctrl-C"; their output must contain the shown log lines. The output of other commands must be
+    equal to what is shown, except for numbers. The program `ends_alone` ends by itself.
+    """
+
+    def __init__(self, system: System, folder: Path, *, ends_alone: str = "") -> None:
+        self.environment = Environment(folder / "environment")
+        self.folder = folder / "work"
+        self.folder.mkdir()
+        self.outputs: dict[str, str] = {}
+        self._ends_alone = ends_alone
+        self._latest = ""
+        self._system = system
+        self._running: dict[str, Program] = {}
+
+    async def follow(self, guide: str) -> None:
+        """Take every step."""
+        for kind, text in _steps(guide):
+            if kind == "command":
+                await self._do(shlex.split(text), text)
+            elif kind == "stop":
+                await self._stop()
+            elif kind != "text":
+                self._write(text)
+            elif LOG_LINE.match(text):
+                await self._hear(text)
+            else:
+                printed = _without_numbers(self.outputs[self._latest])
+                assert printed == _without_numbers(text), f"{self._latest}:\n{self.outputs[self._latest]}"
+        await self._stop()
+
+    def _write(self, text: str) -> None:
+        """Put a block where its first line says: a file, or a section of one that is there."""
+        head, _, body = text.partition("\n")
+        path = self.folder / head.removeprefix("# ")
+        if path.suffix == ".toml":
+            section = re.escape(body.partition("\n")[0])
+            before = path.read_text(encoding="utf-8")
+            body, replaced = re.subn(rf"^{section}\n(?:[^\[\n].*\n)*", body, before, flags=re.MULTILINE)
+            assert replaced == 1
+        path.write_text(body, encoding="utf-8")
+
+    async def _do(self, words: list[str], line: str) -> None:
+        if words[:2] == ["callboard", "broker"]:
+            await self._system.broker()  # at this test's own address
+        elif words[:2] in (["callboard", "run"], ["callboard", "launch"]):
+            self._running[words[min(3, len(words) - 1)]] = await self._start(words)
+        elif words[0] == "cd":
+            self.folder = (self.folder / words[1]).resolve()
+        elif words[0] != "." and words[1:3] != ["-m", "venv"]:  # the environment is here already
+            program = await self._start([word.replace("./callboard", "callboard") for word in words])
+            assert await program.ends() == 0, program.output
+            self.outputs[line] = program.output
+            self._latest = line
+
+    async def _start(self, words: list[str]) -> Program:
+        variables = self.environment.variables
+        command = shutil.which(words[0], path=variables["PATH"])
+        assert command, words[0]
+        return await self._system.program(command, *words[1:], folder=self.folder, environ=variables)
+
+    async def _hear(self, text: str) -> None:
+        """Wait for each of these lines from the node that it is of."""
+        for line in text.splitlines():
+            match = LOG_LINE.fullmatch(line)
+            assert match, line
+            node, said = match.groups()
+            own = self._running.get(node.rpartition(".")[2])
+            for program in [own] if own else self._running.values():
+                if own is None:  # a launch: the order of its processes' lines is not fixed
+                    program.rewind()
+                await program.says(f"[{node}]: {said.rstrip(COUNT)}")
+
+    async def _stop(self) -> None:
+        """Press Ctrl-C in each terminal where a node or a launch runs."""
+        for name, program in self._running.items():
+            code = await (program.ends() if name == self._ends_alone else program.stop())
+            assert code == 0, program.output
+            assert "Traceback" not in program.output
+        self._running.clear()
+
+
+def _steps(guide: str) -> Iterator[tuple[str, str]]:
+    """Return commands and blocks in the guide's order: what kind they are, and their text."""
+    for block, text, command, stop in STEP.findall(guide):
+        if stop:
+            yield "stop", ""
+        else:
+            yield (block, text) if block else ("command", command)
+
+
+def _without_numbers(text: str) -> str:
+    return re.sub(r"\d+", "0", text.strip("\n"))
