@@ -1,4 +1,4 @@
-"""Results as Markdown: what stands between the markers in docs/performance.md.
+"""Results as Markdown: the generated part of docs/performance.md, and that of the page about targets.
 
 Everything is a median over the repetitions, with the least and the most where there are several.
 """
@@ -23,13 +23,13 @@ BEGIN = "<!-- results: made by benchmarks/suite.py -->"
 END = "<!-- end of results -->"
 
 
-def updated(page: str, results: Results) -> str:
-    """Return the page with new results between its markers.
+def updated(page: str, text: str) -> str:
+    """Return the page with a new text between its markers.
 
     Raises:
         ValueError: A marker is missing.
     """
-    return spliced(page, BEGIN, END, body(results))
+    return spliced(page, BEGIN, END, text)
 
 
 def spliced(page: str, begin: str, end: str, text: str) -> str:
@@ -46,14 +46,41 @@ def spliced(page: str, begin: str, end: str, text: str) -> str:
 
 
 def body(results: Results) -> str:
-    """Return all tables."""
-    parts = ["![callboard and its peers](performance.svg)", _about(results)]
-    parts += ["### Against each peer", _ratios(results), "### Targets", _targets(results)]
+    """Return all tables for users: callboard's figures in short, next to its peers, then each workload."""
+    parts = [
+        "### In short",
+        _in_short(results),
+        "![callboard and its peers](performance.svg)",
+        _about(results),
+    ]
+    parts += ["### Against each peer", _ratios(results)]
     for workload in WORKLOADS:
         section = _workload(results, workload)
         if section:
             parts += [f"### {workload.id}: {workload.title}", *section]
     return "\n\n".join(part for part in parts if part)
+
+
+def targets(results: Results) -> str:
+    """Return the table of targets, for developers."""
+    rows = [
+        [verdict.what, verdict.target, verdict.found, "yes" if verdict.reached else "**no**"]
+        for verdict in verdicts(results)
+    ]
+    note = f"Measured on {results.date[:10]}, with the results in [performance](../performance.md#results)."
+    return note + "\n\n" + table(["", "target", "found", "reached"], rows)
+
+
+def _in_short(results: Results) -> str:
+    """Return a table of callboard's medians: the main figure of each case that is no point of a curve."""
+    rows: list[list[str]] = []
+    for workload in WORKLOADS:
+        figure = headline(workload)
+        for case in workload.cases:
+            found = results.figures(workload.id, case.name, "callboard").get(figure.key)
+            if found is not None and case.curve is None:
+                rows.append([workload.title, case.name, f"{number(found.median)} {figure.title}"])
+    return table(["", "", "callboard"], rows)
 
 
 def _about(results: Results) -> str:
@@ -111,15 +138,6 @@ def _ratio(results: Results, workload: Workload, case: Case, peer: Entrant) -> s
 def headline(workload: Workload) -> Figure:
     """Return the figure by which contenders are compared."""
     return next(figure for figure in workload.figures if figure.key != "connections")
-
-
-def _targets(results: Results) -> str:
-    rows = [
-        [verdict.what, verdict.target, verdict.found, "yes" if verdict.reached else "**no**"]
-        for verdict in verdicts(results)
-    ]
-    note = "What `benchmarks/targets.py` asks for, and whether these results reach it."
-    return note + "\n\n" + table(["", "target", "found", "reached"], rows) if rows else ""
 
 
 def _workload(results: Results, workload: Workload) -> list[str]:

@@ -4,8 +4,9 @@
     python benchmarks/suite.py W1 W3 --peers nats_py,zenoh_router --repetitions 5
     python benchmarks/suite.py --report-only        tables and plot again, from docs/performance.json
 
-A whole run, or one with --write, writes docs/performance.json, and from it docs/performance.svg and what
-stands between the markers in docs/performance.md. A run of some workloads or peers only prints its tables.
+A whole run, or one with --write, writes docs/performance.json, and from it docs/performance.svg and the parts
+between markers in docs/performance.md (for users) and docs/development/performance-targets.md (for
+developers). A run of some workloads or peers only prints its tables.
 """
 
 # ruff: noqa: E402 - the path comes before the imports that need it
@@ -43,6 +44,7 @@ from benchmarks.peers import PEERS
 
 JSON = ROOT / "docs" / "performance.json"
 PAGE = ROOT / "docs" / "performance.md"
+TARGETS = ROOT / "docs" / "development" / "performance-targets.md"
 PLOT = ROOT / "docs" / "performance.svg"
 INTERRUPTED = 130
 
@@ -55,18 +57,19 @@ def main() -> int:
         if results is None:  # a signal has ended it, and every process with it
             return INTERRUPTED
         if not options.write:
-            print(report.body(results))
+            print(report.body(results), report.targets(results), sep="\n\n")
             return _exit_code(results)
         JSON.write_text(
             msgspec.json.format(msgspec.json.encode(results.document()), indent=1).decode() + "\n"
         )
     results = msgspec.json.decode(JSON.read_bytes(), type=Results)
-    PAGE.write_text(report.updated(PAGE.read_text("utf-8"), results), "utf-8")
+    for page, text in ((PAGE, report.body(results)), (TARGETS, report.targets(results))):
+        page.write_text(report.updated(page.read_text("utf-8"), text), "utf-8")
     if find_spec("matplotlib") is None:
         print("no plot: matplotlib is not installed (make bench installs it)")
     else:
         plot.draw(results, PLOT)
-    print(f"written: {PAGE.relative_to(ROOT)}, {JSON.relative_to(ROOT)}, {PLOT.relative_to(ROOT)}")
+    print("written:", *(path.relative_to(ROOT) for path in (PAGE, TARGETS, JSON, PLOT)))
     return _exit_code(results)
 
 

@@ -47,36 +47,47 @@ PAGE = f"# Title\n\nby hand\n\n{report.BEGIN}\nold\n{report.END}\n\nby hand, too
 
 def test_only_what_is_between_the_markers_changes() -> None:
     """And the same results give the same page, however often."""
-    page = report.updated(PAGE, results())
+    page = report.updated(PAGE, report.body(results()))
     assert page.startswith(f"# Title\n\nby hand\n\n{report.BEGIN}\n")
     assert page.endswith(f"{report.END}\n\nby hand, too\n")
     assert "\nold\n" not in page
-    assert report.updated(page, results()) == page
+    assert report.updated(page, report.body(results())) == page
 
 
 @pytest.mark.parametrize("page", ["", report.BEGIN, report.END, f"{report.END}{report.BEGIN}"])
 def test_a_page_without_its_markers_is_refused(page: str) -> None:
     """Rather than overwritten."""
     with pytest.raises(ValueError, match="markers"):
-        report.updated(page, results())
+        report.updated(page, report.body(results()))
 
 
 def test_figures_stand_with_their_spread_and_the_ratio() -> None:
     """callboard's median is four times the peer's."""
-    page = report.updated(PAGE, results())
+    page = report.updated(PAGE, report.body(results()))
     assert "| **callboard** | 200 (100 to 300) | 1.0 | 1.00 |" in page
     assert "| peer | 50.0 | 1.0 | 4.00 |" in page
     assert "| W1 16 B | **4.00** |" in page
 
 
+def test_users_get_the_main_figures_first_and_developers_the_targets() -> None:
+    """The page for users has no targets, and the one for developers nothing else."""
+    page = report.body(results())
+    assert page.startswith("### In short\n\n|  |  | callboard |\n")
+    assert "| one publisher, one subscriber, KEEP_ALL, nothing lost | 16 B | 200 msg/s |" in page
+    assert "reached" not in page
+    assert "| W8 topics | 1,000 cost at most 1.5 x what 1 costs, for each message | 2.00 x | **no** |" in (
+        report.targets(results())
+    )
+
+
 def test_curves_are_compared_with_their_first_point() -> None:
     """1,000 topics cost twice what one costs."""
-    assert "| topics: 1,000 | 4.0 | 1.0 | 2.50 | 2.0 |" in report.updated(PAGE, results())
+    assert "| topics: 1,000 | 4.0 | 1.0 | 2.50 | 2.0 |" in report.updated(PAGE, report.body(results()))
 
 
 def test_who_was_skipped_and_what_failed_is_said() -> None:
     """With the reason."""
-    page = report.updated(PAGE, results())
+    page = report.updated(PAGE, report.body(results()))
     assert "Skipped: other: not installed." in page
     assert "Failed: W2 256 B, peer: fell over." in page
 
