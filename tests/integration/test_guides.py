@@ -1,0 +1,23 @@
+"""Guides in docs/how-to that are followed as they are written."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.integration.conftest import DEADLINE_SEC, ROOT
+from tests.integration.guides import Reader
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.integration.conftest import System
+
+
+@pytest.mark.timeout(3 * DEADLINE_SEC)
+@pytest.mark.parametrize("name", ["interfaces", "parameters", "rclpy"])
+async def test_the_guide_can_be_followed(name: str, system: System, tmp_path: Path) -> None:
+    """Each command succeeds and prints what is shown."""
+    guide = (ROOT / "docs" / "how-to" / f"{name}.md").read_text(encoding="utf-8")
+    await Reader(system, tmp_path).follow(guide)
