@@ -1,4 +1,4 @@
-"""A latched value: who comes late still gets the last one, because its publisher is TRANSIENT_LOCAL.
+"""A latched value: a late subscription gets the last value, because its publisher is TRANSIENT_LOCAL.
 
 Beside it run `callboard broker`. Ends by itself.
 """

@@ -1,6 +1,6 @@
 """Three servers of one service share the requests: each goes to the server with the fewest pending.
 
-Beside it run `callboard broker`. Ends by itself and shows who answered how many.
+Beside it run `callboard broker`. Ends by itself and prints how many requests each server answered.
 """
 
 import asyncio

@@ -1,4 +1,4 @@
-"""Say something on the topic `addison` twice a second.
+"""Publish a message on the topic `addison` twice a second.
 
 Beside it run `callboard broker` and `python examples/minimal_subscriber.py`.
 """

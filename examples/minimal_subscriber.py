@@ -1,4 +1,4 @@
-"""Log what is said on the topic `addison`.
+"""Subscribe to the topic `addison` and log each message.
 
 Beside it run `callboard broker` and `python examples/minimal_publisher.py`.
 """

@@ -1,4 +1,4 @@
-"""Hear `addison` and repeat it on `addison2`.
+"""Subscribe to `addison` and repeat each message on `addison2`.
 
 Beside it run `callboard broker`, `python examples/minimal_publisher.py` and `callboard topic echo /addison2`.
 """

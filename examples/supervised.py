@@ -1,4 +1,4 @@
-"""Supervision: a worker that fails is started again, and whoever watches is told. Ends by itself.
+"""Supervision: a worker that fails is restarted, and events report it. Ends by itself.
 
 Nothing else needs to run.
 """

@@ -1,6 +1,6 @@
 """The course's five programs with one command: `callboard launch examples/launch/course.launch.py`.
 
-`course.launch.yaml` and `course.launch.toml` say the same. Ctrl-C stops all of it.
+`course.launch.yaml` and `course.launch.toml` are equivalent. Ctrl-C stops all programs.
 """
 
 from actors.launch import (
@@ -29,9 +29,9 @@ def generate_launch_description() -> LaunchDescription:
     ]
     return LaunchDescription(
         [
-            DeclareLaunchArgument("namespace", default_value="course", description="where the nodes are"),
-            DeclareLaunchArgument("a", default_value="5", description="what to add"),
-            DeclareLaunchArgument("b", default_value="3", description="what to add to it"),
+            DeclareLaunchArgument("namespace", default_value="course", description="namespace of the nodes"),
+            DeclareLaunchArgument("a", default_value="5", description="first number"),
+            DeclareLaunchArgument("b", default_value="3", description="second number"),
             GroupAction([PushNamespace(LaunchConfiguration("namespace")), *talk, *add]),
         ]
     )
