@@ -3,10 +3,10 @@
     python benchmarks/resilience.py                    everything, about three minutes
     python benchmarks/resilience.py presence --rounds 20
     python benchmarks/resilience.py restart --nodes 50 --json out.json
-    python benchmarks/resilience.py --report-only      docs/resilience.md again, from docs/resilience.json
+    python benchmarks/resilience.py --report-only      the page again, from docs/resilience.json
 
-Prints a table for each; exits with 1 if a promise did not hold. --write puts what was measured into
-docs/resilience.json, beside what stands there, and makes the tables of docs/resilience.md from it.
+Prints a table for each; exits with 1 if a promise did not hold. --write merges the results into
+docs/resilience.json and makes the tables of docs/explanation/resilience.md from it.
 """
 
 # ruff: noqa: E402 - the path comes before the imports that need it
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 MEASUREMENTS = ("presence", "wait", "freeze", "restart", "churn")
 JSON = ROOT / "docs" / "resilience.json"
-PAGE = ROOT / "docs" / "resilience.md"
+PAGE = ROOT / "docs" / "explanation" / "resilience.md"
 INTERRUPTED = 130
 
 

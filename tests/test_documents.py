@@ -22,8 +22,14 @@ from tests.actors.site_packages import Site
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-PERFORMANCE = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
-TOP = (ROOT / "docs" / "how-to" / "top.md").read_text(encoding="utf-8")
+DOCUMENTS = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
+GROUPS = {"topic", "service", "node", "interface", "pkg", "context"}
+"""First words of commands that have two."""
+
+
+def document(path: str) -> str:
+    """Return the text of a document in docs."""
+    return (ROOT / "docs" / path).read_text(encoding="utf-8")
 
 
 def commands(text: str) -> list[str]:
@@ -33,7 +39,7 @@ def commands(text: str) -> list[str]:
 
 def test_the_readme_program_is_the_example() -> None:
     """The program on the first page does what examples/minimal_publisher.py does."""
-    (snippet,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    snippet = re.findall(r"```python\n(.*?)```", README, re.DOTALL)[0]
 
     def bodies(source: str) -> list[str]:
         tree = ast.parse(source)
@@ -44,19 +50,26 @@ def test_the_readme_program_is_the_example() -> None:
     assert bodies(snippet) == bodies(example)
 
 
-@pytest.mark.parametrize(
-    "command", [line for line in commands(README + PERFORMANCE + TOP) if line.startswith("callboard")]
-)
-def test_every_callboard_command_in_the_documents_exists(command: str) -> None:
+def commands_by_verb() -> list[tuple[tuple[str, ...], list[str]]]:
+    """Return the options that all documents show, by command."""
+    verbs: dict[tuple[str, ...], set[str]] = {}
+    for path in DOCUMENTS:
+        for line in commands(path.read_text(encoding="utf-8")):
+            program, *words = shlex.split(line.partition("--ros-args")[0])
+            if program == "callboard":
+                verb = tuple(words[: 2 if words[0] in GROUPS else 1])
+                verbs.setdefault(verb, set()).update(word for word in words if word.startswith("-"))
+    return sorted((verb, sorted(options)) for verb, options in verbs.items())
+
+
+@pytest.mark.parametrize(("verb", "options"), commands_by_verb())
+def test_every_callboard_command_in_the_documents_exists(verb: tuple[str, ...], options: list[str]) -> None:
     """The verbs and options that the documents show are accepted by the command line."""
-    words = command.split()[1:]
-    verb = words[:2] if words[0] in {"topic", "service", "node", "interface"} else words[:1]
     done = subprocess.run(
         [sys.executable, "-m", "actors", *verb, "--help"], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    for option in (word for word in words if word.startswith("-")):
-        assert option in done.stdout
+    assert [option for option in options if option not in done.stdout] == []
 
 
 def test_the_launches_in_the_readme_can_be_carried_out() -> None:
@@ -77,13 +90,13 @@ def test_the_launches_in_the_readme_can_be_carried_out() -> None:
 
 def test_the_command_lines_reference_is_what_the_parsers_say() -> None:
     """It is made from them; after a change: python -m actors.cli.reference > docs/reference/cli.md."""
-    text = (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8")
+    text = document("reference/cli.md")
     assert text == reference()
 
 
 def test_the_program_about_diagnostics_runs() -> None:
     """It says how many messages came, what the callback took, and how late the loop was."""
-    text = (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8")
+    text = document("how-to/diagnostics.md")
     program, _ = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT
@@ -98,7 +111,7 @@ def test_the_program_about_diagnostics_runs() -> None:
 
 def test_the_program_about_the_broker_runs() -> None:
     """It says what went through the broker, and what waits for whom."""
-    text = (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8")
+    text = document("how-to/diagnostics.md")
     _, program = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT
@@ -112,7 +125,7 @@ def test_the_program_about_the_broker_runs() -> None:
 
 def test_the_table_of_limits_knows_the_code() -> None:
     """Every constant that it names exists, and its value stands in the row."""
-    text = (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8").partition("## Limits")[2]
+    text = document("how-to/diagnostics.md").partition("## Limits")[2]
     rows = [row for row in text.splitlines() if row.startswith("| ")][1:]
     named = 0
     for row in rows:
@@ -127,14 +140,82 @@ def test_the_table_of_limits_knows_the_code() -> None:
     assert named > 8
 
 
-def test_every_path_in_the_readme_exists() -> None:
-    """Files and folders that the README names are there."""
-    names = set(re.findall(r"`([\w/-]+(?:\.md|\.py|/))`", README)) | {
-        word for line in commands(README) for word in line.split() if word.startswith("examples/")
-    }
+def test_the_programs_in_the_readme_work_together(tmp_path: Path) -> None:
+    """The node with its own types, the program that embeds it, and its test, as they are shown."""
+    for name, source in re.findall(r"```python\n# (\w+\.py)\n(.*?)```", README, re.DOTALL):
+        (tmp_path / name).write_text(source, encoding="utf-8")
+    (shown,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
+    plugin = ["-p", "no:callboard", "-p", "actors.testing.plugin"]  # this one, whichever is installed
+    for command, printed in ((["house.py"], shown), (["-m", "pytest", "-q", *plugin], "1 passed")):
+        done = subprocess.run(
+            [sys.executable, *command],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert printed in done.stdout
+
+
+def test_the_picture_in_the_readme_is_what_its_script_draws(tmp_path: Path) -> None:
+    """After a change: python docs/pictures.py. Only names are compared, so that colours may change."""
+    subprocess.run(
+        [sys.executable, str(ROOT / "docs" / "pictures.py"), str(tmp_path / "graph.svg")], check=True
+    )
+    drawn = (tmp_path / "graph.svg").read_text(encoding="utf-8")
+    names = re.findall(r">(/\w+)<", drawn)
+    assert len(names) == 8
+    assert re.findall(r">(/\w+)<", document("graph.svg")) == names
+
+
+def links(path: Path) -> dict[str, tuple[Path, str]]:
+    """Return a document's relative links, as written: the file that each leads to, and the heading in it."""
+    text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    found: dict[str, tuple[Path, str]] = {}
+    for link in re.findall(r"\]\(([^)\s]+)\)", text):
+        if "://" not in link:
+            file, _, heading = link.partition("#")
+            found[link] = ((path.parent / file).resolve() if file else path, heading)
+    return found
+
+
+def anchors(path: Path) -> set[str]:
+    """Return what GitHub makes of a document's headings."""
+    headings = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", each.lower()).replace(" ", "-") for each in headings}
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
+def test_every_link_in_the_documents_resolves(path: Path) -> None:
+    """To a file that is there, and to a heading in it."""
+    for link, (file, heading) in links(path).items():
+        assert file.exists(), link
+        assert not heading or heading in anchors(file), link
+
+
+def test_every_document_can_be_reached_from_the_readme() -> None:
+    """The README links to the index, and the index to all others."""
+    readme, index = ROOT / "README.md", ROOT / "docs" / "index.md"
+    assert index in [file for file, _ in links(readme).values()]
+    listed = {readme, index, *(file for file, _ in links(index).values())}
+    assert [str(path) for path in DOCUMENTS if path not in listed] == []
+
+
+def test_every_example_in_the_readme_exists() -> None:
+    """Its commands start files that are there."""
+    names = {word for line in commands(README) for word in line.split() if word.startswith("examples/")}
     assert names
-    for name in names:
-        assert (ROOT / name).exists(), name
+    assert [name for name in names if not (ROOT / name).exists()] == []
+
+
+def test_the_guide_to_environment_variables_knows_all_of_them() -> None:
+    """Its table has those that the code reads, and no others."""
+    names = r'"(CALLBOARD_[A-Z_]+|XDG_[A-Z_]+|[A-Z]+_COLOR)"'
+    sources = [path.read_text(encoding="utf-8") for path in (ROOT / "actors").rglob("*.py")]
+    rows = re.findall(r"^\| `(\w+)`", document("how-to/environment.md"), re.MULTILINE)
+    assert sorted(rows) == sorted({name for source in sources for name in re.findall(names, source)})
 
 
 def test_every_make_target_in_the_documents_exists() -> None:
@@ -155,8 +236,8 @@ def test_the_map_names_every_room() -> None:
 
 
 def test_the_tests_in_the_testing_guide_pass(tmp_path: Path) -> None:
-    """The files that docs/testing.md shows are a project's tests; they pass from its root, warning-free."""
-    text = (ROOT / "docs" / "testing.md").read_text(encoding="utf-8")
+    """The files in docs/how-to/test.md are a project's tests; they pass from its root without warnings."""
+    text = document("how-to/test.md")
     files = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.DOTALL)
     files += [("pyproject.toml", block) for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL)]
     names = {"pyproject.toml", "adder.py", "conftest.py", "test_faults.py", "test_programs.py"}
@@ -180,8 +261,8 @@ def test_the_tests_in_the_testing_guide_pass(tmp_path: Path) -> None:
 
 
 def test_the_programs_in_the_supervision_guide_run(tmp_path: Path) -> None:
-    """The first program of docs/supervision.md stops on SIGINT with 0; the second prints what is shown."""
-    text = (ROOT / "docs" / "supervision.md").read_text(encoding="utf-8")
+    """The first program stops on SIGINT with 0; the second prints what is shown."""
+    text = document("how-to/supervision.md")
     first, second = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (shown,) = re.findall(r"```\n\n((?:    .*\n)+)", text)
     environ = os.environ | {"PYTHONPATH": str(ROOT)}
@@ -198,8 +279,8 @@ def test_the_programs_in_the_supervision_guide_run(tmp_path: Path) -> None:
 
 
 def test_the_programs_in_the_delivery_guide_print_what_it_says() -> None:
-    """Each program in docs/delivery.md runs by itself and prints the lines that follow it."""
-    text = (ROOT / "docs" / "delivery.md").read_text(encoding="utf-8")
+    """Each program in docs/explanation/delivery.md runs by itself and prints the lines that follow it."""
+    text = document("explanation/delivery.md")
     programs = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", text, re.DOTALL)
     assert len(programs) == 2
     for program, output in programs:
@@ -215,7 +296,7 @@ def test_the_programs_in_the_delivery_guide_print_what_it_says() -> None:
 
 def test_the_command_line_guide_shows_what_is_printed(tmp_path: Path) -> None:
     """Each command in it is understood; those about contexts are run and print what is shown."""
-    text = (ROOT / "docs" / "how-to" / "command-line.md").read_text(encoding="utf-8")
+    text = document("how-to/command-line.md")
     environ = {name: value for name, value in os.environ.items() if not name.startswith("CALLBOARD_")}
     environ |= {"PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(tmp_path), "NO_COLOR": "1"}
     shown = re.findall(r"```text\n(.*?)```", text, re.DOTALL)[:2]
@@ -241,7 +322,7 @@ def test_the_command_line_guide_shows_what_is_printed(tmp_path: Path) -> None:
 
 def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
     """Its file is understood, its commands are, and those that start nothing print what is shown."""
-    text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
+    text = document("how-to/launch.md")
     files = re.findall(r"```(?:python|yaml|toml)\n# (\S+)\n(.*?)```", text, re.DOTALL)
     assert len(files) == 5
     site = Site(tmp_path / "environment")
@@ -273,7 +354,7 @@ def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
 
 def test_the_launch_guides_own_nodes_are_planned(tmp_path: Path) -> None:
     """Its file with node classes is understood."""
-    text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
+    text = document("how-to/launch.md")
     (source,) = re.findall(r"```python\n([^#].*?node=Counter.*?)```", text, re.DOTALL)
     file = tmp_path / "own.launch.py"
     file.write_text(source, encoding="utf-8")
@@ -291,7 +372,7 @@ def test_the_launch_guides_own_nodes_are_planned(tmp_path: Path) -> None:
 
 def test_the_launch_guide_knows_all_that_documents_can_say() -> None:
     """Each element and each substitution is in it, and its three files come to the same."""
-    text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
+    text = document("how-to/launch.md")
     assert [each.names[0] for each in ELEMENTS if f"`{each.names[0]}`" not in text] == []
     assert [name for name in known_substitutions() if not re.search(rf"`\$\({name}[ )]", text)] == []
     files = re.findall(r"```(?:yaml|toml)\n# (\S+)\n(.*?)```", text, re.DOTALL)
@@ -301,7 +382,7 @@ def test_the_launch_guide_knows_all_that_documents_can_say() -> None:
 
 def test_the_program_in_the_launch_guide_prints_what_it_says(tmp_path: Path) -> None:
     """The section about launches from programs has one, and what it prints."""
-    text = (ROOT / "docs" / "how-to" / "launch.md").read_text(encoding="utf-8")
+    text = document("how-to/launch.md")
     section = text.partition("## Launch from your own program")[2].partition("\n## ")[0]
     ((program, output),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", section, re.DOTALL)
     environ = os.environ | {"PYTHONPATH": str(ROOT), "CALLBOARD_URL": f"callboard+unix://{tmp_path}/broker"}

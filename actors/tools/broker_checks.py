@@ -99,7 +99,7 @@ def _losing_topics(report: BrokerReport) -> list[Check]:
         }
         text = ", ".join(f"{number} {what}" for what, number in lost.items() if number)
         if text:
-            remedy = f"docs/delivery.md says what each means; watch it with: callboard topic hz {topic.name}"
+            remedy = f"see docs/explanation/delivery.md; watch it with: callboard topic hz {topic.name}"
             found.append(Check("messages", "warn", f"{topic.name}: {text}", remedy))
     return found
 

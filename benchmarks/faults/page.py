@@ -1,4 +1,4 @@
-"""docs/resilience.md: what stands between its markers is made from a report."""
+"""docs/explanation/resilience.md: what stands between its markers is made from a report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of docs/services.md: each program runs and prints what stands below it."""
+"""Tests of docs/how-to/services.md: each program runs and prints what stands below it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 PROGRAMS = re.findall(
     r"```python\n(.*?)```\n\n```text\n(.*?)```",
-    (ROOT / "docs" / "services.md").read_text(encoding="utf-8"),
+    (ROOT / "docs" / "how-to" / "services.md").read_text(encoding="utf-8"),
     re.DOTALL,
 )
 
