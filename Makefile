@@ -20,7 +20,7 @@ demo: $(READY)
 	@$(BIN)/callboard demo
 
 test: $(READY)
-	@$(BIN)/python -m pytest --numprocesses=auto
+	@$(BIN)/python -m pytest --numprocesses=auto --cov --cov-report=
 
 lint: $(READY)
 	$(BIN)/ruff check .
