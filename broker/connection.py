@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 from proto import frames, limits
 from proto.aio.channel import Channel
-from proto.errors import ErrorCode, ProtocolError, shown
+from proto.errors import ErrorCode, ProtocolError, escape
 from proto.identity import agent
-from proto.liveness import Finding, Liveness
+from proto.liveness import Liveness, PeerState
 from proto.outbox import Outbox
 from proto.session import Role, State
 
@@ -92,11 +92,11 @@ class Connection:
 
     def _take_own(self, frame: frames.Frame) -> None:
         if isinstance(frame, frames.Goodbye):
-            self._ends(shown(frame.text), left=True)
+            self._ends(escape(frame.text), left=True)
             self.leave()
         elif isinstance(frame, frames.Error):
-            logger.warning("%s closed its link: %s", self, shown(frame.text))
-            self._ends(f"it closed its link: {shown(frame.text)}")
+            logger.warning("%s closed its link: %s", self, escape(frame.text))
+            self._ends(f"it closed its link: {escape(frame.text)}")
             self.channel.close()
         elif isinstance(frame, frames.Inspect):
             self._questions.append(frame.id)
@@ -115,7 +115,7 @@ class Connection:
             text = f"HELLO: domain must be from 0 to {limits.MAX_DOMAIN}"
             raise ProtocolError(ErrorCode.MALFORMED, text)
         self.session = self._broker.next_session()
-        self.agent = shown(str(options.get("agent", "?")))[:80]
+        self.agent = escape(str(options.get("agent", "?")))[:80]
         welcome: dict[str, frames.Scalar] = {
             "agent": AGENT,
             "broker": self._broker.instance,
@@ -141,16 +141,16 @@ class Connection:
             self._broker.tell_stats(self, questions)
         self._broker.flush()
 
-    def room(self) -> None:
+    def writable(self) -> None:
         """ChannelHandler: the peer reads again."""
         self._broker.changed()
 
     def failed(self, error: ProtocolError) -> None:
         """ChannelHandler: the peer broke the protocol."""
-        logger.warning("Closing %s: %s: %s", self, error.code.name, shown(str(error)))
+        logger.warning("Closing %s: %s: %s", self, error.code.name, escape(str(error)))
         # Its connection may last until it has read why: nobody should wait for it so long. But not now: the
         # broker may be in the midst of deliveries.
-        self._ends(f"{error.code.name}: {shown(str(error))}")
+        self._ends(f"{error.code.name}: {escape(str(error))}")
         self._broker.loop.call_soon(self.leave)
 
     def closed(self, error: Exception | None) -> None:
@@ -214,7 +214,8 @@ class Connection:
         if not self.channel.connected or self.suspended_at is not None:
             return False
         outbox = self.channel.outbox
-        return outbox.firm_bytes > 0 or outbox.has_more  # a broker's lanes have no credit: they wait for room
+        # A broker's publisher queues have no credit: they wait for the transport only.
+        return outbox.undroppable_bytes > 0 or outbox.has_more
 
     def say_goodbye(self) -> None:
         """The broker stops, and has nothing more to say; the peer closes when it has heard."""
@@ -233,7 +234,7 @@ class Connection:
                 f"{outbox.bulk_bytes} bytes of latched messages and large calls wait for this link,"
                 f" and {options.max_bulk_bytes} may (the broker's --max-bulk-bytes)"
             )
-        if outbox.firm_bytes > options.max_queue_bytes:
+        if outbox.undroppable_bytes > options.max_queue_bytes:
             what, limit = "calls and control frames", options.max_queue_bytes
         elif outbox.held_bytes > options.max_link_bytes:
             what, limit = "messages that must not be dropped", options.max_link_bytes
@@ -257,14 +258,14 @@ class Connection:
         limit = options.keepalive_sec
         if not relied_on:
             limit = max(limit, options.idle_keepalive_sec)
-        finding = self._liveness.look(now, channel.bytes_received, limit)
+        finding = self._liveness.check(now, channel.bytes_received, limit)
         if self._watched_closely and self._liveness.heard_at == now:
             self.router.heard(self.peer)
         # What came before somebody asked is no answer.
         self._watched_closely = self.peer in self.router.relied_on
-        if finding is Finding.ASK:
+        if finding is PeerState.PING_DUE:
             channel.send(frames.Ping(0))
-        elif finding is Finding.SILENT:
+        elif finding is PeerState.SILENT:
             silent = now - self._liveness.heard_at
             logger.warning("%s has been silent for %.1f s: suspended", self, silent)
             self.suspended_at = now

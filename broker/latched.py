@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from proto import frames
-from proto.batches import cut, message_bytes
+from proto.batches import message_bytes, slice_batch
 from proto.qos import KEEP_ALL, Qos
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def _unlatch_oldest(publisher: PublisherRecord, most: int) -> int:
     publisher.latched_messages -= gone
     _count(publisher, -message_bytes(oldest))
     if gone < oldest.length:
-        rest = cut(oldest, gone, oldest.length)
+        rest = slice_batch(oldest, gone, oldest.length)
         publisher.latched.appendleft(rest)
         _count(publisher, message_bytes(rest))
     return gone
@@ -85,6 +85,6 @@ def replays(publisher: PublisherRecord, subscription: SubscriptionRecord) -> Ite
         if skip >= batch.length:
             skip -= batch.length
             continue
-        kept = cut(batch, skip, batch.length)
+        kept = slice_batch(batch, skip, batch.length)
         skip = 0
         yield frames.Replay(subscription.id, *kept[:-1])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from proto import frames, limits
 from proto.codec import decode, encode
-from proto.errors import ProtocolError, shown
+from proto.errors import ProtocolError, escape
 from proto.identity import agent
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ async def find_broker(url: BrokerUrl) -> str | None:
     except (OSError, EOFError, ProtocolError):  # TimeoutError is an OSError
         return None
     if isinstance(answer, frames.Welcome):
-        return shown(str(answer.options.get("agent", "?")))[:80]
+        return escape(str(answer.options.get("agent", "?")))[:80]
     return "another version" if isinstance(answer, frames.Error) else None
 
 

@@ -36,7 +36,7 @@ from proto.names import (
     validate_namespace,
     validate_node_name,
 )
-from proto.qos import Refusal, read
+from proto.qos import Refusal, parse_qos
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -296,8 +296,8 @@ class Router:
     def _make_on_topic(
         self, frame: frames.Publisher | frames.Subscription, common: dict[str, Any]
     ) -> Endpoint:
-        qos = read(frame.qos)
-        shown = qos.shown()
+        qos = parse_qos(frame.qos)
+        shown = qos.to_map()
         if isinstance(frame, frames.Publisher):
             self.definitions.learn(frame.type_hash, frame.definition)
             return PublisherRecord(

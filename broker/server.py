@@ -211,7 +211,7 @@ class Broker:
         while True:
             await asyncio.sleep(tick)
             now = self.loop.time()
-            self._meter.lag.note(now, max(0.0, now - expected))
+            self._meter.lag.record(now, max(0.0, now - expected))
             # After a stall of our own the sockets have not been read yet: judge at the next tick.
             stalled, expected = now - expected > tick, now + tick
             if stalled:
@@ -325,7 +325,7 @@ class Broker:
             dirty[connection] = None
             outbox = connection.channel.outbox
             _put(connection, outbox, delivery)
-            if outbox.firm_bytes > most or outbox.bulk_bytes > most_bulk:
+            if outbox.undroppable_bytes > most or outbox.bulk_bytes > most_bulk:
                 connection.channel.flush()
                 _cut_off(connection)
 
@@ -353,7 +353,7 @@ def _put(connection: Connection, outbox: Outbox, delivery: Delivery) -> None:
     elif isinstance(delivery, CancelCalls):
         outbox.cancel_calls(delivery.endpoint, delivery.calls)
     elif isinstance(delivery, Discard):
-        outbox.drop_queue(delivery.queue)
+        outbox.discard_queue(delivery.queue)
     elif delivery.code == ErrorCode.LIMIT:
         connection.cut_off(delivery.text)
     else:
@@ -370,9 +370,9 @@ def _cut_off(connection: Connection) -> None:
 def lose(delivery: Delivery) -> None:
     """Count what a delivery means for a link that has ended."""
     if isinstance(delivery, Discard):
-        delivery.queue.lose()
+        delivery.queue.mark_lost()
     elif isinstance(delivery, Enqueue) and isinstance(delivery.item, Batch):
-        delivery.queue.lose(delivery.item)
+        delivery.queue.mark_lost(delivery.item)
 
 
 def _absolute(path: Path) -> str:

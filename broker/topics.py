@@ -24,12 +24,12 @@ from broker.records import (
     Tally,
     TopicRecord,
 )
-from proto.batches import cut, message_bytes
+from proto.batches import message_bytes, slice_batch
 from proto.codes import DetachReason, NoticeKind, PolicyKind
 from proto.errors import ErrorCode, ProtocolError
 from proto.limits import MAX_U64
 from proto.publisher_queue import PublisherQueue
-from proto.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, disagreement
+from proto.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, incompatible_policy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
@@ -189,7 +189,7 @@ class Topics:
         if not _same_type(publisher, subscription):
             self._incompatible_type(publisher, subscription)
             return
-        policy = disagreement(publisher.wants, subscription.wants)
+        policy = incompatible_policy(publisher.wants, subscription.wants)
         if policy is not None:
             self._incompatible_qos(publisher, subscription, policy)
         publisher.matched[subscription.key] = subscription
@@ -288,7 +288,7 @@ class Topics:
             self.stale += min(seen, batch.length)
             if seen >= batch.length:
                 return
-            batch = cut(batch, seen, batch.length)
+            batch = slice_batch(batch, seen, batch.length)
             size = message_bytes(batch)
         publisher.next_sequence = after
         topic = publisher.topic

@@ -10,7 +10,7 @@ from proto import limits
 from proto.codec import ARRAY_HEAD_BYTES, array_head, batch_head, encode, ends_from_bytes, ends_to_bytes
 from proto.frames import Batch, Replay
 
-HEAD_ROOM: Final = 64
+MAX_HEAD_BYTES: Final = 64
 """Bytes that the head of a run of one message takes at most, the array's included."""
 
 
@@ -52,16 +52,16 @@ class BatchBuilder:
         return Batch(*fields, memoryview(raw)[len(head) :], raw)
 
     def single(self, buffer: bytearray, publisher: int, stamp_ns: int) -> Batch:
-        """Return a large message as a run; it lies in `buffer` behind `HEAD_ROOM` bytes and is not copied.
+        """Return the large message behind the first `MAX_HEAD_BYTES` of `buffer` as a batch, without a copy.
 
         Needs length 0; the buffer is the run's from now on.
         """
         assert not self.length
         fields = self._number(publisher, stamp_ns, 1, None)
-        payload_bytes = len(buffer) - HEAD_ROOM + ARRAY_HEAD_BYTES
+        payload_bytes = len(buffer) - MAX_HEAD_BYTES + ARRAY_HEAD_BYTES
         head = batch_head(fields, payload_bytes) + array_head(1)
-        start = HEAD_ROOM - len(head)
-        buffer[start:HEAD_ROOM] = head
+        start = MAX_HEAD_BYTES - len(head)
+        buffer[start:MAX_HEAD_BYTES] = head
         raw = memoryview(buffer)[start:].toreadonly()
         return Batch(*fields, raw[len(raw) - payload_bytes :], raw)
 
@@ -79,7 +79,7 @@ def with_raw(batch: Batch) -> Batch:
     return batch._replace(raw=raw, payload=memoryview(raw)[len(raw) - len(batch.payload) :])
 
 
-def cut(batch: Batch, start: int, stop: int) -> Batch:
+def slice_batch(batch: Batch, start: int, stop: int) -> Batch:
     """Return messages `start` (included) to `stop` (excluded) of a run, as an encoded run of their own.
 
     Needs 0 <= start < stop <= run.length.
@@ -109,7 +109,7 @@ def cut(batch: Batch, start: int, stop: int) -> Batch:
     )
 
 
-def fitting(batch: Batch, start: int, room: int) -> int:
+def fitting_stop(batch: Batch, start: int, room: int) -> int:
     """Return where to stop so that each message from `start` on begins within the next `room` bytes.
 
     Needs room > 0, so at least one message fits: it may end beyond.
@@ -121,12 +121,12 @@ def fitting(batch: Batch, start: int, room: int) -> int:
     return min(bisect_left(offsets, base + room, start) + 1, batch.length)
 
 
-def readdress(batch: Batch, publisher: int) -> Batch:
+def with_publisher(batch: Batch, publisher: int) -> Batch:
     """Return the run under another publisher id: the broker gives a new one with every link."""
     return batch if batch.publisher == publisher else with_raw(batch._replace(publisher=publisher, raw=b""))
 
 
-def messages(batch: Batch | Replay) -> list[memoryview]:
+def split_messages(batch: Batch | Replay) -> list[memoryview]:
     """Return the encoded messages of a run one by one, as views: what remains when a run does not decode."""
     body = memoryview(batch.payload)[ARRAY_HEAD_BYTES:]
     if batch.ends is None:

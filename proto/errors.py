@@ -25,7 +25,7 @@ _SHOWN_AROUND: Final = 40
 """Characters quoted on either side of the fault in a longer name."""
 
 
-def shown(text: str) -> str:
+def escape(text: str) -> str:
     """Return foreign text made harmless for a terminal or a log, one column per character kept.
 
     Control characters, line ends, invisible, combining and double-width characters become Python escapes.
@@ -98,8 +98,8 @@ class InvalidNameError(CallboardError, ValueError):
         if end > _SHOWN_NAME_LENGTH:
             start, end = max(0, self.index - _SHOWN_AROUND), min(end, self.index + _SHOWN_AROUND)
             before, after = "..." * (start > 0), "..." * (end < len(self.name))
-        left = before + shown(self.name[start : self.index])
-        right = shown(self.name[self.index : end]) + after
+        left = before + escape(self.name[start : self.index])
+        right = escape(self.name[self.index : end]) + after
         return f"Invalid {self.kind}: {self.reason}:\n  '{left}{right}'\n   {' ' * len(left)}^"
 
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 from enum import Enum
 
 
-class Finding(Enum):
+class PeerState(Enum):
     """What a look at a peer tells its owner to do."""
 
-    FINE = "fine"
-    ASK = "ask"
+    ALIVE = "alive"
+    PING_DUE = "ping due"
     """Send a PING."""
     SILENT = "silent"
 
@@ -37,7 +37,7 @@ class Liveness:
         """Return how long ago a look has found bytes; 0 if more have come since the last look."""
         return 0.0 if bytes_received != self._seen_bytes else max(0.0, now - self.heard_at)
 
-    def look(self, now: float, bytes_received: int, limit_s: float) -> Finding:
+    def check(self, now: float, bytes_received: int, limit_s: float) -> PeerState:
         """Judge a peer that may be silent for `limit_s`, and from which so many bytes have come so far.
 
         It is asked after a third of that, and has the rest to answer.
@@ -49,7 +49,7 @@ class Liveness:
         elif self._asked_at is None:
             if now - self.heard_at >= limit_s / 3:
                 self._asked_at = now
-                return Finding.ASK
+                return PeerState.PING_DUE
         elif now - self._asked_at > limit_s * 2 / 3:
-            return Finding.SILENT
-        return Finding.FINE
+            return PeerState.SILENT
+        return PeerState.ALIVE

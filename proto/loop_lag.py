@@ -25,7 +25,7 @@ class LoopLag:
         self._buckets: deque[tuple[int, float]] = deque(maxlen=_BUCKETS)
         """The longest delay of each bucket of time that had one."""
 
-    def note(self, now: float, late_sec: float) -> None:
+    def record(self, now: float, late_sec: float) -> None:
         """A timer has rung so late."""
         self.last_sec = late_sec
         number = int(now // _BUCKET_SEC)

@@ -44,7 +44,7 @@ class Outbox:
     only what cannot leave is dropped.
 
     Attributes:
-        large_room: Bytes of large messages that may still leave before others get a turn; the owner sets it.
+        large_budget: Bytes of large messages to send before other connections are served; set by the owner.
         urgent_bytes: Bytes of control frames and calls that wait.
         ordered_bytes: Bytes of control frames and latched messages that wait in lanes, in order with runs.
         bulk_bytes: What large calls and latched messages are of these.
@@ -64,7 +64,7 @@ class Outbox:
         "bulk_bytes",
         "dropped",
         "held_bytes",
-        "large_room",
+        "large_budget",
         "max_held_bytes",
         "ordered_bytes",
         "urgent_bytes",
@@ -79,7 +79,7 @@ class Outbox:
         self._behind_calls: dict[int, bytes] = {}
         """By endpoint, what waits until its large calls have left."""
         self._transfers = Transfers()
-        self.large_room = sys.maxsize
+        self.large_budget = sys.maxsize
         self.urgent_bytes = 0
         self.ordered_bytes = 0
         self.bulk_bytes = 0
@@ -88,7 +88,7 @@ class Outbox:
         self.dropped = 0
 
     @property
-    def firm_bytes(self) -> int:
+    def undroppable_bytes(self) -> int:
         """Bytes of control frames and small calls, which are never dropped: the owner must cap them.
 
         So are large calls and latched messages, which `bulk_bytes` counts: a few of them are more than would
@@ -116,7 +116,7 @@ class Outbox:
         self.bulk_bytes += len(raw)
         self._schedule(queue)
 
-    def put_behind_calls(self, endpoint: int, raw: bytes) -> bool:
+    def put_after_calls(self, endpoint: int, raw: bytes) -> bool:
         """Queue a small frame behind all calls of an endpoint that are here, its last word. Once for each.
 
         Returns:
@@ -172,7 +172,7 @@ class Outbox:
             self.bulk_bytes += queue.bulk_bytes - bulk
         self._schedule(queue)
 
-    def drop_queue(self, queue: PublisherQueue) -> int:
+    def discard_queue(self, queue: PublisherQueue) -> int:
         """Take back everything that waits in a lane; return how many messages that were."""
         pending = queue.pending
         self.ordered_bytes -= queue.control_bytes
@@ -183,7 +183,7 @@ class Outbox:
             self.put_control(abort)
         return pending
 
-    def wake(self, queue: PublisherQueue) -> None:
+    def reschedule(self, queue: PublisherQueue) -> None:
         """Look at a lane again after its credit or its link has changed."""
         self._schedule(queue)
 
@@ -221,7 +221,7 @@ class Outbox:
         """Append the next frame of the lane whose turn it is; return its size, 0 if none may go now."""
         for _ in range(len(self._ready)):
             queue = self._ready.popleft()
-            if self.large_room <= 0 and queue.is_large:
+            if self.large_budget <= 0 and queue.is_large:
                 self._ready.append(queue)
                 continue
             queue.scheduled = False
@@ -230,7 +230,7 @@ class Outbox:
             before, bulk, count = queue.control_bytes, queue.bulk_bytes, len(parts)
             size = queue.next_piece(self._transfers, parts)
             if len(parts) - count > 1:  # the head and the payload of a fragment
-                self.large_room -= size
+                self.large_budget -= size
             if queue.counted_bytes:
                 self._recount(queue)
             if queue.control_bytes != before:

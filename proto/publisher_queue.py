@@ -11,7 +11,7 @@ from itertools import chain
 from typing import cast
 
 from proto import limits
-from proto.batches import cut, fitting, message_bytes, readdress
+from proto.batches import fitting_stop, message_bytes, slice_batch, with_publisher
 from proto.codec import encode
 from proto.fragments import Transfer, is_large
 from proto.frames import Abort, Batch, Buffer, Replay
@@ -209,7 +209,7 @@ class PublisherQueue:
             return
         where = next(index for index, item in enumerate(self._queue) if isinstance(item, Batch))
         whole = cast("Batch", self._queue[where])
-        rest = cut(whole, self._skip, whole.length)
+        rest = slice_batch(whole, self._skip, whole.length)
         self.pending_bytes -= message_bytes(whole) - message_bytes(rest)
         self._queue[where] = rest
         self._skip = 0
@@ -265,15 +265,15 @@ class PublisherQueue:
         if self.sequence_limit is not None:
             stop = min(stop, max(self.sequence_limit - head.first_sequence, start + 1))
         if self.byte_limit is not None:
-            stop = min(stop, fitting(head, start, self.byte_limit - self.sent_bytes))
-        batch = cut(head, start, stop)
+            stop = min(stop, fitting_stop(head, start, self.byte_limit - self.sent_bytes))
+        batch = slice_batch(head, start, stop)
         if self.publisher:
-            batch = readdress(batch, self.publisher)
+            batch = with_publisher(batch, self.publisher)
         if batch is not head:
             self._queue.popleft()
             self.pending_bytes -= message_bytes(head) - message_bytes(batch)
             if stop < head.length:
-                rest = cut(head, stop, head.length)
+                rest = slice_batch(head, stop, head.length)
                 self._batches += 1
                 self.pending_bytes += message_bytes(rest)
                 self._queue.appendleft(rest)
@@ -381,7 +381,7 @@ class PublisherQueue:
         transfers.end(transfer)
         return encode(Abort(transfer.id))
 
-    def lose(self, batch: Batch | None = None) -> None:
+    def mark_lost(self, batch: Batch | None = None) -> None:
         """Count what cannot leave, as the link has ended: this run, or without one everything that waits."""
         if batch is not None:
             self.lost_on_break += batch.length

@@ -58,20 +58,20 @@ class Qos(NamedTuple):
         """Whether late joiners get old messages."""
         return self.durability == TRANSIENT_LOCAL
 
-    def shown(self) -> Options:
+    def to_map(self) -> Options:
         """Return it as a QoS map again: the first four keys always, the others where they say something."""
         policies = self._asdict()
         return {
             key: value
             for key, value in policies.items()
-            if key in _ALWAYS_SHOWN or (value and (key, value) != ("liveliness", AUTOMATIC))
+            if key in _ALWAYS_SENT or (value and (key, value) != ("liveliness", AUTOMATIC))
         }
 
 
-_ALWAYS_SHOWN: Final = frozenset({"history", "depth", "reliability", "durability"})
+_ALWAYS_SENT: Final = frozenset({"history", "depth", "reliability", "durability"})
 
 
-def read(options: Options) -> Qos:
+def parse_qos(options: Options) -> Qos:
     """Return a QoS map's values.
 
     Raises:
@@ -110,9 +110,9 @@ def _time(options: Options, key: str) -> int:
     return value
 
 
-def disagreement(publisher: Qos, subscription: Qos) -> PolicyKind | None:
+def incompatible_policy(publisher: Qos, subscription: Qos) -> PolicyKind | None:
     """Return the last policy that a publisher does not offer as a subscription wants it, or None."""
-    return max(_disagreements(publisher, subscription), key=PRECEDENCE.index, default=None)
+    return max(_incompatible_policies(publisher, subscription), key=PRECEDENCE.index, default=None)
 
 
 PRECEDENCE: Final = (
@@ -125,7 +125,7 @@ PRECEDENCE: Final = (
 """If several policies do not fit, the one named stands last here."""
 
 
-def _disagreements(publisher: Qos, subscription: Qos) -> Iterator[PolicyKind]:
+def _incompatible_policies(publisher: Qos, subscription: Qos) -> Iterator[PolicyKind]:
     if _shorter(subscription.lease_ns, publisher.lease_ns):
         yield PolicyKind.LIVELINESS_LEASE_DURATION
     if subscription.liveliness > publisher.liveliness:

@@ -14,28 +14,28 @@ if TYPE_CHECKING:
 MAX_NODE_NAMES: Final = 8
 """Nodes that a link's numbers name. A link may have any number; all answers stay small."""
 
-ADDING_UP: Final = (
+TOTALS: Final = (
     *("routed", "copies", "delivered", "dropped", "abandoned", "lost_on_break", "unmatched", "stale"),
     *("calls", "refused_calls", "late_replies", "refused_connections", "bytes_received", "bytes_sent"),
 )
 """The totals: what rates are made of."""
 
-FALLING: Final = ("lost_on_break",)
+MAY_DECREASE: Final = ("lost_on_break",)
 """Totals that may fall while the thing lives: a subscription's message may come after it was given up."""
 
 
-def risen(totals: Sequence[str], earlier: object | None, later: object) -> dict[str, Any]:
+def increase(totals: Sequence[str], earlier: object | None, later: object) -> dict[str, Any]:
     """Return by how much each of these totals has risen between two looks at the same thing: never negative.
 
     Args:
         totals: The names of attributes, ints or floats.
         earlier: The first look; None if it was not there then.
-        later: The second look. If one of its totals is smaller, but one of FALLING, it has begun anew: all
-            count from zero.
+        later: The second snapshot. If a total outside of MAY_DECREASE is smaller in it, counting has started
+            again, and all totals count from zero.
     """
     now = {total: getattr(later, total) for total in totals}
     before = {total: getattr(earlier, total, 0) for total in totals}
-    if any(now[total] < before[total] for total in totals if total not in FALLING):
+    if any(now[total] < before[total] for total in totals if total not in MAY_DECREASE):
         return now
     return {total: max(0, now[total] - before[total]) for total in totals}
 
@@ -153,8 +153,8 @@ class BrokerStats:
         seconds = self.stamp_sec - earlier.stamp_sec
         if seconds <= 0 or self.broker != earlier.broker:
             raise ValueError("Rates need an earlier look at the same broker")
-        rise = risen(("uptime_sec", *ADDING_UP), earlier, self)
-        return BrokerRates(seconds=seconds, **{name: rise[name] / seconds for name in ADDING_UP})
+        rise = increase(("uptime_sec", *TOTALS), earlier, self)
+        return BrokerRates(seconds=seconds, **{name: rise[name] / seconds for name in TOTALS})
 
     def as_dict(self) -> dict[str, Any]:
         """Return the same by name, ready for `json.dumps`."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from actors.arguments.remapping import RemapRule
 from actors.logging.logger import LoggingSeverity, severity_from_name
 from actors.parameters.overrides import ParameterOverride, load_parameter_file, overrides_for
-from proto.errors import CallboardError, shown
+from proto.errors import CallboardError, escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -25,9 +25,9 @@ class InvalidRosArgumentError(CallboardError, ValueError):
     """
 
     def __init__(self, argument: str, reason: str) -> None:
-        lines = [shown(line) for line in reason.splitlines()]
+        lines = [escape(line) for line in reason.splitlines()]
         super().__init__(
-            "\n".join([f"Failed to parse ROS arguments: '{shown(argument)}': {lines[0]}", *lines[1:]])
+            "\n".join([f"Failed to parse ROS arguments: '{escape(argument)}': {lines[0]}", *lines[1:]])
         )
         self.argument = argument
 

@@ -115,11 +115,11 @@ def _top(arguments: list[str]) -> int:
 def _unknown(command: str, word: str, known: Iterable[str]) -> Exception:
     from actors.cli.errors import USAGE, CommandError
     from actors.tools.suggestions import did_you_mean
-    from proto.errors import shown
+    from proto.errors import escape
 
     what = "option" if word.startswith("-") else "verb"
     hint = did_you_mean(word, known) or f"; see {command} --help"
-    return CommandError(f"{command}: no {what} '{shown(word)}'{hint}", USAGE)
+    return CommandError(f"{command}: no {what} '{escape(word)}'{hint}", USAGE)
 
 
 def usage() -> str:

@@ -26,7 +26,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
 from actors.config import environment
-from proto.errors import CallboardError, shown
+from proto.errors import CallboardError, escape
 from proto.limits import MAX_DOMAIN
 from proto.url import DEFAULT_URL, parse_urls
 
@@ -62,7 +62,7 @@ class UnknownContextError(ContextError):
     """
 
     def __init__(self, name: str, known: tuple[str, ...], source: str = "") -> None:
-        super().__init__(f"No context '{shown(name)}'{f' ({source})' if source else ''}")
+        super().__init__(f"No context '{escape(name)}'{f' ({source})' if source else ''}")
         self.name = name
         self.known = known
 
@@ -148,7 +148,7 @@ class Contexts:
         try:
             return cls(*_read(content))
         except ValueError as error:
-            raise ContextError(f"{file}: {shown(str(error))}") from error
+            raise ContextError(f"{file}: {escape(str(error))}") from error
 
     def save(self) -> None:
         """Write the file, whole or not at all, for its owner only.
@@ -305,7 +305,7 @@ def _ambient() -> tuple[str, Context]:
 def _check_name(name: str) -> None:
     if not _NAME.fullmatch(name):
         raise ContextError(
-            f"A context cannot be called '{shown(name)}': use at most 64 letters, digits, - and _"
+            f"A context cannot be called '{escape(name)}': use at most 64 letters, digits, - and _"
         )
     if name == DEFAULT:
         raise ContextError(f"The context '{DEFAULT}' is callboard's own: take another name")

@@ -20,7 +20,7 @@ import re
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Final
 
-from proto.errors import CallboardError, shown
+from proto.errors import CallboardError, escape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -43,7 +43,7 @@ class InvalidEnvironmentError(CallboardError, ValueError):
     """An environment variable has a value that it cannot have; the text says which one can stand there."""
 
     def __init__(self, variable: str, value: str, expected: str) -> None:
-        super().__init__(f"{variable} must be {expected}, not '{shown(value)}'")
+        super().__init__(f"{variable} must be {expected}, not '{escape(value)}'")
         self.variable = variable
         self.value = value
 

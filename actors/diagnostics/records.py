@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from proto.stats import risen
+from proto.stats import increase
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -346,7 +346,7 @@ class NodeDiagnostics:
         return NodeRates(
             seconds=seconds,
             busy=max(0.0, _busy(self) - _busy(earlier)) / seconds,
-            callback_errors=risen(("callback_errors",), earlier, self)["callback_errors"] / seconds,
+            callback_errors=increase(("callback_errors",), earlier, self)["callback_errors"] / seconds,
             publishers=_rates(PUBLISHER_TOTALS, earlier.publishers, self.publishers, seconds),
             subscriptions=_rates(SUBSCRIPTION_TOTALS, earlier.subscriptions, self.subscriptions, seconds),
             services=_rates(SERVICE_TOTALS, earlier.services, self.services, seconds),
@@ -376,6 +376,6 @@ def _rates(
     rates: dict[str, dict[str, float]] = {}
     for entity in later:
         of_name = rates.setdefault(entity.name, dict.fromkeys(totals, 0.0))
-        for total, change in risen(totals, before.get(entity.id), entity).items():
+        for total, change in increase(totals, before.get(entity.id), entity).items():
             of_name[total] += change / seconds
     return rates

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from proto import frames
-from proto.stats import BrokerRates, BrokerStats, LinkStats, TopicStats, risen
+from proto.stats import BrokerRates, BrokerStats, LinkStats, TopicStats, increase
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -78,7 +78,7 @@ def _rates(
 ) -> dict[Any, dict[str, float]]:
     rates: dict[Any, dict[str, float]] = {}
     for key, entry in later.items():
-        rise = risen(totals, earlier.get(key), entry)  # it may have gone and come again
+        rise = increase(totals, earlier.get(key), entry)  # it may have gone and come again
         rates[key] = {total: change / seconds for total, change in rise.items()}
     return rates
 

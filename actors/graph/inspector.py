@@ -21,7 +21,7 @@ from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.graph.snapshot import GraphSnapshot
 from proto import frames, limits
 from proto.codec import Decoder, encode
-from proto.errors import ErrorCode, ProtocolError, shown
+from proto.errors import ErrorCode, ProtocolError, escape
 from proto.identity import agent
 from proto.receiver import SCRATCH_BYTES, Receiver
 from proto.session import Role, Session, State
@@ -230,9 +230,9 @@ class Inspector:
             if isinstance(frame, kind):
                 return frame
             if isinstance(frame, frames.Error):
-                raise ProtocolError(_known(frame.code), shown(frame.text))
+                raise ProtocolError(_known(frame.code), escape(frame.text))
             if isinstance(frame, frames.Goodbye):
-                raise ConnectionResetError(shown(frame.text))
+                raise ConnectionResetError(escape(frame.text))
             if isinstance(frame, frames.Ping):
                 self._send(frames.Pong(frame.token))
 

@@ -9,7 +9,7 @@ CallboardError (proto.errors)
 
 from __future__ import annotations
 
-from proto.errors import CallboardError, shown
+from proto.errors import CallboardError, escape
 
 
 class LaunchError(CallboardError, ValueError):
@@ -43,6 +43,6 @@ class UnknownArgumentError(LaunchError):
     """
 
     def __init__(self, name: str, known: tuple[str, ...]) -> None:
-        super().__init__(f"No launch argument '{shown(name)}'")
+        super().__init__(f"No launch argument '{escape(name)}'")
         self.name = name
         self.known = known

@@ -14,7 +14,7 @@ CallboardError
 
 from __future__ import annotations
 
-from proto.errors import CallboardError, shown
+from proto.errors import CallboardError, escape
 
 
 class ParameterError(CallboardError):
@@ -25,7 +25,7 @@ class ParameterError(CallboardError):
     """
 
     def __init__(self, message: str, parameter: str) -> None:
-        super().__init__(f"{message}: {shown(parameter)}")
+        super().__init__(f"{message}: {escape(parameter)}")
         self.parameter = parameter
 
 

@@ -21,7 +21,7 @@ from proto.aio.channel import Channel
 from proto.aio.forks import drop_in_children
 from proto.errors import ErrorCode, ProtocolError
 from proto.identity import agent
-from proto.liveness import Finding
+from proto.liveness import PeerState
 from proto.session import Role
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class BrokerConnection:
         if self._link is not None:
             self._link.read_finished()
 
-    def room(self) -> None:
+    def writable(self) -> None:
         """ChannelHandler: the transport has room."""
         if self._link is not None:
             self._link.wake()
@@ -339,7 +339,7 @@ class Connector:
                         await connection.ended.wait()
                 except TimeoutError:
                     now = loop.time()
-                    self._link.lag.note(now, max(0.0, now - last_tick - tick))
+                    self._link.lag.record(now, max(0.0, now - last_tick - tick))
                     stalled, last_tick = now - last_tick > 2 * tick, now
                     if not stalled:
                         self._judge(connection, keepalive, now)
@@ -351,10 +351,10 @@ class Connector:
         """Give a sign of life, and look for the broker's."""
         channel = connection.channel
         finding = keepalive.look(now, channel.bytes_received, channel.bytes_sent, waiting=self._link.waits)
-        if finding is Finding.SILENT:
+        if finding is PeerState.SILENT:
             self._log.warning(f"The broker has been silent for {keepalive.limit_s:g} s; connecting again")
             connection.abort()
-        elif finding is Finding.ASK:
+        elif finding is PeerState.PING_DUE:
             channel.send(frames.Ping(0))
             channel.flush()
         keepalive.looked(channel.bytes_sent)

@@ -9,7 +9,7 @@ would come late.
 from __future__ import annotations
 
 from proto import limits
-from proto.liveness import Finding, Liveness
+from proto.liveness import Liveness, PeerState
 
 
 class Keepalive:
@@ -30,7 +30,7 @@ class Keepalive:
         self._heard_bytes = 0
         """The same of the last look before the broker was heard of: what it must have got."""
 
-    def look(self, now: float, bytes_received: int, bytes_sent: int, *, waiting: bool) -> Finding:
+    def look(self, now: float, bytes_received: int, bytes_sent: int, *, waiting: bool) -> PeerState:
         """Say what to do, given how many bytes have come and gone so far; call `looked` when it is done.
 
         Args:
@@ -41,14 +41,14 @@ class Keepalive:
         """
         relies = waiting or bytes_sent != self._heard_bytes
         self.limit_s = self._keepalive_s if relies else max(self._keepalive_s, limits.IDLE_KEEPALIVE_SEC)
-        finding = self._liveness.look(now, bytes_received, self.limit_s)
+        finding = self._liveness.check(now, bytes_received, self.limit_s)
         if self._liveness.heard_at == now:
             self._heard_bytes = self._looked_bytes
         if bytes_sent != self._sent_bytes:
             self._sent_bytes, self._sent_at = bytes_sent, now
-        if finding is Finding.FINE and relies and now - self._sent_at >= self._keepalive_s / 3:
+        if finding is PeerState.ALIVE and relies and now - self._sent_at >= self._keepalive_s / 3:
             self._sent_at = now  # a full transport takes no bytes: one sign a time is enough
-            return Finding.ASK
+            return PeerState.PING_DUE
         return finding
 
     def looked(self, bytes_sent: int) -> None:

@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Final
 from actors.interfaces.catalog import standard_packages
 from actors.tools.licenses import license_text, spdx
 from actors.tools.maintainer import EMAIL
-from proto.errors import CallboardError, shown
+from proto.errors import CallboardError, escape
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -102,7 +102,9 @@ class NewPackage:
             text: str = getattr(self, what)
             if not text.isprintable() or not text.strip():
                 spoken = what.replace("_", " ")
-                raise InvalidPackageError(f"Invalid {spoken} '{shown(text)}': write a line of printable text")
+                raise InvalidPackageError(
+                    f"Invalid {spoken} '{escape(text)}': write a line of printable text"
+                )
         if not EMAIL.fullmatch(self.maintainer_email):
             raise InvalidPackageError(
                 f"Invalid email address '{self.maintainer_email}': write one such as me@example.org"
@@ -237,7 +239,7 @@ def _check_dependency(text: str) -> None:
             raise InvalidRequirement
         Requirement(text)
     except InvalidRequirement:
-        raise InvalidPackageError(f"Invalid dependency '{shown(text)}': write one such as numpy>=2") from None
+        raise InvalidPackageError(f"Invalid dependency '{escape(text)}': write one such as numpy>=2") from None
 
 
 def _check_name(kind: str, name: str) -> None:
@@ -252,7 +254,7 @@ def _check_name(kind: str, name: str) -> None:
     if rule:
         suggestion = suggested_name(name)
         hint = f"; did you mean '{suggestion}'?" if suggestion not in (None, name) else ""
-        raise InvalidPackageError(f"Invalid {kind} '{shown(name)}': {rule}{hint}")
+        raise InvalidPackageError(f"Invalid {kind} '{escape(name)}': {rule}{hint}")
 
 
 def _toml(text: str) -> str:

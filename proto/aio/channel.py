@@ -59,7 +59,7 @@ class ChannelHandler(Protocol):
         """Every frame of one read has been handed over."""
         ...
 
-    def room(self) -> None:
+    def writable(self) -> None:
         """The transport has room again and the outbox has been flushed into it."""
         ...
 
@@ -235,7 +235,7 @@ class Channel(asyncio.BufferedProtocol):
         transport, outbox = self._transport, self.outbox
         if transport is None:
             return
-        outbox.large_room = _TURN_BYTES
+        outbox.large_budget = _TURN_BYTES
         while not self._paused and not transport.is_closing():
             parts, size = outbox.take(_GATHER_BYTES)
             if not parts:
@@ -270,7 +270,7 @@ class Channel(asyncio.BufferedProtocol):
             transport.resume_reading()
         if not self._paused:
             self.flush()
-            self._handler.room()
+            self._handler.writable()
 
     def pause_writing(self) -> None:
         """Called by asyncio: the transport is full."""
@@ -281,7 +281,7 @@ class Channel(asyncio.BufferedProtocol):
         self._paused = False
         self.flush()
         if not self._paused:
-            self._handler.room()
+            self._handler.writable()
 
     @property
     def busy(self) -> bool:

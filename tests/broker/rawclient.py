@@ -49,7 +49,7 @@ class RawClient:
     def read_finished(self) -> None:
         """ChannelHandler: nothing to do."""
 
-    def room(self) -> None:
+    def writable(self) -> None:
         """ChannelHandler: nothing to do."""
 
     def failed(self, error: ProtocolError) -> None:

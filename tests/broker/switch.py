@@ -131,7 +131,7 @@ class Switch:
                 case CancelCalls(_, endpoint, calls):
                     outbox.cancel_calls(endpoint, calls)
                 case Discard(_, queue):
-                    outbox.drop_queue(queue)
+                    outbox.discard_queue(queue)
                 case Close(peer, code, _):
                     self.closed[peer] = code
                     self.cut(peer)

@@ -372,14 +372,14 @@ async def test_the_periodic_check_goes_on_after_an_error(
 ) -> None:
     """A bug in it is logged; handshakes that take too long are ended all the same."""
     errors = [RuntimeError("a bug")]
-    note = LoopLag.note
+    record = LoopLag.record
 
     def fail_once(lag: LoopLag, now: float, late_sec: float) -> None:
         if errors:
             raise errors.pop()
-        note(lag, now, late_sec)
+        record(lag, now, late_sec)
 
-    monkeypatch.setattr(LoopLag, "note", fail_once)
+    monkeypatch.setattr(LoopLag, "record", fail_once)
     options = BrokerOptions(port=0, handshake_timeout_sec=0.1, drain_timeout_sec=0)
     async with Broker(options) as quick, stream(quick) as (reader, _):
         error = await told(reader)

@@ -7,7 +7,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proto import limits
-from proto.batches import HEAD_ROOM, BatchBuilder, cut, fitting, message_bytes, messages, readdress, with_raw
+from proto.batches import (
+    MAX_HEAD_BYTES,
+    BatchBuilder,
+    fitting_stop,
+    message_bytes,
+    slice_batch,
+    split_messages,
+    with_publisher,
+    with_raw,
+)
 from proto.codec import decode, encode
 from proto.frames import Batch, Replay
 
@@ -29,7 +38,7 @@ def parts_of(batch: Batch) -> list[bytes]:
     assert isinstance(back, Batch)
     assert back[:6] == batch[:6]
     assert bytes(back.payload) == bytes(batch.payload)
-    return [bytes(message) for message in messages(batch)]
+    return [bytes(message) for message in split_messages(batch)]
 
 
 @MODEST
@@ -48,7 +57,7 @@ def test_cut_is_a_slice(parts: list[bytes], data: st.DataObject) -> None:
     """§6: a cut run holds the slice, numbered on from its first message."""
     start = data.draw(st.integers(0, len(parts) - 1))
     stop = data.draw(st.integers(start + 1, len(parts)))
-    piece = cut(build(parts), start, stop)
+    piece = slice_batch(build(parts), start, stop)
     assert parts_of(piece) == parts[start:stop]
     assert piece.first_sequence == 100 + start
     assert (piece.publisher, piece.stamp_ns) == (7, 5)
@@ -60,7 +69,7 @@ def test_fitting_stops_where_the_room_ends(parts: list[bytes], data: st.DataObje
     """§6: every message taken begins within the room, and the next one would not."""
     start = data.draw(st.integers(0, len(parts) - 1))
     room = data.draw(st.integers(1, 200))
-    stop = fitting(build(parts), start, room)
+    stop = fitting_stop(build(parts), start, room)
     begins = [sum(map(len, parts[start:index])) for index in range(start, len(parts))]
     assert stop == start + sum(begin < room for begin in begins)
 
@@ -70,20 +79,20 @@ def test_fitting_stops_where_the_room_ends(parts: list[bytes], data: st.DataObje
 def test_readdress_changes_only_the_publisher(parts: list[bytes], publisher: int) -> None:
     """§6: a run under a new id is otherwise the same; under its own id it is the same object."""
     batch = build(parts)
-    moved = readdress(batch, publisher)
+    moved = with_publisher(batch, publisher)
     assert moved.publisher == publisher
     assert moved[1:6] == batch[1:6]
     assert parts_of(moved) == parts
-    assert readdress(moved, publisher) is moved
+    assert with_publisher(moved, publisher) is moved
 
 
 def test_nothing_is_copied_without_need() -> None:
     """A whole cut is the run itself, and messages and payload are views into its encoded bytes."""
     batch = build([b"a", b"bc"])
-    assert cut(batch, 0, 2) is batch
+    assert slice_batch(batch, 0, 2) is batch
     assert isinstance(batch.payload, memoryview)
     assert batch.payload.obj is batch.raw
-    assert all(message.obj is batch.raw for message in messages(batch))
+    assert all(message.obj is batch.raw for message in split_messages(batch))
 
 
 def test_messages_of_a_replay() -> None:
@@ -91,7 +100,7 @@ def test_messages_of_a_replay() -> None:
     batch = build([b"a", b"bc"])
     replay = decode(encode(Replay(3, *batch[:7])))
     assert isinstance(replay, Replay)
-    assert [bytes(message) for message in messages(replay)] == [b"a", b"bc"]
+    assert [bytes(message) for message in split_messages(replay)] == [b"a", b"bc"]
     assert message_bytes(replay) == 3
 
 
@@ -131,11 +140,11 @@ def test_a_single_large_message_is_a_run_of_its_own(number: int) -> None:
     builder = BatchBuilder(number)
     builder.add(b"a")
     builder.take(7, 5)
-    buffer = bytearray(HEAD_ROOM) + b"large"
+    buffer = bytearray(MAX_HEAD_BYTES) + b"large"
     batch = builder.single(buffer, limits.MAX_U64, limits.MAX_U64)
     back = decode(bytes(batch.raw))
     assert isinstance(back, Batch)
-    assert [bytes(message) for message in messages(back)] == [b"large"]
+    assert [bytes(message) for message in split_messages(back)] == [b"large"]
     assert back[:6] == (limits.MAX_U64, number + 1, limits.MAX_U64, 1, None, None)
     assert builder.next_sequence == number + 2
     assert memoryview(batch.raw).obj is memoryview(batch.payload).obj is buffer

@@ -15,10 +15,10 @@ def test_nothing_noted_is_no_lag() -> None:
 def test_the_longest_of_the_last_minute() -> None:
     """A delay counts for a minute, to ten seconds, and is then forgotten."""
     lag = LoopLag()
-    lag.note(100.0, 0.5)
-    lag.note(100.5, 0.1)
+    lag.record(100.0, 0.5)
+    lag.record(100.5, 0.1)
     assert (lag.last_sec, lag.longest_sec(101.0)) == (0.1, 0.5)
-    lag.note(140.0, 0.2)
+    lag.record(140.0, 0.2)
     assert lag.longest_sec(160.0) == 0.5
     assert lag.longest_sec(171.0) == 0.2
     assert lag.longest_sec(1000.0) == 0
@@ -28,6 +28,6 @@ def test_it_does_not_grow() -> None:
     """However long it lasts, a few numbers are kept."""
     lag = LoopLag()
     for second in range(10_000):
-        lag.note(float(second), 1.0 / (second + 1))
+        lag.record(float(second), 1.0 / (second + 1))
     assert len(lag._buckets) == 7
     assert lag.longest_sec(10_000.0) == 1.0 / 9941

@@ -123,7 +123,7 @@ def test_credit_beyond_a_gap_lets_one_message_through() -> None:
         outbox.trim()
     assert take_one(outbox) is None
     queue.sequence_limit = 2
-    outbox.wake(queue)
+    outbox.reschedule(queue)
     frame = decode(drain(outbox)[0])
     assert isinstance(frame, Batch)
     assert (frame.first_sequence, frame.length) == (99, 1)
@@ -211,8 +211,8 @@ def test_the_last_word_of_an_endpoint_comes_behind_its_large_calls() -> None:
     sizes = (9 * limits.MAX_FRAME_BYTES, limits.MAX_FRAME_BYTES, 1, 5 * limits.MAX_FRAME_BYTES)
     for call, size in enumerate(sizes):  # of different sizes: the last that comes is not the last put
         outbox.put_calls(reply(call, size), (1, call))
-    assert not outbox.put_behind_calls(1, encode(Undeclare(1)))
-    assert outbox.put_behind_calls(2, encode(Undeclare(2)))  # it has no calls, and waits for nobody's
+    assert not outbox.put_after_calls(1, encode(Undeclare(1)))
+    assert outbox.put_after_calls(2, encode(Undeclare(2)))  # it has no calls, and waits for nobody's
     found = arrived(drain(outbox))
     ends = [frame for frame in found if isinstance(frame, Undeclare)]
     assert ends == [Undeclare(2), Undeclare(1)]
@@ -228,11 +228,11 @@ def test_the_last_word_goes_when_its_large_calls_are_taken_back(*, begun: bool) 
     outbox.put_calls(request(1, limits.MAX_FRAME_BYTES), (1, 1))
     outbox.put_calls(request(2, limits.MAX_FRAME_BYTES), (1, 2))
     farewell = encode(Undeclare(1))
-    assert not outbox.put_behind_calls(1, farewell)
+    assert not outbox.put_after_calls(1, farewell)
     if begun:
         take_one(outbox)
     assert outbox.drop_call((1, 1))
-    assert outbox.firm_bytes >= len(farewell)
+    assert outbox.undroppable_bytes >= len(farewell)
     assert outbox.drop_call((1, 2))
     assert arrived(drain(outbox)) == [Undeclare(1)]
     assert outbox.urgent_bytes == 0
@@ -258,7 +258,7 @@ def test_latched_messages_go_before_what_waits() -> None:
     queue.put(make_batch(5, [b"f", b"g", b"h"]))
     queue.trim()
     queue.put_front(make_batch(1, [b"b"]))
-    outbox.wake(queue)
+    outbox.reschedule(queue)
     batches = [frame for frame in map(decode, drain(outbox)) if isinstance(frame, Batch)]
     assert [(batch.first_sequence, batch.length) for batch in batches] == [(1, 1), (6, 2)]
 
@@ -273,7 +273,7 @@ def test_a_restart_resends_the_half_sent_and_not_the_dropped() -> None:
     queue.restart(9)
     assert (queue.first_sequence, queue.pending, queue.dropped) == (0, 4, 1)
     after = Outbox()
-    after.wake(queue)
+    after.reschedule(queue)
     reassembler = Reassembler()
     frames = [decode(raw) for raw in drain(after)]
     whole = [reassembler.add(frame) for frame in frames if isinstance(frame, Fragment)][-1]
@@ -360,7 +360,7 @@ def test_a_restarted_lane_counts_on_its_new_link_only() -> None:
     for link in (1, 2):
         outbox = Outbox()
         queue.restart(link)
-        outbox.wake(queue)
+        outbox.reschedule(queue)
         outbox.enqueue(queue, make_batch(link * 10, [b"x"] * 3))
         outbox.trim()
         assert outbox.held_bytes == queue.held_bytes > 0
@@ -415,18 +415,18 @@ def test_latched_messages_and_large_calls_count_apart() -> None:
     """They may be a few of the largest that there are: a limit for small frames would cut off any reader."""
     outbox, queue = Outbox(), PublisherQueue(1, 1)
     outbox.put_control(encode(Ping(1)))
-    small = outbox.firm_bytes
+    small = outbox.undroppable_bytes
     size = 2 * limits.MAX_FRAME_BYTES
     outbox.put_calls(request(1, size), (1, 1))
     outbox.put_calls(request(2, size), (1, 2))
     outbox.enqueue(queue, Replay(1, *make_batch(0, [bytes(size)])[:-1]))
-    assert outbox.firm_bytes == small
+    assert outbox.undroppable_bytes == small
     assert 3 * size <= outbox.bulk_bytes < 4 * size
     outbox.drop_call((1, 2))
     assert 2 * size <= outbox.bulk_bytes < 3 * size
     found = [decode(raw) for raw in drain(outbox)]
     assert sum(not piece.more for piece in found if isinstance(piece, Fragment)) == 2
-    assert (outbox.firm_bytes, outbox.bulk_bytes, outbox.held_bytes) == (0, 0, 0)
+    assert (outbox.undroppable_bytes, outbox.bulk_bytes, outbox.held_bytes) == (0, 0, 0)
 
 
 def test_latched_messages_wait_for_a_free_transfer() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from proto import limits
-from proto.batches import messages
+from proto.batches import split_messages
 from proto.codec import decode, encode
 from proto.codes import Op
 from proto.fragments import Reassembler, is_large
@@ -159,7 +159,8 @@ class ModelQueue:
         """A run has come whole: it holds what began to leave, in order and once."""
         assert batch.publisher == self.queue.publisher
         got = [
-            Message(batch.first_sequence + index, bytes(body)) for index, body in enumerate(messages(batch))
+            Message(batch.first_sequence + index, bytes(body))
+            for index, body in enumerate(split_messages(batch))
         ]
         assert got == self.leaving
         self.sent_bytes += sum(len(message.body) for message in got)
@@ -212,7 +213,7 @@ class OutboxMachine(RuleBasedStateMachine):
         """Take everything that is left."""
         for model in self.models:
             model.queue.sequence_limit = model.queue.byte_limit = None
-            self.outbox.wake(model.queue)
+            self.outbox.reschedule(model.queue)
         while self.pull():
             pass
         assert all(model.queue.empty and not model.waiting and not model.leaving for model in self.models)
@@ -266,7 +267,7 @@ class OutboxMachine(RuleBasedStateMachine):
         """An endpoint goes: its UNDECLARE stands behind its calls."""
         raw = encode(Undeclare(self.endpoint))
         waits = any(endpoint == self.endpoint for endpoint, _ in self.large.values())
-        assert self.outbox.put_behind_calls(self.endpoint, raw) != waits
+        assert self.outbox.put_after_calls(self.endpoint, raw) != waits
         if waits:
             self.behind[self.endpoint] = raw
         else:
@@ -294,7 +295,7 @@ class OutboxMachine(RuleBasedStateMachine):
     def drop_queue(self, which: int) -> None:
         """Nobody wants any more what waits in a lane."""
         model = self.models[which]
-        assert self.outbox.drop_queue(model.queue) == len(model.messages)
+        assert self.outbox.discard_queue(model.queue) == len(model.messages)
         model.abandoned += sum(isinstance(item, Message) for item in (*model.leaving, *model.waiting))
         model.waiting, model.leaving = [], []
         self.abort({(Op.BATCH, which), (Op.REPLAY, which)})
@@ -313,7 +314,7 @@ class OutboxMachine(RuleBasedStateMachine):
         model = self.models[which]
         model.queue.sequence_limit = model.next_sent + ahead if ahead else None
         model.queue.byte_limit = model.queue.sent_bytes + room if room else None
-        self.outbox.wake(model.queue)
+        self.outbox.reschedule(model.queue)
 
     @rule()
     def trim(self) -> None:
@@ -336,7 +337,7 @@ class OutboxMachine(RuleBasedStateMachine):
                 model.drop_larger(largest)
             model.put_front(again)
             model.trim_queue()
-            self.outbox.wake(model.queue)
+            self.outbox.reschedule(model.queue)
 
     @rule(count=st.integers(1, 6))
     def pull_some(self, count: int) -> None:

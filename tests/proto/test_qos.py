@@ -5,18 +5,18 @@ from __future__ import annotations
 import pytest
 
 from proto.codes import PolicyKind
-from proto.qos import Refusal, disagreement, read
+from proto.qos import Refusal, incompatible_policy, parse_qos
 
 MS = 1_000_000
 
 
 def test_an_empty_map_is_the_default() -> None:
     """Missing keys are KEEP_LAST, 10, RELIABLE, VOLATILE, AUTOMATIC, and no times; and are shown so."""
-    qos = read({})
+    qos = parse_qos({})
     assert qos == (1, 10, 1, 2, 1, 0, 0, 0)
-    assert qos.shown() == {"history": 1, "depth": 10, "reliability": 1, "durability": 2}
+    assert qos.to_map() == {"history": 1, "depth": 10, "reliability": 1, "durability": 2}
     full = {"deadline_ns": 5, "lifespan_ns": 6, "lease_ns": 7, "liveliness": 3}
-    assert read(full).shown() == {**qos.shown(), **full}
+    assert parse_qos(full).to_map() == {**qos.to_map(), **full}
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ def test_an_empty_map_is_the_default() -> None:
 def test_a_wrong_value_is_refused_by_name(options: dict[str, int | float]) -> None:
     """The text names the key and what it may be."""
     with pytest.raises(Refusal, match=next(iter(options))):
-        read(options)
+        parse_qos(options)
 
 
 @pytest.mark.parametrize(
@@ -62,4 +62,4 @@ def test_what_a_publisher_must_offer(
     publisher: dict[str, int], subscription: dict[str, int], policy: PolicyKind | None
 ) -> None:
     """G08 to G11: a subscription may not ask for more; the last policy that does not fit is named."""
-    assert disagreement(read(publisher), read(subscription)) == policy
+    assert incompatible_policy(parse_qos(publisher), parse_qos(subscription)) == policy

@@ -102,7 +102,7 @@ class End:
     def read_finished(self) -> None:
         pass
 
-    def room(self) -> None:
+    def writable(self) -> None:
         pass
 
     def failed(self, error: ProtocolError) -> None:

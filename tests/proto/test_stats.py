@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from proto import limits
-from proto.stats import ADDING_UP, BrokerRates, BrokerStats, risen
+from proto.stats import TOTALS, BrokerRates, BrokerStats, increase
 
 
 def test_rates_are_differences_over_time() -> None:
@@ -36,13 +36,13 @@ def test_what_is_found_again_is_no_new_beginning() -> None:
     """Messages lost on a break may come after all: that rate is zero, and the others are differences."""
     before = SimpleNamespace(received=100, lost_on_break=7)
     after = SimpleNamespace(received=104, lost_on_break=5)
-    assert risen(("received", "lost_on_break"), before, after) == {"received": 4, "lost_on_break": 0}
-    assert risen(("received", "lost_on_break"), None, after) == {"received": 104, "lost_on_break": 5}
+    assert increase(("received", "lost_on_break"), before, after) == {"received": 4, "lost_on_break": 0}
+    assert increase(("received", "lost_on_break"), None, after) == {"received": 104, "lost_on_break": 5}
 
 
 def test_rates_have_the_totals_names() -> None:
     """What adds up in the numbers is what rates tell."""
-    assert tuple(field.name for field in fields(BrokerRates)) == ("seconds", *ADDING_UP)
+    assert tuple(field.name for field in fields(BrokerRates)) == ("seconds", *TOTALS)
 
 
 @pytest.mark.parametrize("change", [{"stamp_sec": 10.0}, {"stamp_sec": 9.0}, {"broker": "bb"}])

@@ -29,7 +29,7 @@ from broker.server import Broker
 from broker.services import Services
 from broker.topics import Topics
 from proto.frames import Replay, ReplyEntry
-from proto.liveness import Finding, Liveness
+from proto.liveness import Liveness, PeerState
 from proto.outbox import Outbox
 from proto.publisher_queue import PublisherQueue
 from tests.simulation import faults
@@ -188,7 +188,7 @@ def keeps_all_like_one() -> Iterator[None]:
 @contextmanager
 def never_judges() -> Iterator[None]:
     """Nobody is ever taken for silent."""
-    with mock.patch.object(Liveness, "look", return_value=Finding.FINE):
+    with mock.patch.object(Liveness, "check", return_value=PeerState.ALIVE):
         yield
 
 

@@ -173,7 +173,7 @@ class Steps:
         outbox = channel.outbox
         for what, waits, most in (
             ("of messages", outbox.held_bytes, options.max_link_bytes),
-            ("of small calls and control frames", outbox.firm_bytes, options.max_queue_bytes),
+            ("of small calls and control frames", outbox.undroppable_bytes, options.max_queue_bytes),
             ("of latched messages and large calls", outbox.bulk_bytes, options.max_bulk_bytes),
         ):
             if waits > most:

@@ -164,7 +164,7 @@ def of_outbox(outbox: Outbox) -> Wrongs:
         yield "the last word of an endpoint waits for nothing"
     # Lanes that hold latched messages are a broker's, which have no credit: those in turn are all there are.
     bulk = sum(queue.bulk_bytes for queue in outbox._ready)
-    if outbox.bulk_bytes != bulk or outbox.firm_bytes < 0:
+    if outbox.bulk_bytes != bulk or outbox.undroppable_bytes < 0:
         yield f"an outbox counts {outbox.bulk_bytes} bytes as large and holds {bulk}"
     for queue in outbox._ready:
         if not queue.scheduled:

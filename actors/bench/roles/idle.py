@@ -47,7 +47,7 @@ class IdleLink:
     def read_finished(self) -> None:
         """ChannelHandler: nothing to do."""
 
-    def room(self) -> None:
+    def writable(self) -> None:
         """ChannelHandler: nothing to do."""
 
     def failed(self, error: ProtocolError) -> None:

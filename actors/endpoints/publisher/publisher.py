@@ -18,7 +18,7 @@ from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.message import Message, definition, type_hash, type_name
 from actors.qos.profile import DurabilityPolicy, HistoryPolicy, QoSProfile
 from proto import frames, limits
-from proto.batches import HEAD_ROOM, BatchBuilder
+from proto.batches import MAX_HEAD_BYTES, BatchBuilder
 from proto.codec import encode
 from proto.publisher_queue import PublisherQueue
 
@@ -120,14 +120,14 @@ class Publisher(Entity, Generic[T]):
             self._codec.decode(msg)
             self._collect(msg)
         elif self._large:
-            self._publish_large(self._codec.encode_behind(msg, HEAD_ROOM))
+            self._publish_large(self._codec.encode_behind(msg, MAX_HEAD_BYTES))
         else:
             self._collect(self._codec.encode(msg))
 
     def _collect(self, data: bytes) -> None:
         """Put an encoded message into the run of this loop turn."""
         if len(data) > limits.BATCH_FLUSH_BYTES:
-            self._publish_large(bytearray(HEAD_ROOM) + data)
+            self._publish_large(bytearray(MAX_HEAD_BYTES) + data)
             return
         batch = self._batch
         if batch.add(data):
@@ -141,10 +141,10 @@ class Publisher(Entity, Generic[T]):
 
         After it the next one is expected to be as large, and encoded into such a buffer at once.
         """
-        size = len(buffer) - HEAD_ROOM
+        size = len(buffer) - MAX_HEAD_BYTES
         self._large = size > limits.BATCH_FLUSH_BYTES
         if not self._large:
-            self._collect(bytes(memoryview(buffer)[HEAD_ROOM:]))
+            self._collect(bytes(memoryview(buffer)[MAX_HEAD_BYTES:]))
             return
         link = self.context.link
         link.require_fits(f"A message on '{self.topic_name}'", size)
@@ -336,7 +336,7 @@ class Publisher(Entity, Generic[T]):
         self._unlimited = True
         self._qos_monitor.shown()
         link.publishers[number] = self
-        channel.outbox.wake(self._queue)
+        channel.outbox.reschedule(self._queue)
         if self.destroyed:
             self._leave()
         link.flush_later(self)
@@ -388,7 +388,7 @@ class Publisher(Entity, Generic[T]):
         self._unlimited = frame.sequence_limit is None
         self._queue.sequence_limit = frame.sequence_limit
         self._queue.byte_limit = frame.byte_limit
-        channel.outbox.wake(self._queue)
+        channel.outbox.reschedule(self._queue)
         self.context.link.flush_later(self)
 
     def link_lost(self) -> None:

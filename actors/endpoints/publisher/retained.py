@@ -6,7 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 from proto import limits
-from proto.batches import cut, message_bytes
+from proto.batches import message_bytes, slice_batch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -46,7 +46,7 @@ class Retained:
             if before is None or batch.first_sequence + batch.length <= before:
                 yield batch
             elif batch.first_sequence < before:
-                yield cut(batch, 0, before - batch.first_sequence)
+                yield slice_batch(batch, 0, before - batch.first_sequence)
 
     def add(self, batch: Batch) -> None:
         """A run has been published."""
@@ -59,7 +59,7 @@ class Retained:
             self.messages -= gone
             self.size -= message_bytes(oldest)
             if gone < oldest.length:
-                rest = cut(oldest, gone, oldest.length)
+                rest = slice_batch(oldest, gone, oldest.length)
                 self.size += message_bytes(rest)
                 self._batches.appendleft(rest)
 

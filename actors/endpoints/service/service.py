@@ -262,7 +262,7 @@ class Service(Introspectable, Server, Generic[Q, A]):
         channel = link.channel
         if channel is not None:
             farewell = encode(frames.Undeclare(self.id))
-            if not channel.outbox.put_behind_calls(self.id, farewell):
+            if not channel.outbox.put_after_calls(self.id, farewell):
                 channel.send(frames.Retire(self.id))  # until the replies made so far have left
             channel.flush_soon()
         super().destroy()

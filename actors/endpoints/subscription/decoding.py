@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.interfaces.errors import InvalidMessageError
-from proto.batches import messages
+from proto.batches import split_messages
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,7 +40,7 @@ class Decoder:
         numbers = range(batch.first_sequence, batch.first_sequence + batch.length)
         codec = self._codec
         if codec is None:
-            return [bytes(message) for message in messages(batch)], numbers
+            return [bytes(message) for message in split_messages(batch)], numbers
         try:
             return codec.decode_batch(batch.payload), numbers
         except InvalidMessageError:
@@ -50,7 +50,7 @@ class Decoder:
         """A run with bad messages in it: keep the good ones."""
         good: list[Any] = []
         numbers: list[int] = []
-        for number, message in enumerate(messages(batch), batch.first_sequence):
+        for number, message in enumerate(split_messages(batch), batch.first_sequence):
             try:
                 good.append(codec.decode(message))
                 numbers.append(number)

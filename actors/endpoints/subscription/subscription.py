@@ -29,7 +29,7 @@ from actors.interfaces.codec import codec_for
 from actors.interfaces.message import Message, type_hash, type_name
 from actors.qos.profile import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from proto import frames
-from proto.batches import cut, message_bytes
+from proto.batches import message_bytes, slice_batch
 from proto.frames import Batch, Replay
 
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ class Subscription(Entity, Generic[M]):
             self._drop(stop - start - self._depth)
             start = stop - self._depth
         if start:
-            batch = cut(_as_batch(batch), start, stop)
+            batch = slice_batch(_as_batch(batch), start, stop)
         decoded, numbers = self._decoder.decode(batch)
         if not decoded:
             return False

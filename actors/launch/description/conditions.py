@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from actors.launch.description.shapes import Part
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from actors.launch.description.substitutions import Scope, Text
@@ -92,7 +92,7 @@ def truth(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - yes or no
     word = resolve(value, scope)
     meant = meaning(word)
     if meant is None:
-        raise LaunchError(f"Expected true, 1, false or 0, got '{shown(word)}'")
+        raise LaunchError(f"Expected true, 1, false or 0, got '{escape(word)}'")
     return meant
 
 

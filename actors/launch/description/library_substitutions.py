@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from actors.launch.description.substitutions import Scope, Text
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class Command(Substitution):
     """What a command writes to stdout, without the line ends at its end.
 
-    It is run when the description is planned, without a shell. What it writes to stderr is shown only if it
+    It is run when the description is planned, without a shell. What it writes to stderr is escape only if it
     fails.
 
     Attributes:
@@ -35,7 +35,7 @@ class Command(Substitution):
         try:
             words = shlex.split(text)
         except ValueError as error:
-            raise LaunchError(f"'{shown(text)}' is no command: {error}") from None
+            raise LaunchError(f"'{escape(text)}' is no command: {error}") from None
         return scope.library.output_of(words, scope.environment).rstrip("\r\n")
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -81,11 +81,11 @@ _SHOWN_CHARS: Final = 100
 
 
 def _error(expression: str, reason: str) -> LaunchError:
-    return LaunchError(f"Expression {_quoted(expression)}: {shown(reason)}")
+    return LaunchError(f"Expression {_quoted(expression)}: {escape(reason)}")
 
 
 def _quoted(text: str) -> str:
-    return f"'{shown(text[:_SHOWN_CHARS])}{'…' if len(text) > _SHOWN_CHARS else ''}'"
+    return f"'{escape(text[:_SHOWN_CHARS])}{'…' if len(text) > _SHOWN_CHARS else ''}'"
 
 
 def _parsed(expression: str) -> ast.expr:

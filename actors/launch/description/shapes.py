@@ -13,7 +13,7 @@ from pathlib import PurePath
 from typing import Any, ClassVar, Final, cast
 
 from actors.launch.errors import LaunchError
-from proto.errors import shown
+from proto.errors import escape
 
 MAX_DEPTH: Final = 50
 """Lists in lists; a list that contains itself is no text."""
@@ -66,7 +66,7 @@ class Shape:
 
 def excerpt(value: object) -> str:
     """Return how a value is written, or the beginning of that."""
-    text = shown(repr(value))
+    text = escape(repr(value))
     return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}…"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,5 +53,5 @@ class Spot:
 
     def __str__(self) -> str:
         """Return it as people write it, such as "launch[3].node.parameters"."""
-        said = (f"[{step}]" if isinstance(step, int) else f".{shown(step)}" for step in self.steps)
+        said = (f"[{step}]" if isinstance(step, int) else f".{escape(step)}" for step in self.steps)
         return "".join(said).removeprefix(".")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
 from actors.launch.documents.templates import template, words
 from actors.launch.errors import LaunchError
 from actors.tools.suggestions import did_you_mean
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -92,7 +92,7 @@ class OneOf(Kind):
         text = read_text(value, spot)
         if isinstance(text, str) and text not in self.choices:
             hint = did_you_mean(text, self.choices) or f"; it can be {', '.join(self.choices)}"
-            raise spot.error(f"it cannot be '{shown(text)}'{hint}")
+            raise spot.error(f"it cannot be '{escape(text)}'{hint}")
         return text
 
     def schema(self) -> Schema:
@@ -301,7 +301,7 @@ def read_name(value: object, spot: Spot) -> str:
     """Return a text that is known when the file is read."""
     name = read_plain(value, spot)
     if "$(" in name:
-        raise spot.error(f"a name should be here, without $(…), not '{shown(name)}'")
+        raise spot.error(f"a name should be here, without $(…), not '{escape(name)}'")
     return name
 
 
@@ -364,6 +364,6 @@ def _what(value: object) -> str:
     if isinstance(value, int | float):
         return f"the number {value}"
     if isinstance(value, str):
-        return f"the text '{shown(value)}'"
+        return f"the text '{escape(value)}'"
     names: dict[type, str] = {type(None): "nothing", dict: "a mapping", list: "a list"}
     return names.get(type(value), f"a {type(value).__name__}; put it in quotes")

@@ -11,7 +11,7 @@ from typing import Any, Final, cast
 
 from actors.launch.documents.errors import DocumentError, Spot
 from actors.tools.nesting import deeper_than
-from proto.errors import shown
+from proto.errors import escape
 
 MAX_DEPTH: Final = 50
 """Levels of lists and mappings."""
@@ -101,7 +101,7 @@ class _Builder:
         if node.id == "scalar":
             return self._scalar(node, spot)
         if node.tag != f"{_YAML}{'map' if node.id == 'mapping' else 'seq'}":
-            raise _error(f"the tag {shown(node.tag)} is not known here", node, spot)
+            raise _error(f"the tag {escape(node.tag)} is not known here", node, spot)
         if node.id == "sequence":
             return [self._value(each, spot.inner(at)) for at, each in enumerate(node.value)]
         return self._mapping(node, spot)
@@ -110,11 +110,11 @@ class _Builder:
         if node.tag in _TEXTS:
             return node.value
         if node.tag not in _SCALARS:
-            raise _error(f"the tag {shown(node.tag)} is not known here", node, spot)
+            raise _error(f"the tag {escape(node.tag)} is not known here", node, spot)
         try:
             return self._loader.construct_object(node)
         except (ValueError, KeyError):  # a tag that does not fit, such as !!int x
-            raise _error(f"'{shown(node.value)}' is not what its tag says", node, spot) from None
+            raise _error(f"'{escape(node.value)}' is not what its tag says", node, spot) from None
 
     def _mapping(self, node: Any, spot: Spot) -> dict[str, object]:
         made: dict[str, object] = {}
@@ -126,7 +126,7 @@ class _Builder:
             if key.tag == _MERGE:
                 merged = {**self._merged(each, spot.inner(name)), **merged}
             elif name in made:
-                raise _error(f"the key '{shown(name)}' stands there twice", key, spot)
+                raise _error(f"the key '{escape(name)}' stands there twice", key, spot)
             else:
                 made[name] = self._value(each, spot.inner(name))
         return {**merged, **made}

@@ -53,7 +53,7 @@ from actors.launch.documents.kinds import (
 from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
 from actors.launch.planning.steps import OutputMode
 from actors.tools.suggestions import did_you_mean
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -91,7 +91,7 @@ def _action(value: object, spot: Spot) -> Action:
     found = read_mapping(value, spot)
     if len(found) != 1:
         listed = (
-            f": {', '.join(map(shown, found))}; what is in an element is indented further" if found else ""
+            f": {', '.join(map(escape, found))}; what is in an element is indented further" if found else ""
         )
         raise spot.error(f"one element should be here, such as 'node', not {len(found)}{listed}")
     ((name, body),) = found.items()

@@ -44,7 +44,7 @@ from actors.launch.description.substitutions import (
 )
 from actors.launch.errors import LaunchError
 from actors.tools.suggestions import did_you_mean
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -86,7 +86,7 @@ def words(text: str) -> tuple[Text, ...]:
     try:
         split = shlex.split("".join(marked))
     except ValueError as error:
-        raise LaunchError(f"'{shown(text)}' cannot be split into words: {error}") from None
+        raise LaunchError(f"'{escape(text)}' cannot be split into words: {error}") from None
     return tuple(_joined(_unmarked(word, pieces)) for word in split)
 
 
@@ -148,10 +148,10 @@ class _Reader:
         call = _CALLS.get(named[0])
         if call is None:
             hint = did_you_mean(named[0], _CALLS) or f"; there is {', '.join(known_substitutions())}"
-            raise LaunchError(f"No substitution '{shown(named[0])}'{hint}")
+            raise LaunchError(f"No substitution '{escape(named[0])}'{hint}")
         if not call.least <= len(arguments) <= call.most:
             raise LaunchError(
-                f"'{shown(self._text[begin : self._at])}' should be {call.form}"
+                f"'{escape(self._text[begin : self._at])}' should be {call.form}"
                 "; an argument with spaces in it needs quotes"
             )
         return call.make(*arguments)
@@ -192,7 +192,7 @@ class _Reader:
 
     def _error(self, what: str) -> LaunchError:
         rest = self._text[self._at :]
-        return LaunchError(f"{what}, at '{shown(rest)}'")
+        return LaunchError(f"{what}, at '{escape(rest)}'")
 
 
 @dataclass(frozen=True)

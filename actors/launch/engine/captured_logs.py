@@ -13,7 +13,7 @@ from actors.launch.engine.captured_output import CapturedOutput
 from actors.launch.planning.events import Level, Message, Stream
 from actors.logging.logger import ROOT_NAME
 from actors.logging.output import RosFormatter
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -92,4 +92,4 @@ def _message(record: logging.LogRecord) -> Message:
     level = Level.INFO
     if record.levelno >= logging.WARNING:
         level = Level.ERROR if record.levelno >= logging.ERROR else Level.WARN
-    return Message(level, shown(record.getMessage()), record.name.removeprefix(f"{ROOT_NAME}."))
+    return Message(level, escape(record.getMessage()), record.name.removeprefix(f"{ROOT_NAME}."))

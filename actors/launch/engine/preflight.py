@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.processes.outcome import Outcome
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from actors.launch.planning.steps import ProcessSpec
@@ -26,11 +26,11 @@ def preflight(spec: ProcessSpec) -> Outcome | None:
     if reason := _illegal(spec):
         return Outcome(normal=False, reason=reason)
     if spec.cwd is not None and not _is_folder(spec.cwd):
-        return Outcome(normal=False, reason=f"no folder '{shown(spec.cwd)}' to run it in")
+        return Outcome(normal=False, reason=f"no folder '{escape(spec.cwd)}' to run it in")
     if _is_missing(spec):
         return Outcome(
             normal=False,
-            reason=f"no program '{shown(spec.command[0])}'",
+            reason=f"no program '{escape(spec.command[0])}'",
             exit_code=NOT_FOUND_CODE,
             returncode=NOT_FOUND_CODE,
         )
@@ -41,12 +41,12 @@ def _illegal(spec: ProcessSpec) -> str:
     """Say what no system takes, if there is anything."""
     for word in spec.command:
         if "\0" in word:
-            return f"null character in '{shown(word)}' of its command"
+            return f"null character in '{escape(word)}' of its command"
     for name, value in spec.environment.items():
         if not name or "=" in name or "\0" in name:
-            return f"illegal name of an environment variable: '{shown(name)}'"
+            return f"illegal name of an environment variable: '{escape(name)}'"
         if "\0" in value:
-            return f"null character in the environment variable '{shown(name)}'"
+            return f"null character in the environment variable '{escape(name)}'"
     return ""
 
 

@@ -19,7 +19,7 @@ from actors.launch.engine.sources import MAX_FOLDERS, Sources
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Level, Message, ProcessExited, ProcessStarted
 from actors.launch.planning.steps import Start
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable, Collection, Generator, Iterable, Sequence
@@ -145,7 +145,7 @@ class SourceWatch:
         changed: dict[str, list[str]] = {}
         for path in sorted(paths):
             if self._sources.describes(path):
-                name = shown(PurePath(path).name)
+                name = escape(PurePath(path).name)
                 self._say(Level.WARN, f"{name} has changed: start the launch again to see that")
                 continue
             for label in self._sources.made_of(path):
@@ -184,11 +184,11 @@ def _changes(folders: Sequence[str], stop: threading.Event) -> Generator[set[str
             for look in chain([first], looks):
                 yield {os.path.realpath(path) for _, path in look}
     except (OSError, RuntimeError) as error:
-        raise LaunchError(f"Sources cannot be watched: {shown(str(error))}") from error
+        raise LaunchError(f"Sources cannot be watched: {escape(str(error))}") from error
 
 
 def _reason(files: list[str]) -> str:
-    name = shown(PurePath(files[0]).name)
+    name = escape(PurePath(files[0]).name)
     if len(files) == 1:
         return f"{name} has changed"
     return f"{name} and {_number(len(files) - 1, 'other file')} have changed"

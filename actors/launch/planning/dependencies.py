@@ -10,7 +10,7 @@ from actors.launch.description.summaries import in_short
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import absolute_namespace, prefix_namespace
 from actors.launch.planning.presence import Presence, PresenceKind
-from proto.errors import shown
+from proto.errors import escape
 from proto.names import validate_full_service_name, validate_full_topic_name
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def _each(listed: Any, nodes: KnownNodes, scope: Scope, namespace: str | None) -
             kind = PresenceKind(word)
         except ValueError:
             raise LaunchError(
-                f"depends_on: '{shown(text)}' is none of 'node NAME', 'topic NAME', 'service NAME', a Node"
+                f"depends_on: '{escape(text)}' is none of 'node NAME', 'topic NAME', 'service NAME', a Node"
             ) from None
         yield presence(kind, name.strip(), namespace)
 

@@ -9,7 +9,7 @@ from actors.errors import error_text
 from actors.launch.description.actions import DeclareLaunchArgument
 from actors.launch.description.summaries import function_name, in_short
 from actors.launch.errors import LaunchError, LaunchFileError
-from proto.errors import CallboardError, InvalidNameError, shown
+from proto.errors import CallboardError, InvalidNameError, escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,5 +78,5 @@ def _with_place(error: LaunchError) -> LaunchError:
 
 def _text(error: BaseException) -> str:
     if isinstance(error, InvalidNameError):  # its own text has three lines
-        return f"'{shown(error.name)}' cannot be a {error.kind}: {error.reason}"
+        return f"'{escape(error.name)}' cannot be a {error.kind}: {error.reason}"
     return " ".join(error_text(error).split("\n"))

@@ -13,7 +13,7 @@ from actors.launch.description.conditions import truth
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import absolute_namespace, prefix_namespace
-from proto.errors import shown
+from proto.errors import escape
 from proto.names import full_node_name, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _yaml(name: str, value: Any, scope: Scope) -> str:
         case Sequence():
             text = _yaml_list(name, cast("Sequence[object]", value), scope)
         case _:
-            raise LaunchError(f"Parameter '{shown(name)}' cannot be {value!r}")
+            raise LaunchError(f"Parameter '{escape(name)}' cannot be {value!r}")
     return text or '""'
 
 
@@ -127,14 +127,14 @@ def _typed(name: str, said: ParameterValue, scope: Scope) -> str:
         return _yaml(name, value, scope)
     if kind not in (str, int, float, bool):
         raise LaunchError(
-            f"Parameter '{shown(name)}': value_type can be str, int, float or bool, not {kind!r}"
+            f"Parameter '{escape(name)}': value_type can be str, int, float or bool, not {kind!r}"
         )
     text = str(value) if isinstance(value, int | float) else resolve(value, scope)
     try:
         return _yaml(name, truth(text, scope) if kind is bool else kind(text), scope)
     except ValueError:
         raise LaunchError(
-            f"Parameter '{shown(name)}' must be of type {kind.__name__}, not '{shown(text)}'"
+            f"Parameter '{escape(name)}' must be of type {kind.__name__}, not '{escape(text)}'"
         ) from None
 
 

@@ -39,7 +39,7 @@ from actors.launch.planning.reactions import Trigger, call_function, call_reacti
 from actors.launch.planning.settings import apply_setting
 from actors.launch.planning.steps import MAX_PROCESSES, Call, End, React, Say, Start, all_steps
 from actors.tools.suggestions import did_you_mean
-from proto.errors import CallboardError, shown
+from proto.errors import CallboardError, escape
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -90,7 +90,7 @@ def make_plan(
         # A file that is not included now may declare it. A function may use it, but that is not likely.
         known |= {each.name for each in all_declared(description.actions, outer)}
     said = [
-        f"No launch argument '{shown(name)}' is declared{did_you_mean(name, known)}"
+        f"No launch argument '{escape(name)}' is declared{did_you_mean(name, known)}"
         for name in unknown
         if name not in known
     ]
@@ -139,7 +139,7 @@ class _Planner:
         starts = [step.process for step in all_steps(steps) if isinstance(step, Start)]
         names = {name for each in starts for name in (each.name, each.label)}
         said = [
-            f"An event handler is for '{shown(target)}', but no process has that name"
+            f"An event handler is for '{escape(target)}', but no process has that name"
             for target in self._targets
             if target not in names and not self.partial
         ]
@@ -205,7 +205,7 @@ class _Planner:
         value = scope.configurations[name]
         if action.choices is not None and value not in action.choices:
             raise LaunchError(
-                f"Launch argument '{name}' must be one of {', '.join(action.choices)}, not '{shown(value)}'"
+                f"Launch argument '{name}' must be one of {', '.join(action.choices)}, not '{escape(value)}'"
             )
 
     def _group(self, action: GroupAction, scope: Scope) -> list[Step]:

@@ -16,7 +16,7 @@ from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.node_arguments import full_name, ros_arguments
 from actors.launch.planning.settings import variables
 from actors.launch.planning.steps import LEAST_RESPAWN_DELAY_SEC, OutputMode, ProcessSpec
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,7 +66,7 @@ def make_spec(
     name = program.name if action.name is None else resolve(action.name, scope)
     if not 0 < len(name) <= MAX_NAME_CHARACTERS or not name.isprintable():
         limit = f"it has 1 to {MAX_NAME_CHARACTERS} printable characters"
-        raise LaunchError(f"A process cannot have the name '{shown(name)}': {limit}")
+        raise LaunchError(f"A process cannot have the name '{escape(name)}': {limit}")
     prefix = _words(resolve(action.prefix, scope))
     extra = variables(action.additional_env, scope)
     base = scope.environment if action.env is None else variables(action.env, scope)
@@ -109,7 +109,7 @@ def seconds(what: str, value: Any, scope: Scope, *, forever: bool = False) -> fl
     """
     text, number = _number(value, scope)
     if not 0 <= number < math.inf and not (forever and number == math.inf):
-        raise LaunchError(f"{what} must be a number of seconds, 0 or more, not '{shown(text)}'")
+        raise LaunchError(f"{what} must be a number of seconds, 0 or more, not '{escape(text)}'")
     return number
 
 
@@ -166,14 +166,14 @@ def _output(action: Launched, scope: Scope) -> OutputMode:
         return OutputMode(word)
     except ValueError:
         words = ", ".join(each.value for each in OutputMode)
-        raise LaunchError(f"output must be one of {words}, not '{shown(word)}'") from None
+        raise LaunchError(f"output must be one of {words}, not '{escape(word)}'") from None
 
 
 def _words(prefix: str) -> list[str]:
     try:
         return shlex.split(prefix)
     except ValueError as error:
-        raise LaunchError(f"prefix '{shown(prefix)}' is no command: {error}") from None
+        raise LaunchError(f"prefix '{escape(prefix)}' is no command: {error}") from None
 
 
 def _number(value: Any, scope: Scope) -> tuple[str, float]:
@@ -188,14 +188,14 @@ def _number(value: Any, scope: Scope) -> tuple[str, float]:
 def _factor(value: Any, scope: Scope) -> float:
     text, number = _number(value, scope)
     if not 1 <= number < math.inf:
-        raise LaunchError(f"respawn_backoff must be a number, 1 or more, not '{shown(text)}'")
+        raise LaunchError(f"respawn_backoff must be a number, 1 or more, not '{escape(text)}'")
     return number
 
 
 def _retries(value: Any, scope: Scope) -> int:
     text, number = _number(value, scope)
     if not -1 <= number < math.inf or number % 1:
-        raise LaunchError(f"respawn_max_retries must be a whole number, -1 or more, not '{shown(text)}'")
+        raise LaunchError(f"respawn_max_retries must be a whole number, -1 or more, not '{escape(text)}'")
     return int(number)
 
 

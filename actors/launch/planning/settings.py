@@ -18,7 +18,7 @@ from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import absolute_namespace, prefix_namespace
 from actors.launch.planning.node_arguments import parameter_texts
-from proto.errors import shown
+from proto.errors import escape
 from proto.names import validate_namespace
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:
     found = {name: resolve(value, scope) for name, value in given.items()}
     for name, value in found.items():
         if not name or "=" in name or "\0" in name + value:
-            raise LaunchError(f"There can be no environment variable '{shown(f'{name}={value}')}'")
+            raise LaunchError(f"There can be no environment variable '{escape(f'{name}={value}')}'")
     return found
 
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 from actors.launch.engine.worker import abandoned
 from actors.launch.errors import LaunchError
 from actors.processes.guard import SHELL
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence
@@ -32,7 +32,7 @@ LOOK_SEC: Final = 0.05
 MAX_OUTPUT_BYTES: Final = 1 << 20
 """More than this is no text for a launch file."""
 _KEPT_ERROR_BYTES: Final = 1 << 12
-"""Of stderr: its first line is shown."""
+"""Of stderr: its first line is escape."""
 _READ_BYTES: Final = 1 << 16
 
 # Only the watcher has the pipe, and it has nothing of the command's output, which would not end otherwise.
@@ -54,14 +54,14 @@ def command_output(command: Sequence[str], environment: Mapping[str, str]) -> st
     Raises:
         LaunchError: It cannot be run, fails, takes too long, or writes what is no text or too long.
     """
-    name = shown(PurePath(command[0]).name)
+    name = escape(PurePath(command[0]).name)
     deadline = time.monotonic() + COMMAND_TIMEOUT_SEC
     with _started(command, environment, name) as process:
         output, complaint = _read(process, name, deadline)
         code = _wait(process, name, deadline)
     if code != 0:
         lines = complaint.decode(errors="replace").strip().splitlines()
-        why = f": {shown(lines[0])}" if lines else ""
+        why = f": {escape(lines[0])}" if lines else ""
         raise LaunchError(f"Command '{name}' has failed with exit code {code}{why}")
     try:
         return output.decode()

@@ -21,7 +21,7 @@ from actors.launch.resources.factories import find_factory
 from actors.parameters.errors import InvalidParameterFileError
 from actors.parameters.overrides import load_parameter_file
 from actors.tools.executables import find_package
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -115,11 +115,11 @@ class Files:
             LaunchError: There is none, or it is no such file.
         """
         if not Path(path).is_file():
-            raise LaunchError(f"No parameter file '{shown(path)}'")
+            raise LaunchError(f"No parameter file '{escape(path)}'")
         try:
             load_parameter_file(path)
         except InvalidParameterFileError as error:
-            raise LaunchError(f"Parameter file '{shown(path)}': {error.reason}") from None
+            raise LaunchError(f"Parameter file '{escape(path)}': {error.reason}") from None
         return path
 
     def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:
@@ -140,7 +140,7 @@ class Files:
         """
         folder = self._package(package).share()
         if folder is None:
-            raise LaunchError(f"Package '{shown(package)}' has no folder")
+            raise LaunchError(f"Package '{escape(package)}' has no folder")
         return str(folder)
 
     def executable(self, name: str, environment: Mapping[str, str]) -> str:
@@ -151,7 +151,7 @@ class Files:
         """
         found = shutil.which(name, path=environment.get("PATH", os.defpath))
         if found is None:
-            raise LaunchError(f"No program '{shown(name)}'")
+            raise LaunchError(f"No program '{escape(name)}'")
         return found
 
     def output_of(self, command: Sequence[str], environment: Mapping[str, str]) -> str:
@@ -175,13 +175,13 @@ class Files:
             with Path(path).open("rb") as file:
                 content = file.read(MAX_FILE_BYTES + 1)
         except (OSError, ValueError) as error:
-            raise LaunchError(f"No file '{shown(path)}': {getattr(error, 'strerror', error)}") from None
+            raise LaunchError(f"No file '{escape(path)}': {getattr(error, 'strerror', error)}") from None
         if len(content) > MAX_FILE_BYTES:
-            raise LaunchError(f"{shown(path)} is larger than {MAX_FILE_BYTES} bytes")
+            raise LaunchError(f"{escape(path)} is larger than {MAX_FILE_BYTES} bytes")
         try:
             return content.decode()
         except UnicodeDecodeError:
-            raise LaunchError(f"{shown(path)} is no UTF-8 text") from None
+            raise LaunchError(f"{escape(path)} is no UTF-8 text") from None
 
     def unique(self) -> str:
         """Return a word that nobody else has."""
@@ -204,7 +204,7 @@ class Files:
 def _package(name: str) -> Package:
     found = find_package(name)
     if found is None:
-        raise LaunchError(f"No installed package '{shown(name)}'")
+        raise LaunchError(f"No installed package '{escape(name)}'")
     return found
 
 
@@ -214,7 +214,7 @@ def _source(path: str) -> bytes:
             source = file.read(MAX_FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", error)
-        raise NoLaunchFileError(f"No launch file '{shown(path)}': {why}") from None
+        raise NoLaunchFileError(f"No launch file '{escape(path)}': {why}") from None
     if len(source) > MAX_FILE_BYTES:
         raise LaunchFileError(f"{path} is larger than {MAX_FILE_BYTES} bytes")
     return source

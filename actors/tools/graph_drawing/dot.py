@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from actors.tools.graph_drawing.model import Kind, Relation
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from actors.tools.graph_drawing.model import Edge, GraphModel
@@ -46,4 +46,4 @@ def _look(edge: Edge) -> str:
 
 def _quoted(text: str) -> str:
     """Return a text as DOT's quoted string. A backslash would begin one of DOT's escapes."""
-    return '"' + shown(text).replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return '"' + escape(text).replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from actors.tools.graph_drawing.model import Kind, Relation
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from actors.tools.graph_drawing.model import Edge, GraphModel
@@ -39,4 +39,4 @@ def _arrow(edge: Edge) -> str:
 
 def _quoted(text: str) -> str:
     """Return a text as Mermaid's quoted string, with all that means something to it as numbers."""
-    return '"' + _SPECIAL.sub(lambda char: f"#{ord(char[0])};", shown(text)) + '"'
+    return '"' + _SPECIAL.sub(lambda char: f"#{ord(char[0])};", escape(text)) + '"'

@@ -6,15 +6,15 @@ thickens its lines and tells its types.
 
 from __future__ import annotations
 
+import html
 import re
-from html import escape
 from typing import TYPE_CHECKING, Final
 
 from actors.tools.graph_drawing.layering import folds, layers_of
 from actors.tools.graph_drawing.layout import Layout, Measure
 from actors.tools.graph_drawing.model import DrawingTooLargeError, Kind
 from actors.tools.graph_drawing.wiring import parts_of, wiring_of
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from actors.tools.graph_drawing.layout import Segment
@@ -296,12 +296,12 @@ def _shape(hub: Hub, left: float, top: float, width: float, height: float) -> st
 def _node(node: Vertex, left: float, top: float, width: float, height: float) -> str:
     place = f'x="{_n(left)}" y="{_n(top)}" width="{_n(width)}" height="{_n(height)}"'
     middle = f'x="{_n(left + width / 2)}" y="{_n(top + height / 2)}"'
-    name = _safe(shown(node.name))
+    name = _safe(escape(node.name))
     return f'<g class="node"><rect {place} rx="10"/><text {middle}>{name}</text></g>\n'
 
 
 def _width(name: str) -> float:
-    return len(shown(name)) * _LETTER
+    return len(escape(name)) * _LETTER
 
 
 def _hub_width(hub: Hub) -> float:
@@ -315,4 +315,4 @@ def _n(number: float) -> str:
 
 def _safe(text: str) -> str:
     """Return a text as XML takes it."""
-    return escape(_UNWRITABLE.sub("?", text))
+    return html.escape(_UNWRITABLE.sub("?", text))

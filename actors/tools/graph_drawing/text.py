@@ -13,7 +13,7 @@ from actors.tools.graph_drawing.layering import folds, layers_of
 from actors.tools.graph_drawing.layout import Layout, Measure
 from actors.tools.graph_drawing.model import Kind, Relation
 from actors.tools.graph_drawing.wiring import parts_of, wiring_of
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from actors.tools.graph_drawing.layout import Segment
@@ -65,19 +65,19 @@ def listing_of(model: GraphModel) -> str:
         if edge.source.kind is Kind.NODE:
             told[edge.source].append(_told(edge))
         else:
-            told[edge.target].append(f"{edge.relation.value} {shown(edge.source.name)}")
+            told[edge.target].append(f"{edge.relation.value} {escape(edge.source.name)}")
     lines: list[str] = []
     for node in nodes:
-        lines.append(shown(node.name))
+        lines.append(escape(node.name))
         lines += [f"  {each}" for each in sorted(told[node])]
     return "\n".join(lines)
 
 
 def _told(edge: Edge) -> str:
-    target = shown(edge.target.name)
+    target = escape(edge.target.name)
     if not edge.names:
         return f"{edge.relation.value} {target}"
-    names = ", ".join(map(shown, edge.names))
+    names = ", ".join(map(escape, edge.names))
     preposition = "to" if edge.relation is Relation.PUBLISHES else "of"
     return f"{edge.relation.value} {names} {preposition} {target}"
 
@@ -107,7 +107,7 @@ def _fitting(part: Wiring, width: int | None, first_hub: int) -> TextDrawing | N
     """Draw a connected part, folded as often as it must be to fit; None if it does not."""
     if width is None:
         return TextDrawing(Layout(part, _MEASURE), first_hub)
-    widths: list[float] = [len(shown(node.name)) + _NODE_PADDING for node in part.nodes]
+    widths: list[float] = [len(escape(node.name)) + _NODE_PADDING for node in part.nodes]
     widths += [len(_label(hub)) for hub in part.hubs]
     for last in folds(layers_of(part), widths, between=_SHORTEST, room=width, fewest=_FEWEST_COLUMNS):
         drawing = TextDrawing(Layout(part, _MEASURE, last_column=last), first_hub)
@@ -121,7 +121,7 @@ def _boxes(nodes: list[Vertex], width: int) -> Canvas | None:
     canvas = Canvas()
     top = left = 0
     for node in nodes:
-        name = shown(node.name)
+        name = escape(node.name)
         if len(name) + 4 > width:
             return None
         if left + len(name) + 4 > width:
@@ -166,7 +166,7 @@ class TextDrawing:
     def _width_of(self, at: int) -> int:
         thing = self._layout.things[at]
         if thing.node is not None:
-            return len(shown(self._layout.wiring.nodes[thing.node].name)) + _NODE_PADDING
+            return len(escape(self._layout.wiring.nodes[thing.node].name)) + _NODE_PADDING
         return 0 if thing.hub is None else len(_label(self._layout.wiring.hubs[thing.hub]))
 
     def _draw_thing(self, at: int, left: int, width: int) -> None:
@@ -174,7 +174,7 @@ class TextDrawing:
         row, height = round(thing.top), round(thing.height)
         if thing.node is not None:
             self.canvas.box(row, left, width, height)
-            name = shown(self._layout.wiring.nodes[thing.node].name)
+            name = escape(self._layout.wiring.nodes[thing.node].name)
             self.canvas.write(row + (height - 1) // 2, left + 2, name, Paint.NODE)
             self._draw_ports(at, left, width)
         elif thing.hub is None:

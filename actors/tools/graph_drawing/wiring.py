@@ -10,7 +10,7 @@ from enum import IntFlag
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.tools.graph_drawing.model import Edge, Kind, Relation, Vertex
-from proto.errors import shown
+from proto.errors import escape
 
 if TYPE_CHECKING:
     from actors.tools.graph_drawing.model import GraphModel
@@ -48,7 +48,7 @@ def wiring_of(model: GraphModel) -> Wiring:
     nodes = model.of_kind(Kind.NODE)
     number = {vertex: at for at, vertex in enumerate(nodes)}
     hubs = [
-        Hub(shown(vertex.name), vertex.kind, vertex)
+        Hub(escape(vertex.name), vertex.kind, vertex)
         for vertex in model.vertices
         if vertex.kind is not Kind.NODE
     ]
@@ -73,7 +73,7 @@ def wiring_of(model: GraphModel) -> Wiring:
 
 def _label(edge: Edge) -> Hub:
     more = len(edge.names) - MAX_LABEL_NAMES
-    text = ", ".join(map(shown, edge.names[:MAX_LABEL_NAMES])) + (f" +{more}" if more > 0 else "")
+    text = ", ".join(map(escape, edge.names[:MAX_LABEL_NAMES])) + (f" +{more}" if more > 0 else "")
     return Hub(text, Kind.TOPIC if edge.relation is Relation.PUBLISHES else Kind.SERVICE, None)
 
 

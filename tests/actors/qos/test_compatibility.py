@@ -16,7 +16,7 @@ from actors.qos.compatibility import (
 )
 from actors.qos.profile import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 from proto.codes import PolicyKind
-from proto.qos import disagreement, read
+from proto.qos import incompatible_policy, parse_qos
 from tests.actors.qos.test_profile import PROFILES
 
 
@@ -139,5 +139,5 @@ def test_the_broker_agrees(pub: QoSProfile, sub: QoSProfile) -> None:
     if "WARNING" in qos_check_compatible(pub, sub)[1] or _is_half_open(pub) or _is_half_open(sub):
         pub, sub = pub.resolved(), sub.resolved()
     found = incompatible_policies(pub, sub)
-    named = disagreement(read(pub.to_wire()), read(sub.to_wire()))
+    named = incompatible_policy(parse_qos(pub.to_wire()), parse_qos(sub.to_wire()))
     assert named == (PolicyKind(found[-1]) if found else None)

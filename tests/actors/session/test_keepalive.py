@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from actors.session.keepalive import Keepalive
-from proto.liveness import Finding
+from proto.liveness import PeerState
 
 KEEPALIVE_S = 3.0
 TICK_S = 0.5
@@ -26,13 +26,13 @@ class Session:
         while self.now < began + seconds:
             self.now += TICK_S
             finding = self.keepalive.look(self.now, self.received, self.sent, waiting=waiting)
-            if finding is Finding.SILENT:
+            if finding is PeerState.SILENT:
                 return self.now - began
-            if finding is Finding.ASK:
+            if finding is PeerState.PING_DUE:
                 self.pings += 1
                 self.sent += PING
             self.keepalive.looked(self.sent)
-            if finding is Finding.ASK and not self.frozen:
+            if finding is PeerState.PING_DUE and not self.frozen:
                 self.received += PING
         return None
 
@@ -100,6 +100,6 @@ def test_signs_that_cannot_leave_do_not_pile_up() -> None:
     keepalive, pings = Keepalive(0.0, KEEPALIVE_S), 0
     for tick in range(1, 61):
         finding = keepalive.look(tick * TICK_S, 1000 * tick, 100, waiting=True)
-        pings += finding is Finding.ASK
+        pings += finding is PeerState.PING_DUE
         keepalive.looked(100)
     assert 25 <= pings <= 30

@@ -136,7 +136,7 @@ class Recorder:
     def read_finished(self) -> None:
         self.events.append("batch")
 
-    def room(self) -> None:
+    def writable(self) -> None:
         self.events.append("room")
 
     def failed(self, error: ProtocolError) -> None:

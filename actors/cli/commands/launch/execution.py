@@ -31,7 +31,7 @@ from actors.launch.planning.steps import STOP_TIMEOUT_SEC, Call, End, OutputMode
 from actors.launch.resources.files import SUFFIXES, Files
 from actors.tools.suggestions import did_you_mean
 from proto.aio import process
-from proto.errors import CallboardError, shown
+from proto.errors import CallboardError, escape
 
 if TYPE_CHECKING:
     import argparse
@@ -121,7 +121,7 @@ def _file_of(words: Sequence[str]) -> tuple[Path, Sequence[str]]:
         return first.absolute(), words[1:]
     if len(words) < 2 or ":=" in words[1]:
         raise CommandError(
-            f"No launch file '{shown(words[0])}'; for a package write: callboard launch PACKAGE FILE"
+            f"No launch file '{escape(words[0])}'; for a package write: callboard launch PACKAGE FILE"
         )
     return _file_in_package(words[0], words[1]), words[2:]
 
@@ -131,7 +131,7 @@ def _file_in_package(package: str, name: str) -> Path:
 
     found = find_package(package)
     if found is None:
-        raise CommandError(f"No launch file and no installed package '{shown(package)}'")
+        raise CommandError(f"No launch file and no installed package '{escape(package)}'")
     folder = (found.share() or Path()) / "launch"
     path = folder / name
     if found.share() is not None and path.is_file():
@@ -139,13 +139,13 @@ def _file_in_package(package: str, name: str) -> Path:
     there = folder.iterdir() if found.share() is not None and folder.is_dir() else ()
     files = sorted(each.name for each in there if each.suffix in SUFFIXES)
     hint = did_you_mean(name, files) or f"; there is: {', '.join(files) or 'none'}"
-    raise CommandError(f"No launch file '{shown(name)}' in package '{package}'{hint}")
+    raise CommandError(f"No launch file '{escape(name)}' in package '{package}'{hint}")
 
 
 def _argument(word: str) -> tuple[str, str]:
     name, separator, value = word.partition(":=")
     if not name or not separator:
-        raise CommandError(f"Malformed launch argument '{shown(word)}': expected name:=value", USAGE)
+        raise CommandError(f"Malformed launch argument '{escape(word)}': expected name:=value", USAGE)
     return name, value
 
 

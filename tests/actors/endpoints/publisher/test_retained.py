@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.endpoints.publisher.retained import Retained
-from proto.batches import message_bytes, messages
+from proto.batches import message_bytes, split_messages
 from tests.broker.frame_makers import batch
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def test_the_last_messages_are_kept(lengths: list[int], keep: int) -> None:
         assert kept.first_sequence == expected[0]
         assert kept.messages == len(expected)
         assert kept.size == sum(message_bytes(part) for part in kept.newest_first())
-        assert all(len(list(messages(part))) == part.length for part in kept.newest_first())
+        assert all(len(list(split_messages(part))) == part.length for part in kept.newest_first())
 
 
 @given(st.lists(st.integers(1, 9), min_size=1), st.integers(0, 60))
@@ -49,7 +49,7 @@ def test_what_is_before_a_number_can_be_had_alone(lengths: list[int], before: in
     parts = list(kept.newest_first(before=before))
     found = [part.first_sequence + index for part in reversed(parts) for index in range(part.length)]
     assert found == list(range(min(before, published)))
-    assert all(len(list(messages(part))) == part.length for part in parts)
+    assert all(len(list(split_messages(part))) == part.length for part in parts)
 
 
 def test_bytes_are_bounded_too(monkeypatch: pytest.MonkeyPatch) -> None:
