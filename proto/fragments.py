@@ -1,6 +1,6 @@
-"""Large frames in pieces: cut on one side, put together in one buffer on the other.
+"""Large frames in fragments: split by the sender, reassembled by the receiver (docs/protocol.md §6.8).
 
-The buffer grows with what has come, not with what was announced: a total costs the sender nothing.
+A reassembly buffer grows with the bytes received, not with the total that a peer announces.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ def is_large(raw: Buffer) -> bool:
 
 
 class Transfer:
-    """A large frame on its way out."""
+    """A large frame that is being sent in fragments."""
 
     __slots__ = ("_offset", "_raw", "id")
 
@@ -27,7 +27,7 @@ class Transfer:
         self._offset = 0
 
     def next(self) -> tuple[bytes, memoryview, bool]:
-        """Return the next FRAGMENT frame, its payload apart and not copied, and whether it was the last."""
+        """Return the head of the next FRAGMENT frame, its payload (a view), and whether it is the last."""
         start, total = self._offset, len(self._raw)
         stop = min(start + limits.FRAGMENT_BYTES, total)
         self._offset = stop
@@ -36,28 +36,57 @@ class Transfer:
         return encode_head(piece), payload, stop == total
 
 
-class Reassembler:
-    """Puts a peer's fragments together.
+class Transfers:
+    """The open transfers of one link in one direction: their ids and their number.
 
-    Bounded: `limits.MAX_TRANSFERS` frames at a time, each at most `max_bytes`.
+    Attributes:
+        full: Whether `limits.MAX_TRANSFERS` are open.
     """
+
+    __slots__ = ("_next_id", "_open", "full")
+
+    def __init__(self) -> None:
+        self.full = False
+        self._next_id = 0
+        self._open: set[int] = set()
+
+    def start(self, raw: Buffer) -> Transfer | None:
+        """Open a transfer of an encoded frame; return None if `full`."""
+        if self.full:
+            return None
+        self._next_id = (self._next_id + 1) & limits.MAX_U32
+        while self._next_id in self._open:
+            self._next_id = (self._next_id + 1) & limits.MAX_U32
+        self._open.add(self._next_id)
+        self.full = len(self._open) >= limits.MAX_TRANSFERS
+        return Transfer(self._next_id, raw)
+
+    def end(self, transfer: Transfer) -> None:
+        """Remove a transfer that is finished or aborted."""
+        self._open.discard(transfer.id)
+        self.full = False
+
+
+class Reassembler:
+    """Joins a peer's fragments: up to `limits.MAX_TRANSFERS` frames at a time, of up to `max_bytes`."""
 
     __slots__ = ("_max_bytes", "_open")
 
     def __init__(self, max_bytes: int = limits.MAX_MESSAGE_BYTES) -> None:
         self._max_bytes = max_bytes
         self._open: dict[int, tuple[bytearray, int]] = {}
-        """By transfer id: what has come, and the total."""
+        """By transfer id: the bytes received so far, and the total size."""
 
     def add(self, fragment: Fragment) -> bytearray | None:
-        """Take one piece; return the whole encoded frame when it was the last.
+        """Add one fragment; return the whole encoded frame if it was the last one.
 
         Raises:
-            ProtocolError: Too large, too many at a time, or pieces that do not fit together.
+            ProtocolError: The frame is too large, too many transfers are open, or the fragments are
+                inconsistent.
         """
         found = self._open.pop(fragment.transfer, None)
         if (found is None) == (fragment.total is None):
-            raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: exactly the first piece has the total size")
+            raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: exactly the first one has the total size")
         if found is None:
             assert fragment.total is not None
             self._check_start(fragment.total)
@@ -65,7 +94,7 @@ class Reassembler:
         buffer, total = found
         end = len(buffer) + len(fragment.payload)
         if not fragment.payload or end > total or fragment.more == (end == total):
-            raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: the pieces do not add up to the total size")
+            raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: they do not add up to the total size")
         buffer += fragment.payload
         if not fragment.more:
             return buffer
@@ -81,5 +110,5 @@ class Reassembler:
             raise ProtocolError(ErrorCode.LIMIT, text)
 
     def abort(self, abort: Abort) -> None:
-        """Forget a transfer; an unknown one is ignored (its last piece may have crossed the ABORT)."""
+        """Forget a transfer; ignore an unknown one, since its last fragment may have been sent already."""
         self._open.pop(abort.transfer, None)

@@ -1,24 +1,28 @@
-"""What waits to be sent on one link, and in which order it goes. Pure: whoever owns a socket pulls from it.
+"""Everything that waits to be sent on one link, and the order in which it is sent.
 
-Control frames go first, then requests and replies, then the *lanes* in turn. A lane is one publisher's queue:
-its depth bounds the messages in it, exactly, by dropping the oldest when they cannot leave; its credit, where
-it has one, holds them back. Large frames leave in fragments, one at each turn of their lane, so they hold up
-nobody. The messages of all lanes together have a ceiling in bytes; what is never dropped is counted for the
-owner to cap: small frames, and apart from them large calls and latched messages, a few of which are much.
+Control frames are sent first, then requests and replies, then the publisher queues in turn, one frame each
+(docs/protocol.md §6.7). Large frames leave in fragments, one per turn, so they never block the link.
+
+Two limits bound an outbox. The messages in all publisher queues together stay below `max_held_bytes`: above
+it the fullest KEEP_LAST queues lose their oldest batches. Everything else is never dropped; the outbox counts
+its bytes, and the owner ends the link above its limits.
+
+The module does no I/O: the owner of a socket takes frames with `take` and calls `trim` afterwards.
 """
 
 from __future__ import annotations
 
 import sys
 from collections import deque
+from dataclasses import dataclass, field
 from heapq import heapify, heappop, heapreplace
 from typing import TYPE_CHECKING
 
 from proto import limits
 from proto.codec import encode
-from proto.fragments import is_large
+from proto.fragments import Transfers, is_large
 from proto.frames import Batch, Cancel, Replay
-from proto.publisher_queue import PublisherQueue, Transfers
+from proto.publisher_queue import PublisherQueue
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class _LargeCall(PublisherQueue):
-    """A lane of its own for one large frame of requests or replies."""
+    """A queue that holds one large frame of requests or replies."""
 
     __slots__ = ("key",)
 
@@ -37,74 +41,61 @@ class _LargeCall(PublisherQueue):
         self.put(raw)
 
 
+@dataclass(slots=True, eq=False, repr=False)
 class Outbox:
     """Everything that waits on one link.
 
-    The owner puts things in, calls `next` until it gets None or its transport is full, and then `trim`: so
-    only what cannot leave is dropped.
-
-    Attributes:
-        large_budget: Bytes of large messages to send before other connections are served; set by the owner.
-        urgent_bytes: Bytes of control frames and calls that wait.
-        ordered_bytes: Bytes of control frames and latched messages that wait in lanes, in order with runs.
-        bulk_bytes: What large calls and latched messages are of these.
-        held_bytes: What the messages that wait in all lanes take, as of the last `trim`.
-        max_held_bytes: What they may take, or the fullest lanes are cut; the owner sets it.
-        dropped: Messages dropped here, in all, because the link was slow.
+    The owner puts items in, calls `take` until it returns nothing or the transport is full, and then `trim`:
+    so only messages that cannot be sent are dropped.
     """
 
-    __slots__ = (
-        "_behind_calls",
-        "_calls",
-        "_control",
-        "_large_calls",
-        "_ready",
-        "_touched",
-        "_transfers",
-        "bulk_bytes",
-        "dropped",
-        "held_bytes",
-        "large_budget",
-        "max_held_bytes",
-        "ordered_bytes",
-        "urgent_bytes",
+    large_budget: int = field(default=sys.maxsize, init=False)
+    """Bytes of large frames to send before other connections are served; set by the owner."""
+    urgent_bytes: int = field(default=0, init=False)
+    """Bytes of control frames and calls that wait."""
+    ordered_bytes: int = field(default=0, init=False)
+    """Bytes of control frames and latched messages that wait in publisher queues."""
+    bulk_bytes: int = field(default=0, init=False)
+    """The part of both that is large calls and latched messages."""
+    held_bytes: int = field(default=0, init=False)
+    """Estimated memory of the messages in all publisher queues, as of the last `trim`."""
+    max_held_bytes: int = field(default=sys.maxsize, init=False)
+    """Limit of `held_bytes`; set by the owner."""
+    dropped: int = field(default=0, init=False)
+    """Messages dropped in all because the link was slow."""
+    _control: deque[bytes] = field(default_factory=deque[bytes], init=False)
+    _calls: deque[bytes] = field(default_factory=deque[bytes], init=False)
+    _ready: deque[PublisherQueue] = field(default_factory=deque[PublisherQueue], init=False)
+    """The queues with something to send, in the order in which they are served."""
+    _touched: list[PublisherQueue] = field(default_factory=list[PublisherQueue], init=False)
+    """The queues that got batches since the last `trim`."""
+    _large_calls: dict[tuple[int, int], _LargeCall] = field(
+        default_factory=dict[tuple[int, int], _LargeCall], init=False
     )
-
-    def __init__(self) -> None:
-        self._control: deque[bytes] = deque()
-        self._calls: deque[bytes] = deque()
-        self._ready: deque[PublisherQueue] = deque()
-        self._touched: list[PublisherQueue] = []
-        self._large_calls: dict[tuple[int, int], _LargeCall] = {}
-        self._behind_calls: dict[int, bytes] = {}
-        """By endpoint, what waits until its large calls have left."""
-        self._transfers = Transfers()
-        self.large_budget = sys.maxsize
-        self.urgent_bytes = 0
-        self.ordered_bytes = 0
-        self.bulk_bytes = 0
-        self.held_bytes = 0
-        self.max_held_bytes = sys.maxsize
-        self.dropped = 0
+    _after_calls: dict[int, bytes] = field(default_factory=dict[int, bytes], init=False)
+    """By endpoint, the frame that waits until the endpoint's large calls are sent."""
+    _transfers: Transfers = field(default_factory=Transfers, init=False)
 
     @property
     def undroppable_bytes(self) -> int:
-        """Bytes of control frames and small calls, which are never dropped: the owner must cap them.
+        """Bytes of control frames and small calls, which are never dropped: the owner must limit them.
 
-        So are large calls and latched messages, which `bulk_bytes` counts: a few of them are more than would
-        ever wait of small ones for a peer that reads.
+        Large calls and latched messages are not included. The owner limits `bulk_bytes` apart, since a few of
+        these are more than small frames ever amount to for a peer that reads.
         """
         return self.urgent_bytes + self.ordered_bytes - self.bulk_bytes
 
     def put_control(self, raw: bytes) -> None:
-        """Queue a frame that goes before everything else. Never a large one."""
+        """Queue a small encoded frame that is sent before everything else."""
         self._control.append(raw)
         self.urgent_bytes += len(raw)
 
     def put_calls(self, raw: bytes, key: tuple[int, int] | None = None) -> None:
-        """Queue a frame of requests, replies or cancellations.
+        """Queue a frame of requests, replies or cancellations; a large one is served like a publisher queue.
 
-        A large one takes its turn with the lanes; `key` (endpoint, call id) names it for `drop_call`.
+        Args:
+            raw: The encoded frame.
+            key: Endpoint and call id, by which `drop_call` finds a large frame.
         """
         self.urgent_bytes += len(raw)
         if not is_large(raw):
@@ -114,17 +105,17 @@ class Outbox:
         if key is not None:
             self._large_calls[key] = queue
         self.bulk_bytes += len(raw)
-        self._schedule(queue)
+        self.schedule(queue)
 
     def put_after_calls(self, endpoint: int, raw: bytes) -> bool:
-        """Queue a small frame behind all calls of an endpoint that are here, its last word. Once for each.
+        """Queue the last frame of an endpoint, to be sent after all its calls. At most once per endpoint.
 
         Returns:
-            False if it waits for large ones, which may take long.
+            False if it waits for large calls, which may take long.
         """
         self.urgent_bytes += len(raw)
         if self._has_large_calls(endpoint):
-            self._behind_calls[endpoint] = raw
+            self._after_calls[endpoint] = raw
             return False
         self._calls.append(raw)
         return True
@@ -132,12 +123,13 @@ class Outbox:
     def _has_large_calls(self, endpoint: int) -> bool:
         return any(owner == endpoint for owner, _ in self._large_calls)
 
-    def _large_call_is_gone(self, endpoint: int) -> None:
-        if endpoint in self._behind_calls and not self._has_large_calls(endpoint):
-            self._calls.append(self._behind_calls.pop(endpoint))
+    def _release_after_calls(self, endpoint: int) -> None:
+        """Queue the last frame of an endpoint if no large call precedes it any more."""
+        if endpoint in self._after_calls and not self._has_large_calls(endpoint):
+            self._calls.append(self._after_calls.pop(endpoint))
 
     def drop_call(self, key: tuple[int, int]) -> bool:
-        """Take a large call back; False if it is not there any more, because it has left whole."""
+        """Remove a large call; return False if it is not there, because it was sent completely."""
         queue = self._large_calls.pop(key, None)
         if queue is None:
             return False
@@ -146,20 +138,23 @@ class Outbox:
         abort = queue.discard(self._transfers)
         if abort is not None:
             self.put_control(abort)
-        self._large_call_is_gone(key[0])
+        self._release_after_calls(key[0])
         return True
 
     def cancel_calls(self, endpoint: int, calls: Sequence[int]) -> None:
-        """Take back the large ones of these calls that have not left whole; send CANCEL for the others."""
+        """Remove those of these calls that are still queued as large frames; send CANCEL for the others."""
         left = [call for call in calls if not self.drop_call((endpoint, call))]
         for start in range(0, len(left), limits.MAX_CALLS_PER_FRAME):
             part = tuple(left[start : start + limits.MAX_CALLS_PER_FRAME])
             self.put_calls(encode(Cancel(endpoint, part)))
 
     def enqueue(self, queue: PublisherQueue, item: Batch | Replay | bytes, *, first: bool = False) -> None:
-        """Queue a run, or what must stay in order with it, in its lane.
+        """Put a batch, or a frame that must stay in order with batches, into a publisher queue.
 
-        With `first` it goes before everything in the lane that has not begun to leave.
+        Args:
+            queue: The queue, which belongs to this outbox.
+            item: A batch, latched messages, or another encoded frame.
+            first: Whether it goes before everything in the queue that is not being sent.
         """
         put = queue.put_front if first else queue.put
         if isinstance(item, Batch):
@@ -170,10 +165,10 @@ class Outbox:
             put(item)
             self.ordered_bytes += queue.control_bytes - control
             self.bulk_bytes += queue.bulk_bytes - bulk
-        self._schedule(queue)
+        self.schedule(queue)
 
     def discard_queue(self, queue: PublisherQueue) -> int:
-        """Take back everything that waits in a lane; return how many messages that were."""
+        """Abandon everything in a publisher queue; return the number of messages that waited."""
         pending = queue.pending
         self.ordered_bytes -= queue.control_bytes
         self.bulk_bytes -= queue.bulk_bytes
@@ -183,23 +178,25 @@ class Outbox:
             self.put_control(abort)
         return pending
 
-    def reschedule(self, queue: PublisherQueue) -> None:
-        """Look at a lane again after its credit or its link has changed."""
-        self._schedule(queue)
-
-    def _schedule(self, queue: PublisherQueue) -> None:
+    def schedule(self, queue: PublisherQueue) -> None:
+        """Serve a queue if it has something to send; call this when its credit or its link has changed."""
         if not queue.scheduled and queue.sendable:
             queue.scheduled = True
             self._ready.append(queue)
 
-    def take(self, room: int) -> tuple[list[Buffer], int]:
-        """Return the next encoded frames to write, and their size: `room` bytes or a frame more.
+    def take(self, max_bytes: int) -> tuple[list[Buffer], int]:
+        """Remove and return the next frames to write.
 
-        Less than `room` means that nothing else may go now.
+        Args:
+            max_bytes: Stop when the frames have at least this size; the last one may exceed it.
+
+        Returns:
+            The encoded frames and their size. A smaller size than `max_bytes` means that nothing else may be
+            sent now.
         """
         parts: list[Buffer] = []
         size = 0
-        while size < room:
+        while size < max_bytes:
             urgent = self._control or self._calls
             if urgent:
                 raw = urgent.popleft()
@@ -207,18 +204,18 @@ class Outbox:
                 parts.append(raw)
                 size += len(raw)
                 continue
-            if not self._ready or not (taken := self._next_of_queues(parts)):
+            if not self._ready or not (taken := self._take_from_queues(parts)):
                 break
             size += taken
         return parts, size
 
     @property
     def has_more(self) -> bool:
-        """Whether lanes wait for their turn: when `take` finds nothing, only those of large messages do."""
+        """Whether queues wait to be served; after `take` has returned nothing, for large frames only."""
         return bool(self._ready)
 
-    def _next_of_queues(self, parts: list[Buffer]) -> int:
-        """Append the next frame of the lane whose turn it is; return its size, 0 if none may go now."""
+    def _take_from_queues(self, parts: list[Buffer]) -> int:
+        """Append the next frame of the next queue to `parts`; return its size, 0 if no queue may send."""
         for _ in range(len(self._ready)):
             queue = self._ready.popleft()
             if self.large_budget <= 0 and queue.is_large:
@@ -227,56 +224,56 @@ class Outbox:
             queue.scheduled = False
             if not queue.sendable:
                 continue
-            before, bulk, count = queue.control_bytes, queue.bulk_bytes, len(parts)
-            size = queue.next_piece(self._transfers, parts)
+            control, bulk, count = queue.control_bytes, queue.bulk_bytes, len(parts)
+            size = queue.take_next(self._transfers, parts)
             if len(parts) - count > 1:  # the head and the payload of a fragment
                 self.large_budget -= size
             if queue.counted_bytes:
                 self._recount(queue)
-            if queue.control_bytes != before:
+            if queue.control_bytes != control:
                 self.bulk_bytes -= bulk - queue.bulk_bytes
-                self._control_has_left(queue, before - queue.control_bytes)
-            self._schedule(queue)
+                self._count_sent_control(queue, control - queue.control_bytes)
+            self.schedule(queue)
             if size:
                 return size
         return 0
 
-    def _control_has_left(self, queue: PublisherQueue, size: int) -> None:
+    def _count_sent_control(self, queue: PublisherQueue, size: int) -> None:
         if not isinstance(queue, _LargeCall):
             self.ordered_bytes -= size
             return
         self.urgent_bytes -= size
         if queue.key is not None and self._large_calls.get(queue.key) is queue:
             del self._large_calls[queue.key]
-            self._large_call_is_gone(queue.key[0])
+            self._release_after_calls(queue.key[0])
 
     def trim(self) -> None:
-        """Bring the lanes that got runs back to their depth: what is left in them cannot leave now.
+        """Drop the messages beyond the depths of their queues and beyond `max_held_bytes`.
 
-        If all lanes together hold too much, the oldest runs of the fullest ones go. If `held_bytes` is above
-        `max_held_bytes` even then, nothing is left that may be dropped: the owner must end the link.
+        Call it after `take`: what is still queued then cannot be sent now. If `held_bytes` exceeds
+        `max_held_bytes` afterwards, nothing is left that may be dropped, and the owner must end the link.
         """
         for queue in self._touched:
             dropped = queue.dropped
             queue.trim()
             if queue.dropped != dropped:
                 self.dropped += queue.dropped - dropped
-                self._schedule(queue)  # what stood behind messages without credit may go now
+                self.schedule(queue)  # a frame behind messages without credit may be the first one now
             if queue.pending or queue.counted_bytes:
                 self._recount(queue)
         self._touched.clear()
         if self.held_bytes > self.max_held_bytes:
-            self._make_room()
+            self._drop_from_fullest()
 
     def _recount(self, queue: PublisherQueue) -> None:
         held = queue.held_bytes
         self.held_bytes += held - queue.counted_bytes
         queue.counted_bytes = held
 
-    def _make_room(self) -> None:
-        """Drop the oldest runs of the fullest KEEP_LAST lanes, to below the ceiling.
+    def _drop_from_fullest(self) -> None:
+        """Drop the oldest batches of the fullest KEEP_LAST queues until an eighth of the limit is free.
 
-        So far below that the next look at all lanes is a good part of the ceiling away.
+        The margin makes the search over all queues rare.
         """
         enough = self.max_held_bytes - self.max_held_bytes // 8
         fullest = [

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from proto import limits
 from proto.codec import decode, encode
-from proto.fragments import Reassembler
+from proto.fragments import Reassembler, Transfers
 from proto.frames import (
     Abort,
     Batch,
@@ -27,7 +27,7 @@ from proto.frames import (
     Undeclare,
 )
 from proto.outbox import Outbox
-from proto.publisher_queue import PublisherQueue, Transfers
+from proto.publisher_queue import PublisherQueue
 from tests.proto.outboxes import drain, make_batch, request, take_one
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def test_credit_beyond_a_gap_lets_one_message_through() -> None:
         outbox.trim()
     assert take_one(outbox) is None
     queue.sequence_limit = 2
-    outbox.reschedule(queue)
+    outbox.schedule(queue)
     frame = decode(drain(outbox)[0])
     assert isinstance(frame, Batch)
     assert (frame.first_sequence, frame.length) == (99, 1)
@@ -258,7 +258,7 @@ def test_latched_messages_go_before_what_waits() -> None:
     queue.put(make_batch(5, [b"f", b"g", b"h"]))
     queue.trim()
     queue.put_front(make_batch(1, [b"b"]))
-    outbox.reschedule(queue)
+    outbox.schedule(queue)
     batches = [frame for frame in map(decode, drain(outbox)) if isinstance(frame, Batch)]
     assert [(batch.first_sequence, batch.length) for batch in batches] == [(1, 1), (6, 2)]
 
@@ -273,7 +273,7 @@ def test_a_restart_resends_the_half_sent_and_not_the_dropped() -> None:
     queue.restart(9)
     assert (queue.first_sequence, queue.pending, queue.dropped) == (0, 4, 1)
     after = Outbox()
-    after.reschedule(queue)
+    after.schedule(queue)
     reassembler = Reassembler()
     frames = [decode(raw) for raw in drain(after)]
     whole = [reassembler.add(frame) for frame in frames if isinstance(frame, Fragment)][-1]
@@ -360,7 +360,7 @@ def test_a_restarted_lane_counts_on_its_new_link_only() -> None:
     for link in (1, 2):
         outbox = Outbox()
         queue.restart(link)
-        outbox.reschedule(queue)
+        outbox.schedule(queue)
         outbox.enqueue(queue, make_batch(link * 10, [b"x"] * 3))
         outbox.trim()
         assert outbox.held_bytes == queue.held_bytes > 0

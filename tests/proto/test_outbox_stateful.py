@@ -62,7 +62,7 @@ class ModelQueue:
     sent_bytes: int = 0
     left_to: int = 0
     """The number after the last message that has come whole on any link."""
-    new_from: int = 0
+    resend_below: int = 0
     """Those below have left, or were dropped, on earlier links: losing them again is no loss."""
 
     def make(self, first: int, sizes: list[int]) -> tuple[Batch, list[Message | bytes]]:
@@ -93,7 +93,7 @@ class ModelQueue:
             excess = max(0, len(self.messages) - self.queue.depth)
             gone = self.messages[:excess]
             self.waiting = [item for item in self.waiting if item not in gone]
-            again = sum(message.sequence < self.new_from for message in gone)
+            again = sum(message.sequence < self.resend_below for message in gone)
             self.abandoned += again
             self.dropped += excess - again
 
@@ -102,9 +102,9 @@ class ModelQueue:
         waiting = [item for item in (*self.leaving, *self.waiting) if isinstance(item, Message)]
         self.leaving = []
         self.queue.restart(publisher)
-        self.new_from = self.queue.new_from
-        assert self.new_from >= self.left_to
-        new = [item for item in waiting if item.sequence >= self.new_from]
+        self.resend_below = self.queue.resend_below
+        assert self.resend_below >= self.left_to
+        new = [item for item in waiting if item.sequence >= self.resend_below]
         self.abandoned += len(waiting) - len(new)
         self.waiting = [*new]
         assert self.queue.first_sequence == (new[0].sequence if new else None)
@@ -213,7 +213,7 @@ class OutboxMachine(RuleBasedStateMachine):
         """Take everything that is left."""
         for model in self.models:
             model.queue.sequence_limit = model.queue.byte_limit = None
-            self.outbox.reschedule(model.queue)
+            self.outbox.schedule(model.queue)
         while self.pull():
             pass
         assert all(model.queue.empty and not model.waiting and not model.leaving for model in self.models)
@@ -314,7 +314,7 @@ class OutboxMachine(RuleBasedStateMachine):
         model = self.models[which]
         model.queue.sequence_limit = model.next_sent + ahead if ahead else None
         model.queue.byte_limit = model.queue.sent_bytes + room if room else None
-        self.outbox.reschedule(model.queue)
+        self.outbox.schedule(model.queue)
 
     @rule()
     def trim(self) -> None:
@@ -337,7 +337,7 @@ class OutboxMachine(RuleBasedStateMachine):
                 model.drop_larger(largest)
             model.put_front(again)
             model.trim_queue()
-            self.outbox.reschedule(model.queue)
+            self.outbox.schedule(model.queue)
 
     @rule(count=st.integers(1, 6))
     def pull_some(self, count: int) -> None:

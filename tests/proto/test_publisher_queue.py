@@ -89,7 +89,7 @@ def test_what_is_sent_again_and_held_up_by_another_break_is_no_loss() -> None:
     queue.put(make_batch(6, [b"\xc0"] * 3))
     queue.sequence_limit = 2
     outbox = Outbox()
-    outbox.reschedule(queue)
+    outbox.schedule(queue)
     assert [number for raw in drain(outbox) for number in numbers(raw)] == [0, 1]
     queue.restart(0)
     assert (queue.first_sequence, queue.pending, queue.dropped, queue.abandoned) == (6, 3, 0, 4)

@@ -248,7 +248,7 @@ def overlooks_a_gap() -> Iterator[None]:
 @contextmanager
 def has_no_ceiling() -> Iterator[None]:
     """However much waits for a link, nothing goes."""
-    with mock.patch.object(Outbox, "_make_room"), mock.patch.object(broker.server, "_cut_off"):
+    with mock.patch.object(Outbox, "_drop_from_fullest"), mock.patch.object(broker.server, "_cut_off"):
         yield
 
 

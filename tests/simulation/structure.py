@@ -154,13 +154,13 @@ def of_outbox(outbox: Outbox) -> Wrongs:
     unnamed = sum(
         queue.control_bytes for queue in outbox._ready if getattr(queue, "key", 0) is None and not queue.empty
     )
-    behind = sum(map(len, outbox._behind_calls.values()))
+    behind = sum(map(len, outbox._after_calls.values()))
     urgent = small + large + unnamed + behind
     if outbox.urgent_bytes != urgent:
         yield f"an outbox counts {outbox.urgent_bytes} urgent bytes and holds {urgent}"
     if outbox.ordered_bytes < 0:
         yield f"an outbox counts {outbox.ordered_bytes} bytes in lanes"
-    if outbox._behind_calls.keys() - {endpoint for endpoint, _ in outbox._large_calls}:
+    if outbox._after_calls.keys() - {endpoint for endpoint, _ in outbox._large_calls}:
         yield "the last word of an endpoint waits for nothing"
     # Lanes that hold latched messages are a broker's, which have no credit: those in turn are all there are.
     bulk = sum(queue.bulk_bytes for queue in outbox._ready)

@@ -336,7 +336,7 @@ class Publisher(Entity, Generic[T]):
         self._unlimited = True
         self._qos_monitor.shown()
         link.publishers[number] = self
-        channel.outbox.reschedule(self._queue)
+        channel.outbox.schedule(self._queue)
         if self.destroyed:
             self._leave()
         link.flush_later(self)
@@ -388,7 +388,7 @@ class Publisher(Entity, Generic[T]):
         self._unlimited = frame.sequence_limit is None
         self._queue.sequence_limit = frame.sequence_limit
         self._queue.byte_limit = frame.byte_limit
-        channel.outbox.reschedule(self._queue)
+        channel.outbox.schedule(self._queue)
         self.context.link.flush_later(self)
 
     def link_lost(self) -> None:

@@ -1,0 +1,181 @@
+"""The unsent messages of one publisher, bounded by a history depth.
+
+Messages travel in batches, but depth counts messages. A drop therefore need not remove a whole batch: it may
+mark the first messages of the oldest batch as skipped. They are cut off when that batch is sent or moved.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from typing import cast
+
+from proto import limits
+from proto.batches import message_bytes, slice_batch
+from proto.fragments import is_large
+from proto.frames import Batch, Replay
+
+
+@dataclass(slots=True, eq=False, repr=False)
+class MessageQueue:
+    """Batches of one publisher, with other frames in order between them."""
+
+    publisher: int
+    """The id that its batches carry on this link; batches queued under another id are rewritten. With 0 each
+    batch keeps its own."""
+    depth: int | None
+    """Messages to keep when they cannot be sent; None keeps all."""
+    pending: int = field(default=0, init=False)
+    """Messages that wait, without those of a batch that is being sent."""
+    pending_bytes: int = field(default=0, init=False)
+    """Their size. Skipped messages count until their batch is cut or removed."""
+    control_bytes: int = field(default=0, init=False)
+    """Bytes of other frames that wait in order with the batches; they are never dropped."""
+    bulk_bytes: int = field(default=0, init=False)
+    """The part of `control_bytes` that is latched messages or large frames."""
+    dropped: int = field(default=0, init=False)
+    """Messages dropped so far because the link was slower than the publisher."""
+    dropped_for_bytes: int = field(default=0, init=False)
+    """Those of them that fitted the depth but not a limit in bytes."""
+    resend_below: int = field(default=0, init=False)
+    """Messages with smaller numbers have been sent on an earlier link and are queued to be sent again."""
+    abandoned: int = field(default=0, init=False)
+    """Messages discarded without loss: nobody wanted them any more, or they had been sent before."""
+    _front: deque[Replay | bytes] = field(default_factory=deque[Replay | bytes], init=False)
+    """Frames that preceded dropped messages. They are sent first, so that later drops need not pass them."""
+    _queue: deque[Batch | Replay | bytes] = field(default_factory=deque[Batch | Replay | bytes], init=False)
+    _batches: int = field(default=0, init=False)
+    """Number of batches in `_queue`."""
+    _skip: int = field(default=0, init=False)
+    """Number of dropped messages at the start of the first batch in `_queue`."""
+    _next_sequence: int | None = field(default=None, init=False)
+    """The number after the last message sent on this link; before the first one, the declared number."""
+
+    def put(self, item: Batch | Replay | bytes) -> None:
+        """Append a batch, or a frame that must follow the batches before it.
+
+        Args:
+            item: A batch, latched messages (encoded when they are sent) or another encoded frame.
+        """
+        self._queue.append(item)
+        if isinstance(item, Batch):
+            self._batches += 1
+            self.pending += item.length
+            self.pending_bytes += message_bytes(item)
+            if self._next_sequence is None:
+                self._next_sequence = item.first_sequence
+        else:
+            self._count_control(item, 1)
+
+    def put_front(self, item: Batch | Replay | bytes) -> None:
+        """Insert an item before everything that is not being sent.
+
+        Args:
+            item: As for `put`. A batch is allowed only before the first message is sent on this link and
+                before any other frame is inserted at the front.
+        """
+        if not isinstance(item, Batch):
+            self._count_control(item, 1)
+            self._front.appendleft(item)
+            return
+        assert not self._front
+        self._cut_skipped()
+        self._batches += 1
+        self.pending += item.length
+        self.pending_bytes += message_bytes(item)
+        if self._next_sequence is None or item.first_sequence < self._next_sequence:
+            self._next_sequence = item.first_sequence
+        self._queue.appendleft(item)
+
+    def _count_control(self, item: Replay | bytes, sign: int) -> None:
+        """Add a frame to the byte counts (`sign` 1), or subtract it (-1)."""
+        size = sign * (len(item.payload) if isinstance(item, Replay) else len(item))
+        self.control_bytes += size
+        if isinstance(item, Replay) or is_large(item):
+            self.bulk_bytes += size
+
+    @property
+    def held_bytes(self) -> int:
+        """Estimated memory of the queued batches: their messages and an overhead for each batch.
+
+        Other frames count only in `control_bytes`, since nothing compares them with the limit of a link when
+        they are queued.
+        """
+        return self.pending_bytes + limits.BATCH_OVERHEAD_BYTES * self._batches
+
+    def trim(self) -> None:
+        """Drop the oldest messages beyond the depth and beyond `limits.MAX_QUEUE_BYTES`.
+
+        The byte limit never drops the last message. Other frames keep their order.
+        """
+        if self.depth is None or (
+            self.pending <= self.depth and self.pending_bytes <= limits.MAX_QUEUE_BYTES
+        ):
+            return
+        while self.pending > self.depth:
+            self._drop_first(self.pending - self.depth)
+        while self.pending_bytes > limits.MAX_QUEUE_BYTES and self.pending > 1:
+            self.drop_oldest_batch()
+
+    def drop_oldest_batch(self) -> int:
+        """Drop the oldest batch to free memory, but never the last message. Needs `pending` > 1.
+
+        Returns:
+            The number of messages dropped.
+        """
+        gone = self._drop_first(self.pending - 1)
+        self.dropped_for_bytes += gone
+        return gone
+
+    def _drop_first(self, most: int) -> int:
+        """Drop at most `most` messages of the first batch and return how many. Needs a batch in the queue.
+
+        Messages that were sent on an earlier link count as abandoned, not as dropped.
+        """
+        while not isinstance(head := self._queue.popleft(), Batch):
+            self._front.append(head)
+        left = head.length - self._skip
+        gone = min(left, most)
+        resent = min(gone, max(0, self.resend_below - head.first_sequence - self._skip))
+        self.pending -= gone
+        self.dropped += gone - resent
+        self.abandoned += resent
+        if gone == left:
+            self._batches -= 1
+            self.pending_bytes -= message_bytes(head)
+            self._skip = 0
+        else:
+            self._skip += gone
+            self._queue.appendleft(head)
+        return gone
+
+    def _cut_skipped(self) -> None:
+        """Remove the skipped messages from the first batch, so that another batch may become the first."""
+        if not self._skip:
+            return
+        index = next(index for index, item in enumerate(self._queue) if isinstance(item, Batch))
+        whole = cast("Batch", self._queue[index])
+        rest = slice_batch(whole, self._skip, whole.length)
+        self.pending_bytes -= message_bytes(whole) - message_bytes(rest)
+        self._queue[index] = rest
+        self._skip = 0
+
+    def drop_larger(self, max_bytes: int) -> int:
+        """Drop the batches with more than `max_bytes` bytes of messages, before the first message is sent.
+
+        Returns:
+            The number of messages dropped.
+        """
+        self._cut_skipped()
+        before = self.dropped
+        kept: deque[Batch | Replay | bytes] = deque()
+        for item in self._queue:
+            if isinstance(item, Batch) and message_bytes(item) > max_bytes:
+                self._batches -= 1
+                self.pending -= item.length
+                self.pending_bytes -= message_bytes(item)
+                self.dropped += item.length
+            else:
+                kept.append(item)
+        self._queue = kept
+        return self.dropped - before
