@@ -1,1 +1,1 @@
-"""The wire between nodes and brokers: names, limits, frames, codec and session, without any I/O."""
+"""The wire protocol between nodes and brokers, without I/O; `proto.aio` adds asyncio."""

@@ -1,4 +1,8 @@
-"""Runs: many messages of one publisher in one frame, built, cut and addressed without decoding them."""
+"""Batches: consecutive messages of one publisher in one frame (docs/protocol.md §6.1).
+
+The offsets of the message ends allow to split a batch at any message, and to change its publisher id, without
+decoding the messages.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +15,18 @@ from proto.codec import ARRAY_HEAD_BYTES, array_head, batch_head, encode, ends_f
 from proto.frames import Batch, Replay
 
 MAX_HEAD_BYTES: Final = 64
-"""Bytes that the head of a run of one message takes at most, the array's included."""
+"""Maximum size of everything before the message in a batch of one: prefix, header and array head."""
 
 
 class BatchBuilder:
-    """Collects a publisher's messages until they are sent.
+    """Collects a publisher's messages until they are sent as a batch.
 
-    Messages are numbered from the `next_sequence` given; `length` counts those collected. `take` returns them
-    as a run and starts the next one.
+    Args:
+        next_sequence: The number of the first message.
+
+    Attributes:
+        next_sequence: The number of the first message of the next batch.
+        length: Messages collected.
     """
 
     __slots__ = ("_buffer", "_ends", "length", "next_sequence")
@@ -30,7 +38,7 @@ class BatchBuilder:
         self.length = 0
 
     def add(self, message: bytes) -> bool:
-        """Collect an encoded message; True if the run should go now."""
+        """Add an encoded message; return whether the batch is large enough to be sent now."""
         buffer = self._buffer
         buffer += message
         end = len(buffer) - ARRAY_HEAD_BYTES
@@ -39,7 +47,7 @@ class BatchBuilder:
         return end >= limits.BATCH_FLUSH_BYTES or self.length >= limits.BATCH_FLUSH_COUNT
 
     def take(self, publisher: int, stamp_ns: int) -> Batch:
-        """Return everything collected as one run, encoded."""
+        """Return the collected messages as one encoded batch and start the next one."""
         payload, count = self._buffer, self.length
         payload[:ARRAY_HEAD_BYTES] = array_head(count)
         ends = ends_to_bytes(self._ends) if count > 1 else None
@@ -54,7 +62,7 @@ class BatchBuilder:
     def single(self, buffer: bytearray, publisher: int, stamp_ns: int) -> Batch:
         """Return the large message behind the first `MAX_HEAD_BYTES` of `buffer` as a batch, without a copy.
 
-        Needs length 0; the buffer is the run's from now on.
+        Needs `length` 0. The batch owns the buffer from now on.
         """
         assert not self.length
         fields = self._number(publisher, stamp_ns, 1, None)
@@ -74,15 +82,15 @@ class BatchBuilder:
 
 
 def with_raw(batch: Batch) -> Batch:
-    """Return the run encoded, its payload a view into the encoded bytes."""
+    """Return the batch with its encoded frame, and its payload as a view into it."""
     raw = encode(batch)
     return batch._replace(raw=raw, payload=memoryview(raw)[len(raw) - len(batch.payload) :])
 
 
 def slice_batch(batch: Batch, start: int, stop: int) -> Batch:
-    """Return messages `start` (included) to `stop` (excluded) of a run, as an encoded run of their own.
+    """Return messages `start` (included) to `stop` (excluded) as an encoded batch of their own.
 
-    Needs 0 <= start < stop <= run.length.
+    Needs 0 <= start < stop <= batch.length.
     """
     if start == 0 and stop == batch.length:
         return batch
@@ -109,25 +117,25 @@ def slice_batch(batch: Batch, start: int, stop: int) -> Batch:
     )
 
 
-def fitting_stop(batch: Batch, start: int, room: int) -> int:
-    """Return where to stop so that each message from `start` on begins within the next `room` bytes.
+def fitting_stop(batch: Batch, start: int, max_bytes: int) -> int:
+    """Return the index after the last message that begins within `max_bytes` bytes from message `start`.
 
-    Needs room > 0, so at least one message fits: it may end beyond.
+    Needs `max_bytes` > 0, so at least one message fits; the last one may end beyond.
     """
     if batch.ends is None:
         return batch.length
     offsets = ends_from_bytes(batch.ends)
     base = offsets[start - 1] if start else 0
-    return min(bisect_left(offsets, base + room, start) + 1, batch.length)
+    return min(bisect_left(offsets, base + max_bytes, start) + 1, batch.length)
 
 
 def with_publisher(batch: Batch, publisher: int) -> Batch:
-    """Return the run under another publisher id: the broker gives a new one with every link."""
+    """Return the batch with another publisher id: the broker assigns a new one on every link."""
     return batch if batch.publisher == publisher else with_raw(batch._replace(publisher=publisher, raw=b""))
 
 
 def split_messages(batch: Batch | Replay) -> list[memoryview]:
-    """Return the encoded messages of a run one by one, as views: what remains when a run does not decode."""
+    """Return the encoded messages of a batch as views."""
     body = memoryview(batch.payload)[ARRAY_HEAD_BYTES:]
     if batch.ends is None:
         return [body]
@@ -136,5 +144,5 @@ def split_messages(batch: Batch | Replay) -> list[memoryview]:
 
 
 def message_bytes(batch: Batch | Replay) -> int:
-    """Return the size of a run's messages: what credit counts."""
+    """Return the size of the messages of a batch, as credit counts it."""
     return len(batch.payload) - ARRAY_HEAD_BYTES

@@ -1,9 +1,9 @@
-"""Frames to bytes and back.
+"""Encoding and decoding of frames (docs/protocol.md §3).
 
 Every frame is a msgpack `bin 32`, so its size is known before it is buffered. Inside is a header (a msgpack
 array of at most 15 fields whose first is the opcode, below 128) and then, for BATCH, REPLAY and FRAGMENT
-only, the payload. Whatever bytes come in, `decode` returns a frame whose fields have the types that
-`frames.py` says, or raises ProtocolError, and never anything else.
+only, the payload. For any input, `decode` either returns a frame whose fields have the types of `frames.py`
+or raises ProtocolError.
 """
 
 from __future__ import annotations
@@ -59,9 +59,9 @@ _pack = cast("Callable[[object], bytes]", msgpack.Packer(autoreset=True).pack)
 
 
 def encode(frame: Frame) -> bytes:
-    """Return the whole frame as it goes on the wire, prefix included.
+    """Return the encoded frame, prefix included.
 
-    A frame whose content is over `limits.MAX_FRAME_BYTES` must travel as fragments (see fragments.py).
+    A frame whose content exceeds `limits.MAX_FRAME_BYTES` must be sent in fragments (see fragments.py).
     """
     op, fields, has_payload = _SHAPES[type(frame)]
     header = _pack((op, *frame[:fields]))
@@ -72,20 +72,20 @@ def encode(frame: Frame) -> bytes:
 
 
 def encode_head(frame: Batch | Replay | Fragment) -> bytes:
-    """Return the frame as it goes on the wire up to its payload, which must follow."""
+    """Return the encoded frame up to its payload, which must follow on the wire."""
     op, fields, _ = _SHAPES[type(frame)]
     header = _pack((op, *frame[:fields]))
     return _prefix(BIN_32, len(header) + len(frame.payload)) + header
 
 
 def batch_head(fields: tuple[int, int, int, int, bytes | None, Options | None], payload_bytes: int) -> bytes:
-    """Return a BATCH as it goes on the wire up to its payload of so many bytes, which must follow."""
+    """Return an encoded BATCH up to its payload of `payload_bytes` bytes, which must follow on the wire."""
     header = _pack((Op.BATCH, *fields))
     return _prefix(BIN_32, len(header) + payload_bytes) + header
 
 
 def array_head(count: int) -> bytes:
-    """Return the five-byte `array 32` head that starts a run's payload."""
+    """Return the five-byte `array 32` head that starts the payload of a batch."""
     return _prefix(ARRAY_32, count)
 
 
@@ -107,12 +107,12 @@ def ends_from_bytes(data: bytes) -> array[int]:
 
 _call = cast("Callable[[Check, Any], bool]", operator.call)
 
-# Half the time of calling the class: entries come by the hundred.
+# Takes half the time of calling the class; frames have hundreds of entries.
 _new_tuple = cast("Callable[[Any, Any], Any]", getattr(tuple, "__new__"))  # noqa: B009 - its type is lost
 
 
 def _entries(kind: type[Any], width: int) -> Callable[[Any], tuple[Any, ...]]:
-    """Make a maker of entries of `width` fields each; what a later version put behind them is cut off."""
+    """Return a constructor of entries with `width` fields each; it ignores fields of later versions."""
     new: Callable[[Any], Any] = partial(_new_tuple, kind)
     return lambda items: tuple([new(item) if len(item) == width else new(item[:width]) for item in items])
 
@@ -136,8 +136,8 @@ def _graph(watch: int, more: bool, added: Any, *keys: tuple[int, ...]) -> Frame:
     return Graph(watch, more, _graph_entries(added), *keys)
 
 
-def _stats(question: int, more: bool, totals: Options, topics: Any, links: Any) -> Frame:  # noqa: FBT001
-    return Stats(question, more, totals, _topics(topics), _links(links))
+def _stats(query: int, more: bool, totals: Options, topics: Any, links: Any) -> Frame:  # noqa: FBT001
+    return Stats(query, more, totals, _topics(topics), _links(links))
 
 
 _NESTED: Final[Mapping[int, Callable[..., Frame]]] = {
@@ -146,6 +146,7 @@ _NESTED: Final[Mapping[int, Callable[..., Frame]]] = {
     Op.GRAPH: _graph,
     Op.STATS: _stats,
 }
+"""The frames with lists of entries, which become NamedTuples."""
 
 _LISTS: Final = frozenset({"u32s", "u64s", "requests", "replies", "graph", "topics", "links"})
 
@@ -160,7 +161,7 @@ class _Plan(NamedTuple):
     has_payload: bool
     max_array_len: int
     defaults: tuple[Any, ...]
-    """Of the last fields: what they are in a header that ends before them."""
+    """The defaults of the last fields, for a header that ends before them."""
 
 
 _PLANS: Final[Mapping[int, _Plan]] = {
@@ -181,17 +182,17 @@ _BATCHES: Final = frozenset({Op.BATCH, Op.REPLAY})
 _BATCH_SHAPES: Final = frozenset(
     (int, int, int, int, ends, attributes) for ends in (bytes, type(None)) for attributes in (type(None),)
 )
-"""What the fields of nearly every BATCH are: these need a look at their ranges only."""
+"""The field types of nearly every BATCH: such a header needs a check of ranges only."""
 
 _WINDOWS: Final = (1024, limits.MAX_HEADER_BYTES)
-"""How much of a frame with a payload the unpacker is shown: what it is fed, it copies."""
+"""Parts of a frame with a payload to feed to the unpacker, which copies what it gets."""
 
 _MAX_FED_BYTES: Final = 64 * 1024
-"""Larger headers are unpacked where they lie."""
+"""Larger headers are unpacked in place."""
 
 
 class Decoder:
-    """Decodes frames, keeping what that needs from one to the next. Not for two threads at once."""
+    """Decodes frames and reuses its unpackers between them. Not thread-safe."""
 
     __slots__ = ("_unpackers",)
 
@@ -211,7 +212,7 @@ class Decoder:
         return self.decode_content(raw)
 
     def decode_content(self, raw: Buffer) -> Frame:
-        """Do the same for bytes whose prefix is known to be right."""
+        """Return the frame in `raw`, whose prefix has been checked."""
         if len(raw) < limits.PREFIX_BYTES + 2:
             raise _malformed("a frame has a header array inside")
         marker, op = raw[5], raw[6]
@@ -224,14 +225,14 @@ class Decoder:
                 return plan.make(*_checked(plan, self._whole(content, plan.max_array_len)))
             header, size = self._head(content, plan.max_array_len)
         except (ValueError, msgpack.UnpackException) as error:
-            self._unpackers.clear()  # they have kept a piece of what is wrong
+            self._unpackers.clear()  # they keep a part of the malformed bytes
             raise _malformed(f"header: {error!s:.200} ({type(error).__name__})") from error
         payload = content[size:]
         fields = _checked(plan, header)
         if op in _BATCHES:
             _check_batch(plan.name, fields[-3], fields[-2], payload)
         if op == Op.BATCH:
-            return Batch(*fields, payload, raw)  # type: ignore[call-arg]  # the checkers count fields as one
+            return Batch(*fields, payload, raw)  # type: ignore[call-arg]  # mypy counts *fields as one
         return plan.make(*fields, payload)
 
     def _whole(self, content: memoryview, max_array_len: int) -> tuple[Any, ...]:
@@ -286,7 +287,7 @@ def decode(raw: Buffer) -> Frame:
 def _limits(max_array_len: int) -> dict[str, Any]:
     """Return msgpack's limits for a header.
 
-    It allocates an array as soon as it has read how long it claims to be, at each of 1,024 levels.
+    Msgpack allocates an array as soon as it has read its announced length, at each of 1,024 levels.
     """
     return {
         "use_list": False,
@@ -299,10 +300,10 @@ def _limits(max_array_len: int) -> dict[str, Any]:
 
 
 def _checked(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return a header's fields, each of them what it must be."""
+    """Return the checked fields of a header."""
     width = plan.width
     if len(header) <= width:
-        header = _filled_up(plan, header)
+        header = _with_defaults(plan, header)
     fields = header[1 : 1 + width]
     if plan.make is Batch and tuple(map(type, fields)) in _BATCH_SHAPES and _in_range(fields):
         return fields
@@ -314,8 +315,8 @@ def _checked(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
     return fields
 
 
-def _filled_up(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return a header of an earlier version with the defaults of the fields that it ends before."""
+def _with_defaults(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return a header of an earlier version with the defaults of its missing fields."""
     missing = plan.width + 1 - len(header)
     if missing > len(plan.defaults):
         least = plan.width - len(plan.defaults)
@@ -329,7 +330,7 @@ def _in_range(batch_fields: tuple[Any, ...]) -> bool:
 
 
 def _check_batch(name: str, count: int, ends: bytes | None, payload: memoryview) -> None:
-    """A run can be cut later without another look: its ends rise and the last is the payload's end."""
+    """Check that the ends of a batch rise to its payload's end: splitting it relies on that."""
     if bytes(payload[:ARRAY_HEAD_BYTES]) != array_head(count):
         raise _malformed(f"{name}: the payload does not start with an array 32 of {count} messages")
     body_bytes = len(payload) - ARRAY_HEAD_BYTES

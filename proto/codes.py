@@ -1,6 +1,6 @@
-"""The numbers that stand for something on the wire: opcodes, and what a frame's coded fields may say.
+"""The numeric codes of the wire protocol: opcodes and the values of coded fields.
 
-Why a session or a declaration fails is a code, too: those stand with their exceptions in errors.py.
+The error codes are in errors.py, with the exceptions.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from enum import IntEnum
 
 
 class Op(IntEnum):
-    """The opcodes. Gaps leave room for the family's later members."""
+    """The opcodes. The gaps are for later frames of the same group."""
 
     HELLO = 1
     WELCOME = 2
@@ -55,10 +55,10 @@ class Op(IntEnum):
 
 
 class NoticeKind(IntEnum):
-    """What a NOTICE warns about."""
+    """The kinds of warnings in NOTICE."""
 
     INCOMPATIBLE_QOS = 1
-    """A counterpart's QoS does not fit; messages are delivered nevertheless."""
+    """A counterpart's QoS is incompatible; messages are delivered nevertheless."""
     INCOMPATIBLE_TYPE = 2
     """A counterpart on the same topic or service has another type; the two are not matched."""
     SUSPENDED = 3
@@ -66,30 +66,30 @@ class NoticeKind(IntEnum):
 
 
 class PolicyKind(IntEnum):
-    """QoS policies that a publisher may not offer as a subscription wants them: NOTICE's `policy`.
+    """QoS policies for which a publisher may offer less than a subscription requests: `policy` of NOTICE.
 
     The numbers are ROS 2's (rmw's `rmw_qos_policy_kind_t`).
     """
 
     DURABILITY = 2
-    """The subscription wants latched messages, the publisher keeps none."""
+    """The subscription requests latched messages, the publisher keeps none."""
     DEADLINE = 4
-    """The subscription wants messages more often than the publisher promises them."""
+    """The subscription requests a shorter deadline than the publisher offers."""
     LIVELINESS = 8
-    """The subscription wants MANUAL_BY_TOPIC, the publisher is AUTOMATIC."""
+    """The subscription requests MANUAL_BY_TOPIC, the publisher is AUTOMATIC."""
     RELIABILITY = 16
-    """The subscription wants RELIABLE, the publisher is BEST_EFFORT."""
+    """The subscription requests RELIABLE, the publisher is BEST_EFFORT."""
     LIVELINESS_LEASE_DURATION = 256
-    """The subscription wants signs of life more often than the publisher promises them."""
+    """The subscription requests a shorter lease duration than the publisher offers."""
 
 
 class DetachReason(IntEnum):
-    """Why a publisher's runs end."""
+    """Why a publisher is detached from subscriptions."""
 
     GONE = 0
-    """One of the two has been taken back, the publisher's link has ended, or the reader's own was silent."""
+    """One of the two was undeclared, the publisher's link ended, or the subscription's link was silent."""
     SUSPENDED = 1
-    """The publisher's link has been silent for the keepalive limit."""
+    """The publisher's link was silent for the keepalive limit."""
 
 
 class Status(IntEnum):
@@ -108,11 +108,11 @@ class Status(IntEnum):
     OVERLOADED = 5
     """A limit on pending requests is reached; the body is a text."""
     CANCELLED = 6
-    """The server gave the call up (its node stopped, or its deadline passed); the body is a text."""
+    """The server ended the call (its node stopped, or its deadline passed); the body is a text."""
 
 
 class EntryKind(IntEnum):
-    """What a graph entry describes."""
+    """The kinds of graph entries."""
 
     NODE = 0
     """A node; its name, type and QoS fields are empty."""

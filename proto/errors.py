@@ -1,15 +1,15 @@
-"""Everything that can go wrong, as types.
+"""The exceptions of all packages.
 
     CallboardError                      base of every error callboard raises
-    ├── InvalidNameError (ValueError)   a name breaks a naming rule; says which, and where
+    ├── InvalidNameError (ValueError)   a name breaks a naming rule
     │   ├── InvalidNodeNameError
     │   ├── InvalidNamespaceError
     │   ├── InvalidTopicNameError
     │   └── InvalidServiceNameError
-    ├── InvalidUrlError (ValueError)    a broker URL that cannot be read
-    └── ProtocolError                   the peer broke the protocol; the session ends with `code`
+    ├── InvalidUrlError (ValueError)    a broker URL is invalid
+    └── ProtocolError                   the peer violated the protocol
 
-`ErrorCode` is what travels in ERROR and REFUSED frames (docs/protocol.md §9). The packages `broker` and
+`ErrorCode` lists the codes of ERROR and REFUSED frames (docs/protocol.md §9). The packages `broker` and
 `actors` add their own errors below `CallboardError` in their own `errors.py`.
 """
 
@@ -19,16 +19,21 @@ import unicodedata
 from enum import IntEnum
 from typing import Final
 
-_SHOWN_NAME_LENGTH: Final = 512
-"""Longest offending name that an error text quotes whole; a hostile one may have megabytes."""
-_SHOWN_AROUND: Final = 40
-"""Characters quoted on either side of the fault in a longer name."""
+_QUOTED_NAME_LENGTH: Final = 512
+"""Longest invalid name that an error text quotes completely; a hostile one may have megabytes."""
+_QUOTED_CONTEXT: Final = 40
+"""Characters quoted before and after the invalid character of a longer name."""
 
 
 def escape(text: str) -> str:
-    """Return foreign text made harmless for a terminal or a log, one column per character kept.
+    """Escape text from elsewhere for a terminal or a log.
 
-    Control characters, line ends, invisible, combining and double-width characters become Python escapes.
+    Args:
+        text: Any text.
+
+    Returns:
+        The text with control characters, line ends, and invisible, combining and double-width characters as
+        Python escapes, so that each character takes one column.
     """
     if text.isascii() and text.isprintable():
         return text
@@ -73,17 +78,17 @@ class ErrorCode(IntEnum):
 
 
 class CallboardError(Exception):
-    """Base of every error callboard raises."""
+    """Base class of all errors that callboard raises."""
 
 
 class InvalidNameError(CallboardError, ValueError):
     """A name breaks a naming rule.
 
     Attributes:
-        kind: What the name was meant to be, as in the message ("node name", "topic name").
-        name: The offending name.
+        kind: The kind of name, as in the message ("node name", "topic name").
+        name: The invalid name.
         reason: The broken rule, in words.
-        index: Position of the first offending character in `name`.
+        index: Index of the first invalid character in `name`.
     """
 
     def __init__(self, kind: str, name: str, reason: str, index: int) -> None:
@@ -95,8 +100,8 @@ class InvalidNameError(CallboardError, ValueError):
 
     def __str__(self) -> str:
         start, end, before, after = 0, len(self.name), "", ""
-        if end > _SHOWN_NAME_LENGTH:
-            start, end = max(0, self.index - _SHOWN_AROUND), min(end, self.index + _SHOWN_AROUND)
+        if end > _QUOTED_NAME_LENGTH:
+            start, end = max(0, self.index - _QUOTED_CONTEXT), min(end, self.index + _QUOTED_CONTEXT)
             before, after = "..." * (start > 0), "..." * (end < len(self.name))
         left = before + escape(self.name[start : self.index])
         right = escape(self.name[self.index : end]) + after
@@ -120,14 +125,14 @@ class InvalidServiceNameError(InvalidNameError):
 
 
 class InvalidUrlError(CallboardError, ValueError):
-    """A broker URL that cannot be read."""
+    """A broker URL is invalid."""
 
 
 class ProtocolError(CallboardError):
-    """The peer broke the protocol, so this session must end.
+    """The peer violated the protocol, so the session must end.
 
     Attributes:
-        code: What to tell the peer in the ERROR frame.
+        code: The code of the ERROR frame.
     """
 
     def __init__(self, code: ErrorCode, message: str) -> None:

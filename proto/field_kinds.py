@@ -1,6 +1,6 @@
-"""The kinds of header fields, and what a value of each must be (docs/protocol.md §3).
+"""The kinds of header fields, each with a check of its values (docs/protocol.md §8.1).
 
-The codec checks every field of every header against these, whoever sent it.
+The codec checks every field of every received header.
 """
 
 from __future__ import annotations
@@ -120,4 +120,4 @@ KINDS: Mapping[str, Check] = {
     "topics": _sequence_of(_is_topic),
     "links": _sequence_of(_is_link),
 }
-"""By the names that frames.SPECS uses."""
+"""The checks, by the names that frames.SPECS uses."""

@@ -1,8 +1,8 @@
-"""What is said on the wire: one NamedTuple per frame (docs/protocol.md §4 to §8).
+"""The frames of the protocol, one NamedTuple each (docs/protocol.md §4 to §8).
 
 A frame's header on the wire is a msgpack array: the opcode, then the fields in the order given here. `SPECS`
 is the whole grammar as data: the codec checks every header against it and knows nothing else about a frame.
-Fields with a default came later than the others: a peer that does not know them sends a header without them.
+Fields with a default were added later: an older peer sends a header without them.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Options: TypeAlias = Mapping[str, Scalar]
 
 
 class RequestEntry(NamedTuple):
-    """One call on its way to a server. `remaining_ms` is None for a call without a deadline."""
+    """One call for a server. `remaining_ms` is None for a call without a deadline."""
 
     call: int
     remaining_ms: int | None
@@ -41,7 +41,7 @@ class ReplyEntry(NamedTuple):
 
 
 class GraphEntry(NamedTuple):
-    """One node or endpoint, as everybody sees it. `key` is the broker's and never reused while it lives."""
+    """One node or endpoint in the graph. `key` is chosen by the broker and never reused while it runs."""
 
     key: int
     kind: int
@@ -67,20 +67,20 @@ class Welcome(NamedTuple):
 
 
 class Error(NamedTuple):
-    """Why the sender closes the connection now."""
+    """The sender closes the connection now, for this reason."""
 
     code: int
     text: str
 
 
 class Goodbye(NamedTuple):
-    """The sender will finish what it has accepted and close."""
+    """The sender has finished the work it accepted and will close."""
 
     text: str
 
 
 class Ping(NamedTuple):
-    """Asks for a PONG with the same token, after everything sent before."""
+    """Requests a PONG with the same token, after everything sent before has been handled."""
 
     token: int
 
@@ -99,10 +99,10 @@ class Node(NamedTuple):
 
 
 class Publisher(NamedTuple):
-    """Declares a publisher. `gid` names it for good; `next_sequence` goes on where an earlier link ended.
+    """Declares a publisher. `gid` identifies it across links; `next_sequence` continues its numbers.
 
-    Messages from `live_sequence` on are sent for the first time; those below are latched ones, sent again.
-    One that is not above `next_sequence` means that there are none of these.
+    Messages from `live_sequence` on are sent for the first time; those below it are latched messages that are
+    sent again. If it is not above `next_sequence`, there are none of the latter.
     """
 
     id: int
@@ -118,7 +118,7 @@ class Publisher(NamedTuple):
 
 
 class Subscription(NamedTuple):
-    """Declares a subscription. Without a type (raw) it matches every type. Windows are its first credit."""
+    """Declares a subscription. Without a type (raw) it matches all types. Windows are its first credit."""
 
     id: int
     node: int
@@ -152,26 +152,26 @@ class Client(NamedTuple):
 
 
 class Undeclare(NamedTuple):
-    """Takes an endpoint, or a node with its endpoints, back."""
+    """Removes an endpoint, or a node with its endpoints."""
 
     id: int
 
 
 class Retire(NamedTuple):
-    """A server takes no more requests; those it has it may still answer. Its UNDECLARE follows."""
+    """A server takes no more requests but may answer those it has. Its UNDECLARE follows."""
 
     id: int
 
 
 class Accepted(NamedTuple):
-    """The declaration stands. `number` is a publisher's broker-wide id, 0 for the rest."""
+    """The declaration is accepted. `number` is a publisher's broker-wide id, and 0 for all else."""
 
     id: int
     number: int
 
 
 class Refused(NamedTuple):
-    """The declaration does not stand."""
+    """The declaration is refused."""
 
     id: int
     code: int
@@ -179,7 +179,7 @@ class Refused(NamedTuple):
 
 
 class Matched(NamedTuple):
-    """How many counterparts the endpoint has now, and how many it has had in all since its declaration."""
+    """The number of counterparts that an endpoint has now, and the total since its declaration."""
 
     id: int
     peers: int
@@ -187,7 +187,7 @@ class Matched(NamedTuple):
 
 
 class Attached(NamedTuple):
-    """From `first_sequence` on, the publisher's runs are for these subscriptions of this link, too.
+    """From `first_sequence` on, the publisher's batches are also for these subscriptions of this link.
 
     `qos` is the publisher's.
     """
@@ -201,7 +201,7 @@ class Attached(NamedTuple):
 
 
 class Detached(NamedTuple):
-    """No more runs of this publisher for these subscriptions."""
+    """Further batches of this publisher are not for these subscriptions."""
 
     publisher: int
     subscriptions: tuple[int, ...]
@@ -211,8 +211,7 @@ class Detached(NamedTuple):
 class Notice(NamedTuple):
     """A warning about a declared endpoint.
 
-    `policy`: the number of the last QoS policy that does not fit, or 0. `peers`: how many counterparts it is
-    about.
+    `policy`: the last incompatible QoS policy, or 0. `peers`: the number of counterparts concerned.
     """
 
     id: int
@@ -227,7 +226,7 @@ class Batch(NamedTuple):
 
     `payload` is a msgpack `array 32` of `length` messages; `ends` holds the end offset of each message in it,
     counted after the five-byte array head, as little-endian u32 (None for a single message). `raw` is the
-    whole encoded frame when there is one: what can be forwarded byte for byte.
+    whole encoded frame, if there is one, which can be forwarded unchanged.
     """
 
     publisher: int
@@ -241,7 +240,7 @@ class Batch(NamedTuple):
 
 
 class Replay(NamedTuple):
-    """Latched messages for one subscription that came late: a run with an address."""
+    """Latched messages for one subscription that attached late."""
 
     subscription: int
     publisher: int
@@ -254,7 +253,7 @@ class Replay(NamedTuple):
 
 
 class Fragment(NamedTuple):
-    """A piece of a frame that is larger than a frame may be; the first one says the total."""
+    """A part of a frame that exceeds the frame size limit; the first one has the total size."""
 
     transfer: int
     total: int | None
@@ -263,7 +262,7 @@ class Fragment(NamedTuple):
 
 
 class Abort(NamedTuple):
-    """The rest of this transfer will not come."""
+    """The sender gives this transfer up."""
 
     transfer: int
 
@@ -271,7 +270,7 @@ class Abort(NamedTuple):
 class Grant(NamedTuple):
     """A KEEP_ALL subscription's credit for a publisher.
 
-    `sequence_limit`: messages below it may come. `byte_limit`: bytes since the attachment.
+    `sequence_limit`: messages with smaller numbers may be sent. `byte_limit`: bytes since the attachment.
     """
 
     subscription: int
@@ -281,11 +280,11 @@ class Grant(NamedTuple):
 
 
 class Credit(NamedTuple):
-    """A publisher's credit: the least over its KEEP_ALL subscriptions; None is unlimited.
+    """A publisher's credit: the minimum over its KEEP_ALL subscriptions; None is unlimited.
 
-    `sequence_limit`: messages below it may be sent (§6.5.4 on gaps). `byte_limit`: bytes since the
-    declaration. The client echoes a CREDIT that ends an unlimited time: from then on the broker holds it to
-    the limit.
+    `sequence_limit`: messages with smaller numbers may be sent (§6.5.4 on gaps). `byte_limit`: bytes since
+    the declaration. The client echoes a CREDIT that ends unlimited credit; the broker enforces the limit from
+    the echo on.
     """
 
     publisher: int
@@ -294,20 +293,20 @@ class Credit(NamedTuple):
 
 
 class Assert(NamedTuple):
-    """A MANUAL_BY_TOPIC publisher is alive, although it has nothing to say."""
+    """A MANUAL_BY_TOPIC publisher asserts that it is alive, without a message."""
 
     publisher: int
 
 
 class Request(NamedTuple):
-    """Calls from a client, or to a server."""
+    """Requests from a client, or to a server."""
 
     endpoint: int
     entries: tuple[RequestEntry, ...]
 
 
 class Reply(NamedTuple):
-    """Ends of calls, from a server or to a client."""
+    """Replies from a server, or to a client; each ends its call."""
 
     endpoint: int
     entries: tuple[ReplyEntry, ...]
@@ -321,7 +320,7 @@ class Cancel(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """Asks for the graph: once, or (`keep`) with every change that follows."""
+    """Requests the graph: once, or (`keep`) with all later changes."""
 
     id: int
     keep: bool
@@ -334,9 +333,9 @@ class Unwatch(NamedTuple):
 
 
 class Graph(NamedTuple):
-    """A piece of the graph, or a change. `more`: the first picture goes on in the next GRAPH frame.
+    """A part of the graph, or a change. `more`: the initial snapshot continues in the next GRAPH frame.
 
-    `suspended`: those of `removed` that are only silent, and may come back under the same key.
+    `suspended`: those of `removed` whose link is only silent; they may return under the same key.
     """
 
     watch: int
@@ -347,26 +346,26 @@ class Graph(NamedTuple):
 
 
 class Describe(NamedTuple):
-    """Asks for the definition behind a type hash."""
+    """Requests the type definition with this hash."""
 
     type_hash: str
 
 
 class Definition(NamedTuple):
-    """Answers DESCRIBE; None where the broker has not seen that hash."""
+    """Answers DESCRIBE; None if the broker does not know the hash."""
 
     type_hash: str
     definition: bytes | None
 
 
 class Inspect(NamedTuple):
-    """Asks for the broker's numbers."""
+    """Requests the broker's statistics."""
 
     id: int
 
 
 class Stats(NamedTuple):
-    """A piece of the broker's numbers, `totals` in the first. `more`: they go on in the next STATS frame."""
+    """A part of the broker's statistics; the first has `totals`. `more`: another STATS frame follows."""
 
     id: int
     more: bool
@@ -375,48 +374,17 @@ class Stats(NamedTuple):
     links: tuple[LinkStats, ...]
 
 
-Frame: TypeAlias = (
-    Hello
-    | Welcome
-    | Error
-    | Goodbye
-    | Ping
-    | Pong
-    | Node
-    | Publisher
-    | Subscription
-    | Service
-    | Client
-    | Undeclare
-    | Retire
-    | Accepted
-    | Refused
-    | Matched
-    | Attached
-    | Detached
-    | Notice
-    | Batch
-    | Replay
-    | Fragment
-    | Abort
-    | Grant
-    | Credit
-    | Assert
-    | Request
-    | Reply
-    | Cancel
-    | Watch
-    | Unwatch
-    | Graph
-    | Describe
-    | Definition
-    | Inspect
-    | Stats
-)
+SessionFrame: TypeAlias = Hello | Welcome | Error | Goodbye | Ping | Pong
+Declaration: TypeAlias = Node | Publisher | Subscription | Service | Client | Undeclare | Retire
+DeclarationEvent: TypeAlias = Accepted | Refused | Matched | Attached | Detached | Notice
+MessageFrame: TypeAlias = Batch | Replay | Fragment | Abort | Grant | Credit | Assert
+CallFrame: TypeAlias = Request | Reply | Cancel
+QueryFrame: TypeAlias = Watch | Unwatch | Graph | Describe | Definition | Inspect | Stats
+Frame: TypeAlias = SessionFrame | Declaration | DeclarationEvent | MessageFrame | CallFrame | QueryFrame
 
 
 class Spec(NamedTuple):
-    """One line of the grammar: the frame's class, and the kind of each header field (see codec.KINDS)."""
+    """The grammar of one frame: its class, and the kind of each header field (see field_kinds.KINDS)."""
 
     frame: Callable[..., Any]
     kinds: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""What the two ends call themselves: implementation and version, for people (docs/protocol.md §4.1.2).
+"""The names of implementations and their versions in HELLO and WELCOME (docs/protocol.md §4.1.2).
 
 The module is not called "version": PyPI's proto-plus, which claims the name `proto`, too, has one of that
 name.
@@ -9,14 +9,14 @@ from __future__ import annotations
 from typing import Final
 
 VERSION: Final = "0.1.0"
-"""The distribution's: what pyproject.toml says."""
+"""The distribution's version, as in pyproject.toml."""
 
 
 def agent(implementation: str) -> str:
-    """Return what an implementation of ours calls itself in HELLO or WELCOME."""
+    """Return the `agent` text of an implementation of ours, such as `callboard-python/0.1.0`."""
     return f"{implementation}/{VERSION}"
 
 
 def version_of(agent_text: str) -> str:
-    """Return the version in what a peer calls itself; empty if it names none."""
+    """Return the version in a peer's `agent` text; empty if there is none."""
     return agent_text.partition("/")[2]

@@ -1,7 +1,7 @@
-"""Every limit of the wire, with its reason. Sizes are bytes unless the name says otherwise.
+"""All limits of the wire protocol, with their reasons. Sizes are in bytes unless the name says otherwise.
 
-What happens at a limit is stated in docs/protocol.md: the guilty connection gets an ERROR frame that names
-the limit, and closes.
+docs/protocol.md specifies what happens at a limit: in most cases the connection that exceeds it gets an ERROR
+frame that names the limit, and is closed.
 """
 
 from __future__ import annotations
@@ -9,46 +9,47 @@ from __future__ import annotations
 from typing import Final
 
 PROTOCOL_VERSION: Final = 1
-"""What HELLO and WELCOME carry; it changes when an old peer could not follow."""
+"""The version in HELLO and WELCOME; it changes only if an old peer could not take part any more."""
 
 PREFIX_BYTES: Final = 5
 """A frame starts with msgpack's `bin 32` head: 0xc6 and a big-endian u32."""
 
 MAX_FRAME_BYTES: Final = 256 * 1024
-"""Content of one frame. Small enough that a large message never holds a link for long."""
+"""Content of one frame. Small enough that a large message never blocks a link for long."""
 
 MAX_HELLO_BYTES: Final = 4 * 1024
-"""Content of a frame before the session is open: a stranger gets no large buffer."""
+"""Content of a frame before the session is open: an unknown peer gets no large buffer."""
 
 FRAGMENT_BYTES: Final = 128 * 1024
-"""Payload of one FRAGMENT that we send: other lanes get their turn after each."""
+"""Payload of one FRAGMENT that we send: other publisher queues are served after each."""
 
 MAX_MESSAGE_BYTES: Final = 64 * 1024 * 1024
 """A reassembled frame: one message, request or reply with its header."""
 
 MAX_TRANSFERS: Final = 8
-"""Fragmented frames under way on one link in one direction: bounds a receiver's reassembly memory."""
+"""Open transfers on one link in one direction: bounds a receiver's memory for reassembly."""
 
 BATCH_FLUSH_BYTES: Final = 48 * 1024
-"""A run is sent when its body reaches this size, without waiting for the end of the loop turn."""
+"""A batch is sent when its messages reach this size, without waiting for the end of the loop turn."""
 
 BATCH_FLUSH_COUNT: Final = 4096
-"""... or this many messages: keeps the table of message ends far below a frame."""
+"""A batch is also sent at this many messages, which keeps its table of message ends far below a frame."""
 
 MAX_QUEUE_BYTES: Final = 64 * 1024 * 1024
-"""Messages waiting in one KEEP_LAST lane, whatever its depth: beyond it the oldest are dropped, too."""
+"""Messages waiting in one KEEP_LAST publisher queue, whatever its depth; beyond it the oldest are dropped."""
 
 BATCH_OVERHEAD_BYTES: Final = 512
-"""What a waiting run takes of memory beside its messages, about; only a link's ceiling counts it."""
+"""Estimated memory of a waiting batch beside its messages; only the limit of a link counts it."""
 
 MAX_BATCH_COUNT: Final = 8192
-"""Messages in one run."""
+"""Messages in one batch."""
 
 CALLS_FLUSH_BYTES: Final = 32 * 1024
-"""Entries of requests or replies that travel in one frame."""
+"""A frame of requests or replies is sent when its entries reach this size."""
 
 CALLS_FLUSH_COUNT: Final = 32
-"""... or this many: while one frame is on its way the next is being made, on another core."""
+"""A frame of requests or replies is also sent at this many entries, so that the receiver handles it while the
+sender encodes the next."""
 
 MAX_CALLS_PER_FRAME: Final = 4096
 """Entries in one REQUEST, REPLY or CANCEL frame."""
@@ -56,14 +57,14 @@ MAX_CALLS_PER_FRAME: Final = 4096
 MAX_HEADER_STRING_BYTES: Final = 2048
 MAX_HEADER_ARRAY: Final = 8192
 MAX_HEADER_MAP: Final = 64
-"""Caps on what a header may make a decoder allocate before its fields are checked. (In a header without a
-list field an array, too, has at most MAX_HEADER_MAP elements.)"""
+"""Limits of what a decoder allocates for a header before its fields are checked. (In a header without a list
+field, arrays have at most MAX_HEADER_MAP elements, too.)"""
 
 MAX_HEADER_BYTES: Final = 64 * 1024
-"""The header of a frame with a payload: a receiver need not look further for its end."""
+"""The header of a frame with a payload: a receiver need not search further for its end."""
 
 MAX_ERROR_TEXT: Final = 500
-"""Characters of an ERROR, REFUSED, NOTICE or GOODBYE text; the sender cuts. Four bytes each still fit."""
+"""Characters of an ERROR, REFUSED, NOTICE or GOODBYE text, which the sender truncates."""
 
 MAX_TYPE_NAME: Final = 255
 """Characters of a type name."""
@@ -85,23 +86,23 @@ INSTANCE_BYTES: Final = 16
 
 MAX_U32: Final = 2**32 - 1
 MAX_U64: Final = 2**64 - 1
-"""What msgpack and the 32-bit fields hold."""
+"""The largest values of msgpack integers and of 32-bit fields."""
 
 HIGH_WATER_BYTES: Final = 128 * 1024
 LOW_WATER_BYTES: Final = 32 * 1024
-"""The transport's write buffer: shallow, so that what is outside the counted queues stays little."""
+"""The transport's write buffer: small, so that few bytes wait outside the counted queues."""
 
 NOTSENT_LOWAT_BYTES: Final = 128 * 1024
-"""TCP_NOTSENT_LOWAT: what the kernel may hold unsent, for the same reason."""
+"""TCP_NOTSENT_LOWAT: the bytes that the kernel holds unsent, for the same reason."""
 
 DEFAULT_KEEPALIVE_SEC: Final = 3.0
-"""A peer from which no byte came for this long is taken for frozen or unplugged."""
+"""A peer that sends no byte for this long is considered frozen or disconnected."""
 
 IDLE_KEEPALIVE_SEC: Final = 180.0
-"""The same for a peer that nobody relies on, so that thousands of idle links cost nothing."""
+"""The same for a peer on which nobody relies, so that thousands of idle links cost little."""
 
 HANDSHAKE_TIMEOUT_SEC: Final = 5.0
-"""From the connection's first moment to a finished handshake, whatever bytes drip in between."""
+"""From the start of the connection to the end of the handshake, whatever bytes arrive in between."""
 
 CLOSE_TIMEOUT_SEC: Final = 2.0
-"""From the decision to close until the connection is cut, however much the peer has left unread."""
+"""From the decision to close until the connection is aborted, however much the peer has not read."""

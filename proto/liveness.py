@@ -1,8 +1,7 @@
-"""How long a peer has been silent, and when to ask whether it is there. Pure: time is an argument.
+"""Detection of silent peers (docs/protocol.md §4.3).
 
-Any bytes are a sign of life, so the owner looks from time to time at how many have come: no clock is read
-when they do. A peer is silent only when it has been asked and has not answered: one that nobody asked may
-sleep.
+Any received byte is a sign of life. The owner therefore checks the number of received bytes periodically, and
+no clock is read when they arrive. A peer counts as silent only after it has not answered a PING.
 """
 
 from __future__ import annotations
@@ -11,19 +10,19 @@ from enum import Enum
 
 
 class PeerState(Enum):
-    """What a look at a peer tells its owner to do."""
+    """The result of a check."""
 
     ALIVE = "alive"
     PING_DUE = "ping due"
-    """Send a PING."""
+    """The peer has been silent for a third of the limit: send a PING."""
     SILENT = "silent"
 
 
 class Liveness:
-    """One peer's signs of life.
+    """The signs of life of one peer.
 
     Attributes:
-        heard_at: When a look last found that bytes had come.
+        heard_at: The time of the last check that found new bytes.
     """
 
     __slots__ = ("_asked_at", "_seen_bytes", "heard_at")
@@ -34,13 +33,16 @@ class Liveness:
         self._asked_at: float | None = None
 
     def silent_s(self, now: float, bytes_received: int) -> float:
-        """Return how long ago a look has found bytes; 0 if more have come since the last look."""
+        """Return the seconds since a check found new bytes; 0 if there are new ones since the last check."""
         return 0.0 if bytes_received != self._seen_bytes else max(0.0, now - self.heard_at)
 
     def check(self, now: float, bytes_received: int, limit_s: float) -> PeerState:
-        """Judge a peer that may be silent for `limit_s`, and from which so many bytes have come so far.
+        """Check for new bytes. The PING is due after a third of the limit; the rest is for the answer.
 
-        It is asked after a third of that, and has the rest to answer.
+        Args:
+            now: The time, in seconds of a monotonic clock.
+            bytes_received: Bytes received from the peer so far.
+            limit_s: Seconds for which the peer may be silent.
         """
         if bytes_received != self._seen_bytes:
             self._seen_bytes = bytes_received

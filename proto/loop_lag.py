@@ -1,6 +1,6 @@
-"""How late the event loop comes to what is due: what everything waits because of something else.
+"""The lag of an event loop: how late it runs timers because other work blocks it.
 
-Whoever has a timer anyway says how late it rang; nothing is timed for this alone.
+The lag is measured with timers that exist for other reasons; none is started for this.
 """
 
 from __future__ import annotations
@@ -10,23 +10,23 @@ from typing import Final
 
 _BUCKET_SEC: Final = 10.0
 _BUCKETS: Final = 7
-"""Six whole buckets and the one being filled: the last minute, to ten seconds."""
+"""Six complete buckets and the current one cover the last minute."""
 
 
 class LoopLag:
-    """One loop's, as one node or one broker sees it. Pure: time is an argument.
+    """The lag of one event loop, measured by one node or broker.
 
     Attributes:
-        last_sec: How late the last timer was.
+        last_sec: The delay of the last timer.
     """
 
     def __init__(self) -> None:
         self.last_sec = 0.0
         self._buckets: deque[tuple[int, float]] = deque(maxlen=_BUCKETS)
-        """The longest delay of each bucket of time that had one."""
+        """By bucket number, the longest delay in it."""
 
     def record(self, now: float, late_sec: float) -> None:
-        """A timer has rung so late."""
+        """Record that a timer ran `late_sec` seconds late."""
         self.last_sec = late_sec
         number = int(now // _BUCKET_SEC)
         if self._buckets and self._buckets[-1][0] == number:
@@ -34,6 +34,6 @@ class LoopLag:
         self._buckets.append((number, late_sec))
 
     def longest_sec(self, now: float) -> float:
-        """Return the longest delay of the last minute (to ten seconds); 0 without any."""
+        """Return the longest delay of the last minute, to ten seconds; 0 if there is none."""
         oldest = int(now // _BUCKET_SEC) - _BUCKETS + 1
         return max((late for number, late in self._buckets if number >= oldest), default=0.0)

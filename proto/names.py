@@ -1,11 +1,11 @@
-"""Names: which are valid, what a relative one expands to, and which are hidden.
+"""Validation and expansion of node, topic and service names, by ROS 2's rules (ASCII only).
 
-The rules are ROS 2's, ASCII only. A valid name is recognised by one regular expression; only a name that
-fails is walked again, to say which rule it breaks and at which character. Errors are the `InvalidNameError`
-family of `proto.errors`; a name that is not a `str` is a `TypeError`.
+One regular expression recognises a valid name. Only an invalid one is checked rule by rule, to report which
+rule it breaks and at which character. Errors are the `InvalidNameError` family of `proto.errors`; a name that
+is not a `str` raises `TypeError`.
 
-    unexpanded   chatter, ~/chatter, {ns}/chatter     what people write
-    full         /ns/chatter                          what travels: absolute, nothing left to expand
+    unexpanded   chatter, ~/chatter, {ns}/chatter     as written in programs and on the command line
+    full         /ns/chatter                          as sent on the wire: absolute and expanded
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ _USUAL_TOPIC_NAME = re.compile(r"(?:~?/)?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Z
 _SUBSTITUTION = re.compile(r"\{([^{}]*)\}")
 
 _Rule = tuple[str, re.Pattern[str]]
-"""A rule in words (KIND stands for the kind of name), and a pattern whose group `at` is at its breach."""
+"""A rule in words (KIND stands for the kind of name), and a pattern whose group `at` marks a violation."""
 _Rules = tuple[tuple[_Rule, ...], ...]
-"""Groups of rules. An earlier group goes before a later one; within a group the earliest breach counts."""
+"""Groups of rules, checked in order; within a group the first violation in the name is reported."""
 
 
 def _rule(reason: str, pattern: str) -> _Rule:
@@ -100,7 +100,7 @@ _UNEXPANDED_RULES: _Rules = (
 
 
 def validate_node_name(name: str) -> None:
-    """Check one node name, without its namespace.
+    """Check a node name without its namespace.
 
     Raises:
         InvalidNodeNameError: It is empty, has a character other than letters, digits and `_`, starts with a
@@ -112,10 +112,10 @@ def validate_node_name(name: str) -> None:
 
 
 def validate_namespace(namespace: str) -> None:
-    """Check a full namespace: `/`, or what would be a full topic name of at most `MAX_NAMESPACE_LENGTH`.
+    """Check a full namespace: `/`, or a full topic name of at most `MAX_NAMESPACE_LENGTH` characters.
 
     Raises:
-        InvalidNamespaceError: It is not; `normalize_namespace` first if people may leave out the slash.
+        InvalidNamespaceError: It is invalid. `normalize_namespace` adds a missing first slash.
     """
     _require_str("namespace", namespace)
     if namespace == "/":
@@ -149,9 +149,9 @@ def validate_full_service_name(name: str) -> None:
 
 
 def validate_topic_name(name: str, *, is_service: bool = False) -> None:
-    """Check a topic or service name as people write it, before `~` and `{...}` are expanded.
+    """Check a topic or service name before `~` and `{...}` are expanded.
 
-    Some faults (an empty token, the length) can be told only after expansion: see `expand_topic_name`.
+    Some errors (an empty token, the length) are found only after expansion: see `expand_topic_name`.
 
     Raises:
         InvalidTopicNameError: It breaks a rule (`InvalidServiceNameError` if `is_service`).
@@ -170,11 +170,17 @@ def expand_topic_name(
     is_service: bool = False,
     validate: bool = False,
 ) -> str:
-    """Return the absolute form of a name that a node uses.
+    """Return the full form of a topic or service name that a node uses.
 
     `~` is the node's full name; `{node}`, `{ns}` and `{namespace}` are replaced; a relative name goes into
-    the namespace. The result of a substitution may still break a rule (`/foo/{ns}` gives `/foo//my_ns`):
-    it is checked as well with `validate`, otherwise the caller does that next.
+    the namespace. The result of a substitution may still break a rule (`/foo/{ns}` gives `/foo//my_ns`).
+
+    Args:
+        topic: The name.
+        node_name: The node's name without its namespace.
+        namespace: The node's full namespace.
+        is_service: Whether `topic` is a service name.
+        validate: Whether to check the result, too; otherwise the caller does.
 
     Raises:
         InvalidNodeNameError, InvalidNamespaceError: The node's own names are invalid.
@@ -197,30 +203,27 @@ def expand_topic_name(
 
 
 def is_hidden(name: str) -> bool:
-    """Tell whether a topic, service or node name has a token that starts with `_`; tools leave these out."""
+    """Return whether a name has a token that starts with `_`; command-line tools omit such names."""
     _require_str("name", name)
     return name.startswith("_") or "/_" in name
 
 
 def full_node_name(namespace: str, name: str) -> str:
-    """Join a full namespace and a node name (or another relative name): `/ns/name`, or `/name` in the root.
-
-    Neither is checked.
-    """
+    """Join a full namespace and a relative name, without a check: `/ns/name`, or `/name` in the root."""
     return f"/{name}" if namespace == "/" else f"{namespace}/{name}"
 
 
 def split_node_name(full: str) -> tuple[str, str]:
     """Split a node's full name into namespace and name: `/a/b/n` gives `("/a/b", "n")`.
 
-    A missing first slash is supplied. Neither part is checked.
+    Add a missing first slash. Neither part is checked.
     """
     namespace, _, name = full.rpartition("/")
     return normalize_namespace(namespace), name
 
 
 def normalize_namespace(namespace: str) -> str:
-    """Supply the first slash that people leave out: `""` gives `/`, `ns` gives `/ns`. Nothing is checked."""
+    """Add a missing first slash: `""` gives `/`, `ns` gives `/ns`. Nothing is checked."""
     return namespace if namespace.startswith("/") else f"/{namespace}"
 
 
@@ -230,7 +233,7 @@ def _require_str(kind: str, name: object) -> None:
 
 
 def _fault(name: str, rules: _Rules, kind: str) -> tuple[str, int] | None:
-    """Return the rule that `name` breaks, in words, and the index of the first character at fault."""
+    """Return the rule that `name` breaks, in words, and the index of the invalid character."""
     for group in rules:
         faults = [(found.start("at"), reason) for reason, rule in group if (found := rule.search(name))]
         if faults:

@@ -25,11 +25,15 @@ MANUAL_BY_TOPIC: Final = 3
 DEFAULT_DEPTH: Final = 10
 
 BEST_EFFORT_DEPTH: Final = 1000
-"""KEEP_ALL with BEST_EFFORT pushes nobody back, so it needs a depth after all."""
+"""Depth of KEEP_ALL with BEST_EFFORT, which has no flow control and therefore needs one."""
 
 
-class Refusal(Exception):  # noqa: N818 - not an error of the program, an answer
-    """A declaration cannot stand; carries what REFUSED says."""
+class Refusal(Exception):  # noqa: N818 - not a program error, but an answer
+    """A declaration is refused.
+
+    Attributes:
+        code: The code of the REFUSED frame; the exception's text is the frame's text.
+    """
 
     def __init__(self, code: ErrorCode, text: str) -> None:
         super().__init__(text)
@@ -50,7 +54,7 @@ class Qos(NamedTuple):
 
     @property
     def needs_credit(self) -> bool:
-        """Whether a subscription with it must never lose a message to slowness."""
+        """Whether a slow subscription limits its publishers instead of losing messages."""
         return self.history == KEEP_ALL and self.reliability == RELIABLE
 
     @property
@@ -59,7 +63,7 @@ class Qos(NamedTuple):
         return self.durability == TRANSIENT_LOCAL
 
     def to_map(self) -> Options:
-        """Return it as a QoS map again: the first four keys always, the others where they say something."""
+        """Return it as a QoS map: always the first four keys, and the others if they are not the default."""
         policies = self._asdict()
         return {
             key: value
@@ -72,10 +76,10 @@ _ALWAYS_SENT: Final = frozenset({"history", "depth", "reliability", "durability"
 
 
 def parse_qos(options: Options) -> Qos:
-    """Return a QoS map's values.
+    """Parse a QoS map.
 
     Raises:
-        Refusal: A value is not one of the wire's.
+        Refusal: A value is invalid.
     """
     return Qos(
         _choice(options, "history", KEEP_LAST, KEEP_ALL),
@@ -111,7 +115,10 @@ def _time(options: Options, key: str) -> int:
 
 
 def incompatible_policy(publisher: Qos, subscription: Qos) -> PolicyKind | None:
-    """Return the last policy that a publisher does not offer as a subscription wants it, or None."""
+    """Return the policy for which a publisher offers less than a subscription requests, or None.
+
+    If there are several, return the last one in PRECEDENCE.
+    """
     return max(_incompatible_policies(publisher, subscription), key=PRECEDENCE.index, default=None)
 
 
@@ -122,7 +129,7 @@ PRECEDENCE: Final = (
     PolicyKind.RELIABILITY,
     PolicyKind.DURABILITY,
 )
-"""If several policies do not fit, the one named stands last here."""
+"""The order in which ROS 2 checks the policies."""
 
 
 def _incompatible_policies(publisher: Qos, subscription: Qos) -> Iterator[PolicyKind]:
@@ -139,5 +146,5 @@ def _incompatible_policies(publisher: Qos, subscription: Qos) -> Iterator[Policy
 
 
 def _shorter(wanted_ns: int, offered_ns: int) -> bool:
-    """Tell whether a subscription wants something sooner than a publisher promises it; 0 is never."""
+    """Return whether a subscription requests a shorter time than a publisher offers; 0 is infinite."""
     return wanted_ns > 0 and (offered_ns == 0 or wanted_ns < offered_ns)

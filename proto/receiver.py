@@ -1,12 +1,12 @@
 """Bytes in, frames out: the receiving half of a connection, without I/O.
 
-The owner of a socket reads into `buffer()`, reports how much came with `received()`, and takes frames with
-`next_frame()` until it returns None. Fragments are put together on the way, and every frame is checked
-against the session's table.
+The owner of a socket reads into `buffer()`, reports the number of bytes with `received()`, and calls
+`next_frame()` until it returns None. The receiver reassembles fragments and checks every frame against the
+state of the session.
 
 Connections that never read at the same time may share one scratch buffer: when `next_frame()` has returned
-None, everything has been taken out of it, so that an idle connection owns no buffer at all. A large frame is
-received into a buffer of its own instead, which becomes the frame.
+None, the scratch buffer is empty, so an idle connection owns no buffer at all. A large frame is received into
+its own buffer instead, which becomes the frame.
 """
 
 from __future__ import annotations
@@ -24,17 +24,18 @@ if TYPE_CHECKING:
     from proto.session import Session
 
 SCRATCH_BYTES: Final = 2 * (limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES)
-"""The size that a scratch buffer must have."""
+"""The required size of a scratch buffer."""
 
 _OWN_BYTES: Final = 96 * 1024
-"""A frame from this size on is received into a buffer of its own; copying a smaller one out of the scratch
-buffer costs less than a read of its own."""
+"""Frames from this size on get their own buffer. Copying a smaller one out of the scratch buffer costs less
+than a separate read."""
 
 _CLAIM_RATIO: Final = 8
-"""It gets one when this part of it has come: a claim alone must cost the peer something."""
+"""A large frame gets its own buffer when 1/8 of it has been received, so that an announced size alone
+allocates nothing."""
 
 _BEHIND_BYTES: Final = 4 * 1024
-"""Room behind a frame in a buffer of its own: the read that ends it may get the next one's start, too."""
+"""Space after a large frame in its buffer, since the read that completes it may also get later bytes."""
 
 _REASSEMBLED: Final = frozenset({frames.Fragment, frames.Abort})
 
@@ -42,13 +43,13 @@ _FRAGMENTABLE: Final = (frames.Batch, frames.Replay, frames.Request, frames.Repl
 
 
 class Receiver:
-    """Cuts one connection's bytes into frames.
+    """Splits the bytes of one connection into frames.
 
     Args:
-        session: Says which frames may come, and how large they may be; it is told of each.
-        scratch: `SCRATCH_BYTES` bytes to read into, shared or not.
-        decoder: Decodes what is in the scratch buffer.
-        max_message_bytes: The largest message that may come in fragments.
+        session: Decides which frames the peer may send and how large they may be.
+        scratch: `SCRATCH_BYTES` bytes to read into, possibly shared with other receivers.
+        decoder: Decodes the frames, possibly shared with other receivers.
+        max_message_bytes: The largest message that the peer may send in fragments.
     """
 
     __slots__ = (
@@ -76,16 +77,16 @@ class Receiver:
         self._decoder = decoder
         self._reassembler = Reassembler(max_message_bytes)
         self._start = self._end = 0
-        """What of the scratch buffer has been read and not been taken."""
+        """The unprocessed part of the scratch buffer."""
         self._rest = b""
-        """The start of a frame of which the rest has not come."""
+        """The received start of an incomplete frame."""
         self._own: memoryview | None = None
-        """The buffer of a large frame that is being received, and ..."""
+        """The buffer of a large frame that is being received."""
         self._filled = 0
-        """... how much of that is filled."""
+        """Bytes received into it."""
 
     def buffer(self) -> memoryview:
-        """Return where to read into: at least one byte, behind what is there of an unfinished frame."""
+        """Return a buffer of at least one byte for the next read, behind the start of an incomplete frame."""
         if self._own is not None:
             return self._own[self._filled :]
         if not self._rest:
@@ -95,7 +96,7 @@ class Receiver:
         return self._scratch[start:]
 
     def received(self, nbytes: int) -> None:
-        """Note that so many bytes have been read into the last `buffer()`."""
+        """Report that `nbytes` bytes have been read into the last `buffer()`."""
         self._start = 0
         if self._own is None:
             self._end = len(self._rest) + nbytes
@@ -108,8 +109,8 @@ class Receiver:
         """Return the next frame that the session allows, or None if more bytes are needed.
 
         Raises:
-            ProtocolError: The bytes are no frame, or one that may not come now. Nothing can be received after
-                that.
+            ProtocolError: The bytes are not a frame, or the session does not allow it now. The receiver is
+                unusable afterwards.
         """
         while (raw := self._next_raw()) is not None:
             frame = self._decoder.decode_content(raw)
@@ -124,7 +125,7 @@ class Receiver:
     def _next_raw(self) -> Buffer | None:
         """Return the next encoded frame.
 
-        The limit is looked up frame by frame: the first of a read may be the one that opens the session.
+        The size limit is looked up for each frame, because the first one of a read may open the session.
         """
         if self._own is not None:
             return self._finish_own(self._own)
@@ -149,7 +150,7 @@ class Receiver:
         return bytes(scratch[start:stop])
 
     def _finish_own(self, own: memoryview) -> Buffer | None:
-        """Return the large frame if it is there whole; what is behind it goes to the scratch buffer."""
+        """Return the large frame if it is complete, and copy the bytes after it to the scratch buffer."""
         size = len(own) - _BEHIND_BYTES
         behind = self._filled - size
         if behind < 0:
@@ -157,10 +158,10 @@ class Receiver:
         self._own = None
         self._scratch[:behind] = own[size : self._filled]
         self._end = behind
-        return own[:size].toreadonly()  # as bytes are: what one reader gets, another must not change
+        return own[:size].toreadonly()  # like bytes: several readers may share it
 
     def _keep(self, start: int, end: int, stop: int) -> None:
-        """Keep the start of a frame of which not all is there."""
+        """Keep the start of an incomplete frame of `stop - start` bytes."""
         self._start = self._end = 0
         size, here = stop - start, end - start
         if size < _OWN_BYTES or here < size // _CLAIM_RATIO:
@@ -171,7 +172,7 @@ class Receiver:
         self._filled = here
 
     def _reassemble(self, frame: Frame) -> Frame | None:
-        """Take a FRAGMENT or an ABORT; return the frame that is whole now."""
+        """Handle a FRAGMENT or an ABORT; return the frame that it completes, if any."""
         if not isinstance(frame, frames.Fragment):
             assert isinstance(frame, frames.Abort)
             self._reassembler.abort(frame)

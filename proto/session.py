@@ -1,14 +1,14 @@
-"""The session as a table: in which state which frame may come or go, and what state follows.
+"""The session as a state machine: which frames are allowed in which state, and which state follows.
 
-Both roles are here, so that the two ends cannot disagree. `TABLE` is the truth; docs/protocol.md shows the
-diagram that `diagram()` makes from it.
+Both roles use the same tables, so that the two ends cannot disagree. docs/protocol.md shows the diagram that
+`diagram()` generates from them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import TypeAlias
+from typing import TypeAlias, get_args
 
 from proto import frames
 from proto.errors import ErrorCode, ProtocolError
@@ -23,7 +23,7 @@ class Role(Enum):
 
 
 class State(Enum):
-    """Where a session stands."""
+    """The state of a session."""
 
     START = "START"
     GREETED = "GREETED"
@@ -40,41 +40,25 @@ _EITHER: frozenset[FrameType] = frozenset(
     | {frames.Request, frames.Reply, frames.Cancel, frames.Assert}
 )
 FROM_CLIENT: frozenset[FrameType] = _EITHER | {
-    frames.Node,
-    frames.Publisher,
-    frames.Subscription,
-    frames.Service,
-    frames.Client,
-    frames.Undeclare,
-    frames.Retire,
-    frames.Grant,
-    frames.Watch,
-    frames.Unwatch,
-    frames.Describe,
-    frames.Inspect,
+    *get_args(frames.Declaration),
+    *(frames.Grant, frames.Watch, frames.Unwatch, frames.Describe, frames.Inspect),
 }
-"""What a client may send in an open session."""
+"""The frames that a client may send in an open session."""
 
 FROM_BROKER: frozenset[FrameType] = _EITHER | {
-    frames.Accepted,
-    frames.Refused,
-    frames.Matched,
-    frames.Attached,
-    frames.Detached,
-    frames.Notice,
-    frames.Replay,
-    frames.Graph,
-    frames.Definition,
-    frames.Stats,
+    *get_args(frames.DeclarationEvent),
+    *(frames.Replay, frames.Graph, frames.Definition, frames.Stats),
 }
-"""What a broker may send in an open session."""
+"""The frames that a broker may send in an open session."""
 
 
 def _open(received: frozenset[FrameType]) -> Mapping[State, Moves]:
-    stay = dict.fromkeys(received, State.OPEN)
-    linger = dict.fromkeys(received, State.CLOSING)
     ends: Moves = {frames.Goodbye: State.CLOSING, frames.Error: State.CLOSED}
-    return {State.OPEN: {**stay, **ends}, State.CLOSING: {**linger, **ends}, State.CLOSED: {}}
+    return {
+        State.OPEN: {**dict.fromkeys(received, State.OPEN), **ends},
+        State.CLOSING: {**dict.fromkeys(received, State.CLOSING), **ends},
+        State.CLOSED: {},
+    }
 
 
 TABLE: Mapping[Role, Mapping[State, Moves]] = {
@@ -89,7 +73,7 @@ TABLE: Mapping[Role, Mapping[State, Moves]] = {
         **_open(FROM_BROKER),
     },
 }
-"""What each role accepts from the other, by state."""
+"""The frames that each role accepts from the other, by state, with the state that follows."""
 
 SENT: Mapping[Role, Mapping[tuple[State, FrameType], State]] = {
     Role.BROKER: {
@@ -101,11 +85,16 @@ SENT: Mapping[Role, Mapping[tuple[State, FrameType], State]] = {
         (State.OPEN, frames.Goodbye): State.CLOSING,
     },
 }
-"""The frames whose sending moves the sender's own state. An ERROR that is sent always ends in CLOSED."""
+"""The sent frames that change the sender's own state. A sent ERROR always leads to CLOSED."""
 
 
 class Session:
-    """One end's view of one session. Pure: bytes and clocks are elsewhere."""
+    """One end's state of one session.
+
+    Attributes:
+        role: Which end this is.
+        state: The current state.
+    """
 
     __slots__ = ("_moves", "role", "state")
 
@@ -119,11 +108,11 @@ class Session:
 
     @property
     def is_open(self) -> bool:
-        """Whether the handshake is over and neither side has closed."""
+        """Whether the handshake is complete and the session is not closed."""
         return self.state is State.OPEN or self.state is State.CLOSING
 
     def received(self, frame: Frame) -> None:
-        """Take note of a frame from the peer.
+        """Apply a frame from the peer to the state.
 
         Raises:
             ProtocolError: The state does not allow it.
@@ -138,7 +127,7 @@ class Session:
             self._enter(state)
 
     def sent(self, frame: Frame) -> None:
-        """Take note of a session frame (HELLO, WELCOME, GOODBYE, ERROR) that goes to the peer."""
+        """Apply a session frame (HELLO, WELCOME, GOODBYE, ERROR) sent to the peer to the state."""
         if type(frame) is frames.Error:
             self._enter(State.CLOSED)
             return
@@ -148,7 +137,7 @@ class Session:
 
 
 def diagram() -> str:
-    """Return the table as a Mermaid state diagram, one per role; open-session frames are summed up."""
+    """Return one Mermaid state diagram per role, with the frames that change the state."""
     lines: list[str] = []
     for role in Role:
         lines += [f"%% {role.value}", "stateDiagram-v2", "    [*] --> START"]

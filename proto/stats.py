@@ -1,6 +1,6 @@
-"""What a broker has done and holds, as plain numbers: its own, and those of its topics and links.
+"""Statistics of a broker, of its topics and of its links.
 
-Counts are totals since the broker began to listen, so two looks give rates: `later.rates_since(earlier)`.
+Counts are totals since the broker started to listen. Two snapshots give rates: `later.rates_since(earlier)`.
 """
 
 from __future__ import annotations
@@ -12,24 +12,18 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 MAX_NODE_NAMES: Final = 8
-"""Nodes that a link's numbers name. A link may have any number; all answers stay small."""
-
-TOTALS: Final = (
-    *("routed", "copies", "delivered", "dropped", "abandoned", "lost_on_break", "unmatched", "stale"),
-    *("calls", "refused_calls", "late_replies", "refused_connections", "bytes_received", "bytes_sent"),
-)
-"""The totals: what rates are made of."""
+"""Node names in the statistics of one link. A link may have any number of nodes; this bounds the answers."""
 
 MAY_DECREASE: Final = ("lost_on_break",)
-"""Totals that may fall while the thing lives: a subscription's message may come after it was given up."""
+"""Totals that may fall: a subscription may receive a message after it was counted as lost."""
 
 
 def increase(totals: Sequence[str], earlier: object | None, later: object) -> dict[str, Any]:
-    """Return by how much each of these totals has risen between two looks at the same thing: never negative.
+    """Return the increase of each of these totals between two snapshots of an object; never negative.
 
     Args:
         totals: The names of attributes, ints or floats.
-        earlier: The first look; None if it was not there then.
+        earlier: The first snapshot; None if the object did not exist then.
         later: The second snapshot. If a total outside of MAY_DECREASE is smaller in it, counting has started
             again, and all totals count from zero.
     """
@@ -42,7 +36,7 @@ def increase(totals: Sequence[str], earlier: object | None, later: object) -> di
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BrokerRates:
-    """What happened per second between two looks at a broker; `seconds` is the time between them."""
+    """Events per second between two snapshots of a broker; `seconds` is the time between them."""
 
     seconds: float
     routed: float
@@ -61,34 +55,38 @@ class BrokerRates:
     bytes_sent: float
 
     def as_dict(self) -> dict[str, float]:
-        """Return the same by name."""
+        """Return the values by name."""
         return asdict(self)
+
+
+TOTALS: Final = tuple(rate.name for rate in fields(BrokerRates) if rate.name != "seconds")
+"""The fields of BrokerStats that are totals, from which rates are computed."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BrokerStats:
-    """A broker at one moment.
+    """A snapshot of a broker's statistics.
 
-    `copies`, each message once for every link it was routed to, equals `accounted` at every moment. Each of
-    its terms is counted on its own, where it happens.
+    `copies`, which counts each message once for every link it was routed to, equals `accounted` at every
+    moment, although each term of `accounted` is counted independently.
     """
 
     broker: str = ""
-    """Its instance, in hex: another after a restart."""
+    """The broker's instance id in hex; it changes with a restart."""
     stamp_sec: float = 0.0
-    """When this was, by the clock of the broker's loop, which only rises."""
+    """The time of the snapshot, by the monotonic clock of the broker's event loop."""
     uptime_sec: float = 0.0
-    """Since it began to listen."""
+    """Since the broker started to listen."""
     lag_last_sec: float = 0.0
-    """How late its loop was with what was due, at the last look ..."""
+    """How late the event loop ran its last timer."""
     lag_longest_sec: float = 0.0
-    """... and at worst in the last minute."""
+    """The longest such delay of the last minute."""
     connections: int = 0
-    """Those of which the handshake is not over included."""
+    """Open connections, including those in the handshake."""
     refused_connections: int = 0
-    """Connections turned away because there were too many."""
+    """Connections refused because there were too many."""
     suspended: int = 0
-    """Links that have been silent for too long, and may come back."""
+    """Links that have been silent for too long and may return."""
     endpoints: int = 0
     """Nodes, publishers, subscriptions, services and clients."""
     topics: int = 0
@@ -96,21 +94,21 @@ class BrokerStats:
     """Messages that reached at least one link."""
     copies: int = 0
     delivered: int = 0
-    """Copies handed whole to a link's transport."""
+    """Copies passed completely to a link's transport."""
     dropped: int = 0
     """Copies dropped because a link was slower than its depth allows."""
     dropped_for_bytes: int = 0
-    """Those of them that the depth had room for, and a ceiling in bytes had not."""
+    """Those of them that fitted the depth but not a limit in bytes."""
     abandoned: int = 0
-    """Copies that waited when their last reader on the link left or was suspended."""
+    """Copies that waited when the last matching subscription of the link left or was suspended."""
     lost_on_break: int = 0
-    """Copies that waited for a link that ended, or came while it was ending."""
+    """Copies that waited for a link when it ended, or were routed to it while it ended."""
     leaving: int = 0
-    """Copies of which some fragments are with the transport, and not yet the last."""
+    """Copies of which some fragments, but not the last, are passed to the transport."""
     queued: int = 0
-    """Copies that wait now."""
+    """Copies that wait to be sent."""
     queued_bytes: int = 0
-    """What they take, about; what waits for several links is counted for each."""
+    """Their estimated memory; a message that waits for several links counts for each."""
     urgent_bytes: int = 0
     """Control frames and calls that wait, large calls included."""
     ordered_bytes: int = 0
@@ -119,36 +117,37 @@ class BrokerStats:
     """Messages kept for late joiners."""
     latched_bytes: int = 0
     latched_dropped: int = 0
-    """Messages that late joiners will miss, because more bytes were latched than may be."""
+    """Messages no longer kept for late joiners because too many bytes were latched."""
     unmatched: int = 0
-    """Messages that nobody was there to hear."""
+    """Messages without a matching subscription."""
     stale: int = 0
-    """Messages discarded because they had been seen."""
+    """Messages discarded because they had been received before."""
     calls: int = 0
     refused_calls: int = 0
     pending_calls: int = 0
     late_replies: int = 0
     definitions: int = 0
-    """Definitions of types kept."""
+    """Type definitions kept."""
     definition_bytes: int = 0
     bytes_received: int = 0
-    """Over all connections, those that have ended included."""
+    """From all connections, including those that have ended."""
     bytes_sent: int = 0
 
     @property
     def accounted(self) -> int:
-        """Copies of which it is known what has become of them: all."""
+        """The sum of all copies by what happened to them."""
         return (
             self.delivered + self.dropped + self.abandoned + self.lost_on_break + self.leaving + self.queued
         )
 
     def rates_since(self, earlier: BrokerStats) -> BrokerRates:
-        """Return what has happened per second since an earlier look at the same broker.
+        """Return the events per second since an earlier snapshot of the same broker.
 
-        If it has been stopped and started again in between, what happened before that is not known.
+        Args:
+            earlier: The earlier snapshot.
 
         Raises:
-            ValueError: `earlier` is not earlier, or another broker's.
+            ValueError: `earlier` is not earlier, or is of another broker.
         """
         seconds = self.stamp_sec - earlier.stamp_sec
         if seconds <= 0 or self.broker != earlier.broker:
@@ -157,12 +156,12 @@ class BrokerStats:
         return BrokerRates(seconds=seconds, **{name: rise[name] / seconds for name in TOTALS})
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the same by name, ready for `json.dumps`."""
+        """Return the values by name, ready for `json.dumps`."""
         return asdict(self)
 
     @classmethod
     def from_map(cls, totals: Mapping[str, object]) -> BrokerStats:
-        """Return what a broker, of this version or another, has sent; what is unknown is left out."""
+        """Return the statistics in a STATS frame's `totals`; ignore unknown names, default missing ones."""
         known: dict[str, Any] = {
             field.name: totals[field.name]
             for field in fields(cls)
@@ -172,18 +171,18 @@ class BrokerStats:
 
 
 class TopicStats(NamedTuple):
-    """A topic that somebody has declared something on; its counts begin anew when nobody has.
+    """Statistics of a topic with at least one endpoint; its counts start again when the last one is removed.
 
     Attributes:
-        domain: Of which graph it is.
-        name: Its full name.
-        publishers: Those that are not suspended.
-        subscriptions: Those that are not suspended.
-        messages: Messages that publishers have sent.
+        domain: The topic's domain.
+        name: The full name.
+        publishers: Publishers that are not suspended.
+        subscriptions: Subscriptions that are not suspended.
+        messages: Messages received from publishers.
         bytes: Their size.
-        delivered, dropped, abandoned, lost_on_break, leaving, queued: What has become of their copies, as in
-            BrokerStats.
-        latched_dropped: Messages that late joiners will miss: too many bytes were latched.
+        delivered, dropped, abandoned, lost_on_break, leaving, queued: Copies of these messages by what
+            happened to them, as in BrokerStats.
+        latched_dropped: Messages no longer kept for late joiners because too many bytes were latched.
     """
 
     domain: int
@@ -202,23 +201,23 @@ class TopicStats(NamedTuple):
 
 
 class LinkStats(NamedTuple):
-    """A link whose handshake is over.
+    """Statistics of a link after its handshake.
 
     Attributes:
-        domain: Which graph it has joined.
-        session: Its number, as WELCOME said.
-        agent: What it has called itself.
-        nodes: The full names of its nodes: the first 8.
-        endpoints: What it has declared, nodes included.
+        domain: The domain of its nodes.
+        session: The session number from WELCOME.
+        agent: The `agent` text from HELLO.
+        nodes: The full names of its first 8 nodes.
+        endpoints: The number of its nodes and endpoints.
         suspended: Whether it has been silent for too long.
-        silent_ms: Since when nothing has come from it; not later than the broker's last look at it.
+        silent_ms: Milliseconds without a received byte, as of the broker's last periodic check.
         queued: Messages that wait for it.
         queued_bytes: Their size.
-        waiting_bytes: Control frames, latched messages and calls that wait for it.
+        waiting_bytes: Bytes of control frames, latched messages and calls that wait for it.
         dropped: Messages dropped because it was slow.
-        bytes_received: From it.
-        bytes_sent: To it, or to its transport.
-        pending_calls: Calls of its clients that wait for an answer.
+        bytes_received: Bytes received from it.
+        bytes_sent: Bytes passed to its transport.
+        pending_calls: Calls of its clients that wait for a reply.
         owed_calls: Calls that its servers have not answered.
     """
 

@@ -16,11 +16,11 @@ _EXAMPLE: Final = f"write it like {DEFAULT_URL} or callboard+unix:///run/callboa
 
 
 _USERINFO: Final = re.compile(r"//[^/]*@")
-"""What an error text must not repeat: it may be a password."""
+"""The part of a URL that an error text must not repeat, since it may be a password."""
 
 
 class BrokerUrl(NamedTuple):
-    """Where a broker listens: a host and port, or the path of a unix socket (then host is empty, port 0)."""
+    """The address of a broker: a host and port, or the path of a unix socket (host empty, port 0)."""
 
     host: str
     port: int
@@ -34,10 +34,10 @@ class BrokerUrl(NamedTuple):
 
 
 def parse_url(text: str) -> BrokerUrl:
-    """Return the place one URL names. The port may be missing and is then 7411.
+    """Parse one broker URL; a missing port is 7411.
 
     Raises:
-        InvalidUrlError: Names what is wrong and shows what a right one looks like.
+        InvalidUrlError: The URL is invalid; the text says why and gives an example.
     """
     safe = _USERINFO.sub("//***@", text)
     try:
@@ -65,10 +65,10 @@ def parse_url(text: str) -> BrokerUrl:
 
 
 def parse_urls(text: str) -> tuple[BrokerUrl, ...]:
-    """Return the places a comma-separated list names, in the order in which to try them.
+    """Parse a comma-separated list of broker URLs, in the order in which to try them.
 
     Raises:
-        InvalidUrlError: One of them cannot be read, or there is none.
+        InvalidUrlError: One of them is invalid, or the list is empty.
     """
     urls = tuple(parse_url(part.strip()) for part in text.split(",") if part.strip())
     if not urls:

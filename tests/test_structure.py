@@ -44,7 +44,6 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "broker.server.Broker": "runtime methods are due to move out",
     "broker.services.Services": "due in the new layout",
     "broker.topics.Topics": "due in the new layout",
-    "proto.aio.channel.Channel": "due in the new layout",
     "proto.frames": "one table of all frames",
 }
 """Modules, functions and classes beyond a limit, by qualified name, and why."""

@@ -1,4 +1,6 @@
-"""The asyncio edge that both ends share: a connection's byte channel, and how a process is configured.
+"""The asyncio layer that nodes and brokers share.
 
-Imports proto; uvloop where the platform has it.
+`channel` connects a socket to the pure protocol core, `tasks` restarts background tasks that fail, `process`
+configures the event loop and the memory of callboard's own processes, and `forks` keeps connections out of
+forked children.
 """

@@ -1,8 +1,8 @@
 """One connection's socket, for both ends: an asyncio protocol around a `Receiver` and an `Outbox`.
 
-A `Channel` hands the frames that its receiver cuts out of the stream to its handler, and writes what waits in
-its outbox while the transport has room. All channels of a thread share one scratch buffer, which is safe
-because `buffer_updated` takes everything out of it before the loop can read for another.
+A `Channel` passes each received frame to its handler and writes the frames of its outbox until the transport
+is full (asyncio's `pause_writing`). All channels of a thread share one scratch buffer, which is safe because
+`buffer_updated` empties it before the event loop reads for another channel.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ _GATHER_BYTES: Final = 2 * limits.HIGH_WATER_BYTES
 """Frames are written together up to this size."""
 
 _TURN_BYTES: Final = 256 * 1024
-"""What one connection may read in a row, or write of large messages, before the others get their turn: a
-small message waits behind this much of a large one."""
+"""What one connection may read without a break, or write of large frames, before the other connections are
+served. A small message waits for at most this much of a large one."""
 
 _JOIN_BYTES: Final = 64 * 1024
-"""Up to this size copying frames together costs less than handing them to the kernel one by one."""
+"""Up to this size joining frames costs less than passing them to the kernel one by one."""
 
 
 class _Scratch(threading.local):
-    """What a thread's channels share: while one thread's loop is in recv, another's may run."""
+    """The buffer and the decoder that the channels of one thread share."""
 
     def __init__(self) -> None:
         self.view = memoryview(bytearray(SCRATCH_BYTES))
@@ -45,47 +45,54 @@ _scratch: Final = _Scratch()
 
 
 class ChannelHandler(Protocol):
-    """What a channel needs from its owner. Calls never overlap and come in the order of the bytes."""
+    """The callbacks of a channel's owner. They never overlap and follow the order of the received bytes."""
 
     def opened(self) -> None:
-        """The transport is there; nothing has been read yet."""
+        """Handle a new connection, before anything is read."""
         ...
 
     def frame_received(self, frame: Frame) -> None:
-        """One frame that the session allows. A ProtocolError raised here closes the channel with its code."""
+        """Handle a frame that the session allows; a ProtocolError closes the channel with its code."""
         ...
 
     def read_finished(self) -> None:
-        """Every frame of one read has been handed over."""
+        """Handle the end of one read, after all its frames."""
         ...
 
     def writable(self) -> None:
-        """The transport has room again and the outbox has been flushed into it."""
+        """Handle that the outbox has been flushed and the transport takes more."""
         ...
 
     def failed(self, error: ProtocolError) -> None:
-        """The peer broke the protocol; `closed` follows."""
+        """Handle a protocol error of the peer; `closed` follows."""
         ...
 
     def closed(self, error: Exception | None) -> None:
-        """The connection is gone. Called exactly once."""
+        """Handle the end of the connection. Called exactly once."""
         ...
 
 
 class Channel(asyncio.BufferedProtocol):
     """One framed connection.
 
+    Args:
+        role: Which end of the link this is.
+        handler: Gets the received frames and the events of the connection.
+        loop: The event loop that owns the transport.
+        max_message_bytes: The largest message that the peer may send in fragments.
+
     Attributes:
-        outbox: What waits to be sent; put things in, then call `flush`.
+        outbox: The frames to send; put frames in, then call `flush` or `flush_soon`.
         session: The state of the session.
         connected: Whether there is a connection that this end has not ended.
-        reading: Whether frames are being handed over: a flush follows anyway.
+        reading: Whether received frames are being handled; a flush that is due follows afterwards.
+        busy: Whether the transport is full, so that queued frames wait.
         bytes_received, bytes_sent: Totals since the connection was made.
     """
 
     __slots__ = (
+        "_continue_due",
         "_flush_due",
-        "_going_on",
         "_handler",
         "_in_a_row",
         "_joins",
@@ -93,10 +100,10 @@ class Channel(asyncio.BufferedProtocol):
         "_loop",
         "_max_message_bytes",
         "_offered",
-        "_paused",
+        "_reading_paused",
         "_receiver",
-        "_resting",
         "_transport",
+        "busy",
         "bytes_received",
         "bytes_sent",
         "connected",
@@ -121,21 +128,21 @@ class Channel(asyncio.BufferedProtocol):
         self.bytes_sent = 0
         self._handler = handler
         self._loop = loop
-        # writelines of asyncio's own transports never says that they are full before Python 3.12.9 and 3.13.2
-        # (CVE-2024-12254); in 3.11 it joins, too.
+        # writelines of asyncio's own transports does not call pause_writing before Python 3.12.9 and 3.13.2
+        # (CVE-2024-12254), and in 3.11 it joins the parts anyway.
         self._joins = isinstance(loop, asyncio.BaseEventLoop)
         self._max_message_bytes = max_message_bytes
         self._receiver: Receiver | None = None
         self._transport: asyncio.Transport | None = None
-        self._paused = False
+        self.busy = False
         self._flush_due = False
-        self._going_on = False
+        self._continue_due = False
         self._offered = 0
-        """The size of the buffer that the last read got."""
+        """Size of the buffer of the last read."""
         self._in_a_row = 0
-        """Bytes of reads in a row that filled their buffers: the loop goes on reading from such a peer."""
-        self._resting = False
-        """Whether reading has been stopped for the rest of this loop turn."""
+        """Bytes of consecutive reads that filled their buffers: the loop reads on from such a peer."""
+        self._reading_paused = False
+        """Whether reading is paused until the next loop turn."""
         self._linger: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -146,7 +153,7 @@ class Channel(asyncio.BufferedProtocol):
         self._transport = cast("asyncio.Transport", transport)
         self.connected = True
         self._transport.set_write_buffer_limits(high=limits.HIGH_WATER_BYTES, low=limits.LOW_WATER_BYTES)
-        _tune(transport.get_extra_info("socket"))
+        _set_socket_options(transport.get_extra_info("socket"))
         self._handler.opened()
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -158,9 +165,9 @@ class Channel(asyncio.BufferedProtocol):
         self._handler.closed(exc)
 
     def eof_received(self) -> bool:
-        """Called by asyncio; a half-closed connection is of no use to either side.
+        """Called by asyncio; treat a half-closed connection as closed.
 
-        Left to itself the transport would wait for ever until a peer that does not read has taken what waits.
+        Otherwise the transport would wait without a limit for a peer that does not read.
         """
         self.close()
         return False
@@ -173,14 +180,14 @@ class Channel(asyncio.BufferedProtocol):
         return buffer
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Called by asyncio: take the frames out and hand them over."""
+        """Called by asyncio: decode the received frames and pass them to the handler."""
         if not self.connected:
             return
         self.bytes_received += nbytes
         self._in_a_row = self._in_a_row + nbytes if nbytes == self._offered else 0
         self.reading = True
         try:
-            self._take_frames(nbytes)
+            self._handle_frames(nbytes)
         except ProtocolError as error:
             self.fail(error)
         finally:
@@ -188,11 +195,16 @@ class Channel(asyncio.BufferedProtocol):
             self._handler.read_finished()
             if self._flush_due:
                 self.flush()
-            if self._in_a_row >= _TURN_BYTES:
-                self._rest_for_a_turn()
+            transport = self._transport
+            pause = self._in_a_row >= _TURN_BYTES and not self._reading_paused
+            if pause and transport is not None and self.connected:
+                # Let the event loop read from the other connections before this one.
+                self._reading_paused = True
+                transport.pause_reading()
+                self._continue_soon()
 
-    def _take_frames(self, nbytes: int) -> None:
-        """Hand over the frames that so many new bytes complete."""
+    def _handle_frames(self, nbytes: int) -> None:
+        """Handle the frames that the last `nbytes` bytes complete."""
         receiver, handler, session = self._receiver, self._handler, self.session
         assert receiver is not None
         receiver.received(nbytes)
@@ -204,16 +216,8 @@ class Channel(asyncio.BufferedProtocol):
             if session.state is State.CLOSED:
                 self.close()
 
-    def _rest_for_a_turn(self) -> None:
-        """Let the other connections be read before this one's next bytes."""
-        transport = self._transport
-        if transport is not None and self.connected and not self._resting:
-            self._resting = True
-            transport.pause_reading()
-            self._go_on_soon()
-
     def send(self, frame: Frame) -> None:
-        """Queue a control frame ahead of calls and runs; it leaves with the next flush."""
+        """Queue a control frame, to be sent with the next flush before calls and batches."""
         self.session.sent(frame)
         self.outbox.put_control(encode(frame))
         self.flush_soon()
@@ -230,13 +234,13 @@ class Channel(asyncio.BufferedProtocol):
             self.flush()
 
     def flush(self) -> None:
-        """Write what waits, as far as the transport has room; trim the rest to its depth."""
+        """Write queued frames until the transport is full, then trim the publisher queues."""
         self._flush_due = False
         transport, outbox = self._transport, self.outbox
         if transport is None:
             return
         outbox.large_budget = _TURN_BYTES
-        while not self._paused and not transport.is_closing():
+        while not self.busy and not transport.is_closing():
             parts, size = outbox.take(_GATHER_BYTES)
             if not parts:
                 break
@@ -250,67 +254,62 @@ class Channel(asyncio.BufferedProtocol):
             if size < _GATHER_BYTES:
                 break
         outbox.trim()
-        if outbox.has_more and not self._paused:
-            self._go_on_soon()
+        if outbox.has_more and not self.busy:
+            self._continue_soon()
 
-    def _go_on_soon(self) -> None:
-        """Go on with large messages in the next loop turn."""
-        if not self._going_on:
-            self._going_on = True
-            self._loop.call_soon(self._go_on)
+    def _continue_soon(self) -> None:
+        """Continue with large frames, and with reading, in the next loop turn."""
+        if not self._continue_due:
+            self._continue_due = True
+            self._loop.call_soon(self._continue)
 
-    def _go_on(self) -> None:
-        self._going_on = False
+    def _continue(self) -> None:
+        self._continue_due = False
         transport = self._transport
         if transport is None or transport.is_closing():
             return
-        if self._resting:
-            self._resting = False
+        if self._reading_paused:
+            self._reading_paused = False
             self._in_a_row = 0
             transport.resume_reading()
-        if not self._paused:
+        if not self.busy:
             self.flush()
             self._handler.writable()
 
     def pause_writing(self) -> None:
         """Called by asyncio: the transport is full."""
-        self._paused = True
+        self.busy = True
 
     def resume_writing(self) -> None:
-        """Called by asyncio: the transport has room."""
-        self._paused = False
+        """Called by asyncio: the transport takes more."""
+        self.busy = False
         self.flush()
-        if not self._paused:
+        if not self.busy:
             self._handler.writable()
 
     @property
-    def busy(self) -> bool:
-        """Whether the transport is full, so that what is queued waits."""
-        return self._paused
-
-    @property
     def peer_address(self) -> str:
-        """The other end's host and port; "unix socket" for one of a socket file."""
+        """The peer's host and port, or "unix socket"."""
         name = None if self._transport is None else self._transport.get_extra_info("peername")
         return f"{name[0]}:{name[1]}" if isinstance(name, tuple) else "unix socket"
 
     def descriptors(self) -> tuple[int, ...]:
-        """DescriptorOwner: the socket's, if there is a connection."""
+        """Return the socket's descriptor, if there is a connection (DescriptorOwner)."""
         sock = None if self._transport is None else self._transport.get_extra_info("socket")
         return () if sock is None or sock.fileno() < 0 else (sock.fileno(),)
 
     def fail(self, error: ProtocolError) -> None:
-        """Tell the peer why, and close."""
+        """Send the peer an ERROR frame and close."""
         if self._transport is None or not self.connected or self._transport.is_closing():
             return
-        farewell = frames.Error(error.code, str(error)[: limits.MAX_ERROR_TEXT])
-        self.session.sent(farewell)
-        self._transport.write(encode(farewell))
+        error_frame = frames.Error(error.code, str(error)[: limits.MAX_ERROR_TEXT])
+        self.session.sent(error_frame)
+        self._transport.write(encode(error_frame))
         self._handler.failed(error)
         self.close()
 
     def close(self) -> None:
-        """Close once everything written so far has gone out, or after `limits.CLOSE_TIMEOUT_SEC`."""
+        """Close when everything written so far is sent, or after `limits.CLOSE_TIMEOUT_SEC`."""
         self.connected = False
         transport = self._transport
         if transport is not None and not transport.is_closing():
@@ -318,14 +317,14 @@ class Channel(asyncio.BufferedProtocol):
             transport.close()
 
     def abort(self) -> None:
-        """Close now, whatever is still unsent."""
+        """Close at once and discard unsent bytes."""
         self.connected = False
         if self._transport is not None:
             self._transport.abort()
 
 
-def _tune(sock: socket.socket | None) -> None:
-    """Keep what the kernel buffers unsent small, and let small frames go at once."""
+def _set_socket_options(sock: socket.socket | None) -> None:
+    """Send small frames at once, and limit what the kernel buffers unsent."""
     if sock is None or sock.family not in {socket.AF_INET, socket.AF_INET6}:
         return
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -1,9 +1,9 @@
-"""What a forked child must not keep: connections, listening sockets and pipes of its parent.
+"""Keep a parent's connections, listening sockets and pipes out of its forked children.
 
-A peer notices the end of a process only when nobody has its end of the connection any more, so a child that
-keeps a copy hides the death of its parent. Closing the copies would be wrong, too: their owners (transports,
+A peer notices the end of a process only when no process holds the connection's descriptor any more, so a
+child with a copy hides the death of its parent. Closing the copies would be wrong: their owners (transports,
 servers) exist in the child as well and close the same numbers later, when these may belong to other files.
-So each number stays open, and its owner's, but refers to the null device.
+Therefore each descriptor stays open in the child but refers to the null device.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 class DescriptorOwner(Protocol):
-    """Something with descriptors that are not for forked children."""
+    """An object whose descriptors forked children must not keep."""
 
     def descriptors(self) -> Iterable[int]:
-        """Return the numbers of its open descriptors."""
+        """Return the open descriptors."""
         ...
 
 
@@ -28,7 +28,11 @@ _owners: Final[weakref.WeakSet[DescriptorOwner]] = weakref.WeakSet()
 
 
 def drop_in_children(owner: DescriptorOwner) -> None:
-    """Let no process forked from now on keep the descriptors that `owner` has when it forks."""
+    """Redirect the descriptors that `owner` has at a fork to the null device in the child.
+
+    Args:
+        owner: Asked at each fork for as long as it lives; only a weak reference is kept.
+    """
     _owners.add(owner)
 
 

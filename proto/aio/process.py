@@ -1,6 +1,6 @@
-"""What a process that is callboard's own sets up before it runs: event loop, allocator, garbage collector.
+"""Configuration of callboard's own processes: event loop, memory allocator, garbage collector.
 
-Only the daemon and `actors.run` own their process and call this; a library must leave these to its host.
+Only the daemon and `actors.run` own their process and call this; a library leaves these to its host.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ _M_MMAP_THRESHOLD: Final = -3
 """mallopt(3)'s parameters, from glibc's malloc.h."""
 
 KEPT_BYTES: Final = 64 * 1024 * 1024
-"""Free memory at the heap's end that is not given back at once. A message of some tens of KiB otherwise has
-the heap's end given back and asked for again, page by page: a third of all time at 64 KiB messages."""
+"""Free memory at the end of the heap that malloc keeps. Otherwise each message of some tens of KiB returns
+pages to the kernel and requests them again, which takes a third of the time with 64 KiB messages."""
 
 MAPPED_BYTES: Final = 32 * 1024 * 1024
-"""Blocks up to this size (the most that glibc allows) come from the heap, for the same reason."""
+"""Blocks up to this size (glibc's maximum) come from the heap, for the same reason."""
 
 GROWTH_BYTES: Final = 1024 * 1024
 """The heap grows by this much at a time."""
 
 
 def open_streams() -> None:
-    """Let stdin, stdout and stderr lead nowhere if the shell has closed them (<&- >&-).
+    """Open the null device as stdin, stdout and stderr where the shell has closed them (<&- >&-).
 
-    Otherwise sockets and pipes would take their numbers, and get what is printed; uvloop aborts then.
+    Otherwise a socket or pipe would get such a number and receive printed text; uvloop aborts in that case.
     """
     for number in range(3):
         try:
@@ -40,7 +40,7 @@ def open_streams() -> None:
 
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
-    """Return a new event loop: uvloop's where there is one. Closed streams are opened before."""
+    """Return a new event loop, uvloop's where it is installed, after `open_streams`."""
     open_streams()
     try:
         import uvloop  # noqa: PLC0415 - not on every platform
@@ -50,9 +50,9 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
 
 
 def configure_process() -> None:
-    """Tell the allocator and the garbage collector that this process is loaded and starts to work.
+    """Tune the garbage collector and the allocator; call it once, after the imports.
 
-    What has been imported lives as long as the process: the collector need not look at it again.
+    Objects that exist at this point live as long as the process, so the collector skips them from now on.
     """
     gc.collect()
     gc.freeze()
