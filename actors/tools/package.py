@@ -239,7 +239,9 @@ def _check_dependency(text: str) -> None:
             raise InvalidRequirement
         Requirement(text)
     except InvalidRequirement:
-        raise InvalidPackageError(f"Invalid dependency '{escape(text)}': write one such as numpy>=2") from None
+        raise InvalidPackageError(
+            f"Invalid dependency '{escape(text)}': write one such as numpy>=2"
+        ) from None
 
 
 def _check_name(kind: str, name: str) -> None:
