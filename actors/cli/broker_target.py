@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import CommandError
 from actors.cli.interrupts import raise_at_once
-from actors.config.contexts import DEFAULT, Place, UnknownContextError, find_place
+from actors.config.contexts import DEFAULT, BrokerTarget, UnknownContextError, find_broker_target
 from actors.errors import BrokerUnreachable
 from actors.session.start_hint import start_hint
 from actors.tools.suggestions import did_you_mean
@@ -25,7 +25,7 @@ CONNECT_TIMEOUT_SEC: Final = 2.0
 SECOND_LOOK_SEC: Final = 0.5
 
 
-def target_of(options: argparse.Namespace) -> Place:
+def target_of(options: argparse.Namespace) -> BrokerTarget:
     """Return where the broker is and which of its graphs is meant: see `actors.config.contexts`.
 
     Raises:
@@ -35,7 +35,7 @@ def target_of(options: argparse.Namespace) -> Place:
         CommandError: There is no such context.
     """
     try:
-        return find_place(options.url or None, options.domain, options.context or None)
+        return find_broker_target(options.url or None, options.domain, options.context or None)
     except UnknownContextError as error:
         raise unknown_context(error) from error
 
@@ -87,7 +87,7 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
         raise BrokerUnreachable(f"{error}. {start_hint(look.url)}") from None
 
 
-def why_unreachable(target: Place) -> CallboardError:
+def why_unreachable(target: BrokerTarget) -> CallboardError:
     """Return the error that says why a node has found no broker: there is nothing, or something else."""
     from actors.graph.inspector import Inspector  # noqa: PLC0415 - only in trouble
 
@@ -103,7 +103,7 @@ def why_unreachable(target: Place) -> CallboardError:
     return BrokerUnreachable(missing_broker(target, look.error))
 
 
-def missing_broker(target: Place, error: OSError | None = None) -> str:
+def missing_broker(target: BrokerTarget, error: OSError | None = None) -> str:
     """Say in one line that there is no broker, and what starts one; `error` is of the attempt to connect."""
     source = "" if target.url_from in {"--url", DEFAULT} else f" ({target.url_from})"
     return f"No broker at {', '.join(map(str, target.urls))}{source}. {start_hint(target.urls[0], error)}"

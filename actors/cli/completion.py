@@ -202,12 +202,12 @@ class _Line:
         Raises:
             CallboardError: It does not answer at once, or the line names none.
         """
-        from actors.config.contexts import find_place  # noqa: PLC0415
+        from actors.config.contexts import find_broker_target  # noqa: PLC0415
         from actors.graph.inspector import Inspector  # noqa: PLC0415 - most words need no broker
 
         domain = self._value_of("domain")
         number = int(domain) if domain and domain.isdecimal() else None
-        target = find_place(self._value_of("url"), number, self._value_of("context"))
+        target = find_broker_target(self._value_of("url"), number, self._value_of("context"))
         with Inspector(target.url, domain=target.domain, timeout_sec=BROKER_TIMEOUT_SEC) as look:
             return look.graph()
 

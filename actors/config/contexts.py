@@ -3,7 +3,7 @@
     with Contexts.changing() as contexts:
         contexts.add("robot", Context(url="callboard://robot:7411", domain=3))
         contexts.use("robot")
-    find_place()  # where nodes and commands go now
+    find_broker_target()  # the broker that nodes and commands use now
 
 They stand in `callboard/contexts.toml` in the XDG configuration directory. A broker asks for no credentials
 yet; the file is readable by its owner only, so that it can keep them some day.
@@ -82,7 +82,7 @@ class Context:
     description: str = ""
 
 
-class Place(NamedTuple):
+class BrokerTarget(NamedTuple):
     """Where to go.
 
     Attributes:
@@ -257,7 +257,9 @@ def _locked(file: str) -> Generator[None]:
         os.close(lock)
 
 
-def find_place(url: str | None = None, domain: int | None = None, context: str | None = None) -> Place:
+def find_broker_target(
+    url: str | None = None, domain: int | None = None, context: str | None = None
+) -> BrokerTarget:
     """Return where to go; None is what the caller leaves open.
 
     The file of contexts is read only if a context has a say.
@@ -280,7 +282,7 @@ def find_place(url: str | None = None, domain: int | None = None, context: str |
     general = (environment.domain_id(), "CALLBOARD_DOMAIN")
     further = (general, own) if context is None else (own, general)
     graph, domain_from = _first(((domain, "--domain"), *further), otherwise=0)
-    return Place(parse_urls(text), graph, url_from, domain_from)
+    return BrokerTarget(parse_urls(text), graph, url_from, domain_from)
 
 
 def _first(offers: Iterable[tuple[T | None, str]], *, otherwise: T) -> tuple[T, str]:

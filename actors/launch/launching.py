@@ -12,7 +12,7 @@ from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
-from actors.config.contexts import find_place
+from actors.config.contexts import find_broker_target
 from actors.errors import BrokerUnreachable
 from actors.launch.engine.embedded import broker_is_there, can_embed, embedded_broker
 from actors.launch.engine.graph_watch import graph_watch
@@ -29,7 +29,7 @@ from broker.errors import AddressInUseError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from actors.config.contexts import Place
+    from actors.config.contexts import BrokerTarget
     from actors.launch.description.description import LaunchDescription
     from actors.launch.description.library import Library
     from actors.launch.planning.events import Event, Listener
@@ -89,7 +89,7 @@ class Launch:
         keep: bool = False,
         watch_graph: bool = False,
     ) -> None:
-        self.place = find_place(url, domain, context)
+        self.place = find_broker_target(url, domain, context)
         self._description = description
         self._library: Library = Files() if library is None else library
         self._arguments = arguments or {}
@@ -223,7 +223,7 @@ class Launch:
                 return
 
 
-def _environment(place: Place, given: Mapping[str, str] | None) -> dict[str, str]:
+def _environment(place: BrokerTarget, given: Mapping[str, str] | None) -> dict[str, str]:
     """Return what programs get: also where the broker is."""
     base = os.environ if given is None else given
     extra = {"CALLBOARD_URL": place.url, "CALLBOARD_DOMAIN": str(place.domain)}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 from actors.arguments.remapping import Remapper
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments, process_arguments
 from actors.callbacks.timing import SLOW_CALLBACK_SEC
-from actors.config.contexts import find_place
+from actors.config.contexts import find_broker_target
 from actors.endpoints.client.client import Client
 from actors.endpoints.context import DEFAULT_CALL_TIMEOUT_SEC, NodeContext
 from actors.endpoints.publisher.publisher import Publisher
@@ -109,8 +109,8 @@ class Node(NodeGraph, NodeParameters):
         self._names = Remapper(node_name, absolute, rules=own.remap_rules, process_rules=shared.remap_rules)
         full_name = full_node_name(self._names.namespace, self._names.name)
         log = get_logger(node_logger_name(full_name))
-        place = find_place(url or None, domain)
-        link = Link(", ".join(map(str, place.urls)))
+        target = find_broker_target(url or None, domain)
+        link = Link(", ".join(map(str, target.urls)))
         self._context = NodeContext(
             name=self._names.name,
             namespace=self._names.namespace,
@@ -132,7 +132,7 @@ class Node(NodeGraph, NodeParameters):
         self._lifecycle = Lifecycle(
             self._context,
             self._clock,
-            Connector(link, place.urls, domain=place.domain, log=log),
+            Connector(link, target.urls, domain=target.domain, log=log),
             connect_timeout_sec=connect_timeout_sec,
             stop_timeout_sec=stop_timeout_sec,
         )

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from actors.config.contexts import (
+    BrokerTarget,
     Context,
     ContextError,
     Contexts,
-    Place,
     UnknownContextError,
     contexts_file,
-    find_place,
+    find_broker_target,
 )
 
 __all__ = [
+    "BrokerTarget",
     "Context",
     "ContextError",
     "Contexts",
-    "Place",
     "UnknownContextError",
     "contexts_file",
-    "find_place",
+    "find_broker_target",
 ]

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.config.contexts import find_place
+from actors.config.contexts import find_broker_target
 from actors.errors import BrokerUnreachable
 from actors.graph.inspector import Inspector
 from actors.session.start_hint import start_hint
@@ -22,7 +22,7 @@ from proto.errors import CallboardError, ErrorCode, ProtocolError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from actors.config.contexts import Place
+    from actors.config.contexts import BrokerTarget
 
 TIMEOUT_SEC: Final = 2.0
 OTHER_PROGRAM: Final = "see what listens there: another program may have the port"
@@ -48,11 +48,11 @@ def examine(
     """
     checks = machine_checks.all_checks()
     try:
-        place = find_place(url, domain, context)
+        target = find_broker_target(url, domain, context)
     except CallboardError as error:
         remedy = "give another with --url, or correct where it comes from"
         return [*checks, Check("broker", "fail", str(error), remedy)]
-    return checks + _broker(place, timeout_sec)
+    return checks + _broker(target, timeout_sec)
 
 
 def all_good(checks: Iterable[Check]) -> bool:
@@ -60,9 +60,9 @@ def all_good(checks: Iterable[Check]) -> bool:
     return all(check.status != "fail" for check in checks)
 
 
-def _broker(place: Place, timeout_sec: float) -> list[Check]:
-    source = f" ({place.url_from})"
-    look = Inspector(place.url, domain=place.domain, timeout_sec=timeout_sec)
+def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
+    source = f" ({target.url_from})"
+    look = Inspector(target.url, domain=target.domain, timeout_sec=timeout_sec)
     try:
         with look:
             return [
@@ -72,16 +72,16 @@ def _broker(place: Place, timeout_sec: float) -> list[Check]:
                 *broker_checks.graph(look.graph()),
             ]
     except BrokerUnreachable as error:
-        remedy = start_hint(place.urls[0], look.error) if look.listening is None else OTHER_PROGRAM
+        remedy = start_hint(target.urls[0], look.error) if look.listening is None else OTHER_PROGRAM
         return [Check("broker", "fail", f"{error}{source}", remedy)]
     except ProtocolError as error:
-        return [_refused(error, place)]
+        return [_refused(error, target)]
 
 
-def _refused(error: ProtocolError, place: Place) -> Check:
+def _refused(error: ProtocolError, target: BrokerTarget) -> Check:
     remedy = (
         "run the same version of callboard on both sides"
         if error.code == ErrorCode.VERSION
         else OTHER_PROGRAM
     )
-    return Check("broker", "fail", f"{place.url}: {error}", remedy)
+    return Check("broker", "fail", f"{target.url}: {error}", remedy)

@@ -22,7 +22,7 @@ from proto.errors import CallboardError
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable
 
-    from actors.config.contexts import Place
+    from actors.config.contexts import BrokerTarget
     from actors.graph.snapshot import GraphSnapshot
 
 STOP_TIMEOUT_SEC: Final = 0.5
@@ -30,7 +30,9 @@ STOP_TIMEOUT_SEC: Final = 0.5
 
 
 @asynccontextmanager
-async def graph_watch(place: Place, on_change: Callable[[set[Presence]], None]) -> AsyncGenerator[None]:
+async def graph_watch(
+    place: BrokerTarget, on_change: Callable[[set[Presence]], None]
+) -> AsyncGenerator[None]:
     """Say what is there whenever that changes, but for the watching node's own.
 
     Entering waits for nothing, and neither a broker that is away nor one that refuses the node ends what is
@@ -48,7 +50,7 @@ async def graph_watch(place: Place, on_change: Callable[[set[Presence]], None]) 
         await _end(watching)
 
 
-async def _watch(place: Place, on_change: Callable[[set[Presence]], None]) -> None:
+async def _watch(place: BrokerTarget, on_change: Callable[[set[Presence]], None]) -> None:
     # A process id alone is not unique: in a container it is 1.
     node = Node(
         f"_launch_{os.getpid()}_{secrets.token_hex(3)}",

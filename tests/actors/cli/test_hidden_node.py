@@ -14,7 +14,7 @@ import pytest
 from actors.cli.broker_target import missing_broker
 from actors.cli.hidden_node import graph_of, hidden_node
 from actors.cli.main import main
-from actors.config.contexts import find_place
+from actors.config.contexts import find_broker_target
 from proto.names import is_hidden
 from proto.url import parse_urls
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 )
 def test_a_missing_broker_has_a_remedy(url: str, remedy: str) -> None:
     """The command that would start one at that place."""
-    assert missing_broker(find_place(url)) == f"No broker at {parse_urls(url)[0]}. {remedy}"
+    assert missing_broker(find_broker_target(url)) == f"No broker at {parse_urls(url)[0]}. {remedy}"
 
 
 def test_no_broker_is_one_line_and_3(capsys: pytest.CaptureFixture[str]) -> None:

@@ -21,7 +21,7 @@ from actors.config.contexts import (
     Contexts,
     UnknownContextError,
     contexts_file,
-    find_place,
+    find_broker_target,
 )
 from actors.config.environment import InvalidEnvironmentError
 from proto.errors import InvalidUrlError
@@ -223,7 +223,7 @@ def test_the_nearest_word_counts(kept: Contexts, monkeypatch: pytest.MonkeyPatch
     """Options, then the named context, then the environment, then the context in use, then the default."""
 
     def place(*said: object) -> tuple[str, int, str, str]:
-        found = find_place(*said)  # type: ignore[arg-type]
+        found = find_broker_target(*said)  # type: ignore[arg-type]
         return found.url, found.domain, found.url_from, found.domain_from
 
     assert place() == (DEFAULT_URL, 0, "default", "default")
@@ -247,29 +247,29 @@ def test_a_contexts_domain_belongs_to_its_url(kept: Contexts, monkeypatch: pytes
     kept.use("robot")
     kept.save()
     monkeypatch.setenv("CALLBOARD_URL", "callboard://there:1")
-    assert find_place().domain == 0
+    assert find_broker_target().domain == 0
     write("broken")
-    assert find_place().domain == find_place("callboard://here:2").domain == 0
+    assert find_broker_target().domain == find_broker_target("callboard://here:2").domain == 0
 
 
 def test_what_names_a_missing_context_is_named(kept: Contexts, monkeypatch: pytest.MonkeyPatch) -> None:
     """A wrong CALLBOARD_CONTEXT, and a file whose choice is gone, can be told apart."""
     monkeypatch.setenv("CALLBOARD_CONTEXT", "robt")
     with pytest.raises(UnknownContextError, match=r"No context 'robt' \(CALLBOARD_CONTEXT\)"):
-        find_place()
+        find_broker_target()
     monkeypatch.setenv("CALLBOARD_CONTEXT", DEFAULT)
-    assert find_place().url == DEFAULT_URL
+    assert find_broker_target().url == DEFAULT_URL
     monkeypatch.delenv("CALLBOARD_CONTEXT")
     write("current = 'gone'")
     with pytest.raises(UnknownContextError, match=r"No context 'gone' \(in use in .*contexts.toml\)"):
-        find_place()
+        find_broker_target()
 
 
 def test_a_wrong_domain_in_the_environment_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is not taken for 0."""
     monkeypatch.setenv("CALLBOARD_DOMAIN", "many")
     with pytest.raises(InvalidEnvironmentError):
-        find_place()
+        find_broker_target()
 
 
 def test_a_node_goes_where_the_context_says(kept: Contexts, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,10 +23,10 @@ def run(options: Options) -> int:
     from actors.cli.broker_target import unknown_context
     from actors.cli.output import print_json
     from actors.cli.tables import print_table
-    from actors.config.contexts import UnknownContextError, find_place
+    from actors.config.contexts import UnknownContextError, find_broker_target
 
     try:
-        target = find_place(context=options.context)
+        target = find_broker_target(context=options.context)
     except UnknownContextError as error:
         raise unknown_context(error) from error
     if options.json:

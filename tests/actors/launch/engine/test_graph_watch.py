@@ -8,7 +8,7 @@ import os
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
-from actors.config.contexts import find_place
+from actors.config.contexts import find_broker_target
 from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
@@ -38,7 +38,7 @@ async def watched(stage: Stage) -> AsyncIterator[list[set[str]]]:
     """Watch the graph from a host "launch"; give what has been said so far."""
     said: list[set[str]] = []
     with on_host("launch"):
-        watching = graph_watch(find_place(), lambda now: said.append(names(now)))
+        watching = graph_watch(find_broker_target(), lambda now: said.append(names(now)))
         await watching.__aenter__()
     try:
         yield said
@@ -158,7 +158,7 @@ async def test_a_broker_that_refuses_the_node_ends_no_launch(
     """The launch goes on without the graph, and says why."""
     monkeypatch.setattr("actors.launch.engine.graph_watch.secrets.token_hex", lambda size: "0")
     await meeting.node(f"_launch_{os.getpid()}_0")
-    async with graph_watch(find_place(meeting.url), lambda now: None):
+    async with graph_watch(find_broker_target(meeting.url), lambda now: None):
         await until(lambda: "cannot see which nodes are there" in caplog.text)
 
 
@@ -173,7 +173,7 @@ async def test_a_failed_watch_starts_again(meeting: Meeting, caplog: pytest.LogC
         told.append(now)
 
     await meeting.node("talker")
-    async with graph_watch(find_place(meeting.url), tell):
+    async with graph_watch(find_broker_target(meeting.url), tell):
         await until(lambda: told)
     assert "RuntimeError: a bug" in caplog.text
 
@@ -184,7 +184,7 @@ async def test_a_cancelled_exit_leaves_nothing_behind() -> None:
     left = asyncio.Event()
 
     async def launch() -> None:
-        async with graph_watch(find_place("callboard+unix:///nowhere"), lambda now: None):
+        async with graph_watch(find_broker_target("callboard+unix:///nowhere"), lambda now: None):
             left.set()
             await asyncio.sleep(math.inf)
 
