@@ -73,7 +73,7 @@ def watch(
     with inspector(options) as look:
         _warn_unpublished(look.report(), watched)
         silent_sec = 0.0
-        for _ in ticks(Looks(look).take, watched):
+        for _ in ticks(ReportReader(look).read, watched):
             silent_sec = 0.0 if any(each.new for each in watched) else silent_sec + PRINT_EVERY_SEC
             shown = show(watched)
             for each in watched:
@@ -85,26 +85,33 @@ def watch(
     return 0
 
 
-class Looks:
-    """Looks at a broker that may go and come back."""
+class ReportReader:
+    """Reads reports of a broker that may go and come back.
+
+    Args:
+        inspector: It is connected.
+    """
 
     def __init__(self, inspector: Inspector) -> None:
         self._inspector = inspector
-        self._lost = False
+        self._hint = ""
+        """The hint printed last while there is no broker."""
 
-    def take(self) -> BrokerReport | None:
-        """Return what the broker says; None while there is none, which stderr says once."""
+    def read(self) -> BrokerReport | None:
+        """Return the broker's report; None while there is none, and then print each reason once."""
+        inspector = self._inspector
         try:
-            if self._lost:
-                self._inspector.connect()
-            report = self._inspector.report()
+            if self._hint:
+                inspector.connect()
+            report = inspector.report()
         except BrokerUnreachable as error:
-            self._inspector.close()
-            if not self._lost:
-                print_err(f"{error}; waiting for it to come back. {start_hint(self._inspector.url)}")
-            self._lost = True
+            inspector.close()
+            hint = start_hint(inspector.urls[0], inspector.error if self._hint else None)
+            if hint != self._hint:
+                print_err(f"{error}; waiting for it to come back. {hint}")
+            self._hint = hint
             return None
-        self._lost = False
+        self._hint = ""
         return report
 
 

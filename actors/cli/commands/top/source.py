@@ -194,8 +194,21 @@ class NodeTopicReader:
 
 
 async def _done(loop: asyncio.AbstractEventLoop, work: Coroutine[Any, Any, T]) -> T:
-    """Return what a coroutine comes to in a loop, which may be another thread's."""
-    return await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(work, loop))
+    """Return the result of a coroutine that runs on a loop, which may be another thread's.
+
+    Raises:
+        BrokerUnreachable: The loop has ended.
+    """
+    try:
+        future = asyncio.run_coroutine_threadsafe(work, loop)
+    except RuntimeError:
+        work.close()
+        raise BrokerUnreachable("The node has ended") from None
+    try:
+        return await asyncio.wrap_future(future)
+    finally:
+        if loop.is_closed():  # perhaps before it began this
+            work.close()
 
 
 def _delay(info: MessageInfo) -> float:

@@ -6,11 +6,12 @@ import argparse
 import asyncio
 import json
 import re
+import socket
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.cli.broker_counters import Looks, WatchedTopic, ticks
+from actors.cli.broker_counters import ReportReader, WatchedTopic, ticks
 from actors.cli.broker_target import inspector
 from actors.cli.commands.topic.bw import shown_bytes
 from actors.cli.commands.topic.hz import print_counted, print_received
@@ -303,17 +304,37 @@ async def test_a_broker_that_goes_and_comes_back(capsys: pytest.CaptureFixture[s
     """One note with what starts it; when it is there again, it is looked at again."""
     async with Broker(BrokerOptions(port=0)) as first:
         asked = Inspector(first.url)
-        looks = Looks(asked)
+        reports = ReportReader(asked)
         await asyncio.to_thread(asked.connect)
-        assert await asyncio.to_thread(looks.take)
+        assert await asyncio.to_thread(reports.read)
     port = asked.url.port
-    assert [await asyncio.to_thread(looks.take) for _ in range(3)] == [None] * 3
+    assert [await asyncio.to_thread(reports.read) for _ in range(3)] == [None] * 3
     text = capsys.readouterr().err
     assert text.count("\n") == 1
     assert text.endswith(f"; waiting for it to come back. Start one with: callboard broker --port {port}\n")
     async with Broker(BrokerOptions(port=port)):
-        assert await asyncio.to_thread(looks.take)
+        assert await asyncio.to_thread(reports.read)
         await asyncio.to_thread(asked.close)
+
+
+async def test_a_lost_broker_whose_host_is_unknown_now(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Once reconnecting fails for another reason, stderr says that one, too."""
+
+    def unresolved(*_: object, **__: object) -> None:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    async with Broker(BrokerOptions(port=0)) as broker:
+        asked = Inspector(f"callboard://localhost:{broker.url.rpartition(':')[2]}")
+        reports = ReportReader(asked)
+        await asyncio.to_thread(asked.connect)
+        assert await asyncio.to_thread(reports.read)
+    monkeypatch.setattr(socket, "getaddrinfo", unresolved)
+    assert [await asyncio.to_thread(reports.read) for _ in range(3)] == [None] * 3
+    lost, unknown = capsys.readouterr().err.splitlines()
+    assert "waiting for it to come back. Start one with" in lost
+    assert unknown.endswith("The host name 'localhost' cannot be resolved")
 
 
 def test_the_counters_of_another_broker_begin_anew() -> None:
