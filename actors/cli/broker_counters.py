@@ -1,7 +1,7 @@
-"""Watching topics by the broker's counters: nothing has to be heard to know how much is said.
+"""Measure topics with the broker's counters, without a subscription.
 
-The broker is looked at every 20 ms, so that slow rates are exact soon. A look costs more the more topics and
-links there are; so looking takes no more than 3 % of the time, as long as that allows for one look a second.
+The counters are read every 20 ms, so that slow rates become exact soon. A report costs more with more
+topics and links, so that reading takes at most 3 % of the time, but happens at least once a second.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.broker_target import inspector
+from actors.cli.broker_target import open_inspector
 from actors.cli.errors import TIMEOUT, CommandError
 from actors.cli.named import TOPIC, print_unpublished
 from actors.cli.output import print_err
@@ -26,34 +26,34 @@ if TYPE_CHECKING:
     from actors.graph.inspector import Inspector
 
 PRINT_EVERY_SEC: Final = 1.0
-LOOK_EVERY_SEC: Final = 0.02
-LOOK_SHARE: Final = 0.03
+READ_EVERY_SEC: Final = 0.02
+READ_SHARE: Final = 0.03
 
 
 class WatchedTopic:
-    """A topic that is watched.
+    """A topic whose counters are read.
 
     Attributes:
         topic: Its full name.
-        counter: What the broker's counter has said so far.
-        new: Messages since it was last shown.
+        counter: Its rate so far.
+        new: Messages since the last output.
     """
 
     def __init__(self, topic: str, window: int, *, least_sec: float = LEAST_SEC) -> None:
         self.topic = topic
-        self.counter = CounterRate(window, least_sec=least_sec)
+        self._new_counter = partial(CounterRate, window, least_sec=least_sec)
+        self.counter = self._new_counter()
         self.new = 0
-        self._anew = partial(CounterRate, window, least_sec=least_sec)
 
-    def look(self, report: BrokerReport | None) -> None:
-        """Take in a look at the broker; None if it could not be looked at: what comes next begins anew."""
+    def add(self, report: BrokerReport | None) -> None:
+        """Add a report; None if the broker is lost: its counters may begin at 0 again."""
         if report is None:
-            self.counter = self._anew()
+            self.counter = self._new_counter()
             return
         found, before = report.topics.get(self.topic), self.counter.total
         messages, size_bytes = (found.messages, found.bytes) if found else (0, 0)
         first = not self.counter.begun
-        self.counter.look(report.totals.stamp_sec, messages, size_bytes)
+        self.counter.add(report.totals.stamp_sec, messages, size_bytes)
         if not first:
             self.new += messages - before if messages >= before else messages
 
@@ -61,19 +61,19 @@ class WatchedTopic:
 def watch(
     options: argparse.Namespace, default_window: int, show: Callable[[list[WatchedTopic]], bool]
 ) -> int:
-    """Call `show` once a second; it returns whether there was anything to show. Return the exit code.
+    """Call `show` once a second, which returns whether there was anything to show; return the exit code.
 
     Raises:
-        InvalidTopicNameError: A name is no topic's.
-        CommandError: No message for as long as `--timeout` says.
+        InvalidTopicNameError: A topic name is invalid.
+        CommandError: No message arrived within `--timeout`.
     """
     window, least_sec = (options.window, 0.0) if options.window else (default_window, LEAST_SEC)
     names = dict.fromkeys(map(TOPIC.full_name, options.topics))
     watched = [WatchedTopic(name, window, least_sec=least_sec) for name in names]
-    with inspector(options) as look:
-        _warn_unpublished(look.report(), watched)
+    with open_inspector(options) as inspector:
+        _warn_unpublished(inspector.report(), watched)
         silent_sec = 0.0
-        for _ in ticks(ReportReader(look).read, watched):
+        for _ in ticks(ReportReader(inspector).read, watched):
             silent_sec = 0.0 if any(each.new for each in watched) else silent_sec + PRINT_EVERY_SEC
             shown = show(watched)
             for each in watched:
@@ -116,27 +116,27 @@ class ReportReader:
 
 
 def ticks(
-    look: Callable[[], BrokerReport | None],
+    read: Callable[[], BrokerReport | None],
     watched: list[WatchedTopic],
     *,
     clock: Callable[[], float] = time.monotonic,
     pause: Callable[[float], None] = time.sleep,
 ) -> Iterator[None]:
-    """Look at the broker again and again, and yield once a second, without drift.
+    """Read reports for the watched topics, and yield once a second, without drift.
 
-    While there is none, it is looked for once a second.
+    Without a broker it tries once a second.
     """
     due = clock() + PRINT_EVERY_SEC
     while True:
         began = clock()
-        report = look()
+        report = read()
         for each in watched:
-            each.look(report)
+            each.add(report)
         took = clock() - began
         if began >= due:
             due = max(due + PRINT_EVERY_SEC, began)
             yield
-        rest_sec = max(LOOK_EVERY_SEC, took / LOOK_SHARE) if report else PRINT_EVERY_SEC
+        rest_sec = max(READ_EVERY_SEC, took / READ_SHARE) if report else PRINT_EVERY_SEC
         pause(min(rest_sec, PRINT_EVERY_SEC))
 
 

@@ -62,7 +62,7 @@ def set_environment(options: argparse.Namespace) -> None:
 
 
 @contextmanager
-def inspector(options: argparse.Namespace) -> Generator[Inspector]:
+def open_inspector(options: argparse.Namespace) -> Generator[Inspector]:
     """Look at the graph that the options name. A signal ends it at once.
 
     Raises:
@@ -73,34 +73,34 @@ def inspector(options: argparse.Namespace) -> Generator[Inspector]:
 
     target = target_of(options)
     raise_at_once()
-    look = Inspector(target.url, domain=target.domain, timeout_sec=CONNECT_TIMEOUT_SEC)
+    inspector = Inspector(target.url, domain=target.domain, timeout_sec=CONNECT_TIMEOUT_SEC)
     try:
-        look.connect()
+        inspector.connect()
     except BrokerUnreachable:
-        if look.listening is not None:
+        if inspector.listening is not None:
             raise
-        raise BrokerUnreachable(missing_broker(target, look.error)) from None
+        raise BrokerUnreachable(missing_broker(target, inspector.error)) from None
     try:
-        with look:
-            yield look
+        with inspector:
+            yield inspector
     except BrokerUnreachable as error:
-        raise BrokerUnreachable(f"{error}. {start_hint(look.url)}") from None
+        raise BrokerUnreachable(f"{error}. {start_hint(inspector.url)}") from None
 
 
 def why_unreachable(target: BrokerTarget) -> CallboardError:
     """Return the error that says why a node has found no broker: there is nothing, or something else."""
     from actors.graph.inspector import Inspector  # noqa: PLC0415 - only in trouble
 
-    look = Inspector(target.url, domain=target.domain, timeout_sec=SECOND_LOOK_SEC)
+    inspector = Inspector(target.url, domain=target.domain, timeout_sec=SECOND_LOOK_SEC)
     try:
-        look.connect()
+        inspector.connect()
     except ProtocolError as error:
         return error
     except BrokerUnreachable as error:
-        if look.listening is not None:
+        if inspector.listening is not None:
             return error
-    look.close()
-    return BrokerUnreachable(missing_broker(target, look.error))
+    inspector.close()
+    return BrokerUnreachable(missing_broker(target, inspector.error))
 
 
 def missing_broker(target: BrokerTarget, error: OSError | None = None) -> str:

@@ -208,8 +208,8 @@ class _Line:
         domain = self._value_of("domain")
         number = int(domain) if domain and domain.isdecimal() else None
         target = find_broker_target(self._value_of("url"), number, self._value_of("context"))
-        with Inspector(target.url, domain=target.domain, timeout_sec=BROKER_TIMEOUT_SEC) as look:
-            return look.graph()
+        with Inspector(target.url, domain=target.domain, timeout_sec=BROKER_TIMEOUT_SEC) as inspector:
+            return inspector.graph()
 
     def _value_of(self, option: str) -> str | None:
         return next(iter(self.values.get(option, ())), None)

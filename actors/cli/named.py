@@ -214,12 +214,12 @@ def print_info(named: Named, options: Options) -> int:
     Raises:
         CommandError: There is no such name.
     """
-    from actors.cli.broker_target import inspector
+    from actors.cli.broker_target import open_inspector
     from actors.cli.output import print_json
 
     name = named.full_name(getattr(options, named.noun))
-    with inspector(options) as look:
-        snapshot = look.graph()
+    with open_inspector(options) as inspector:
+        snapshot = inspector.graph()
     types = dict(snapshot.names_and_types(*(side.kind for side in named.sides)))
     if name not in types:
         raise unknown(f"Unknown {named.noun} '{name}'", name, types)
@@ -283,10 +283,10 @@ def _nanoseconds(limit: Duration) -> int | None:
 
 
 def _look(named: Named, options: Options, *, hidden: bool) -> NamesAndTypes:
-    from actors.cli.broker_target import inspector
+    from actors.cli.broker_target import open_inspector
 
-    with inspector(options) as look:
-        names = look.graph().names_and_types(*named.kinds)
+    with open_inspector(options) as inspector:
+        names = inspector.graph().names_and_types(*named.kinds)
     return [each for each in names if hidden or not is_hidden(each[0])]
 
 

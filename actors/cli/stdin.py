@@ -9,9 +9,9 @@ import sys
 from contextlib import aclosing
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from actors.cli.documents import Documents
 from actors.cli.errors import CommandError
 from actors.cli.output import print_err
-from actors.tools.documents import Documents
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable
@@ -21,7 +21,7 @@ READ_BYTES: Final = 64 * 1024
 
 
 async def documents(read: Callable[[str], T]) -> AsyncGenerator[T]:
-    """Yield what `read` makes of each document on stdin, as soon as it is whole; see `tools.documents`.
+    """Yield what `read` makes of each document on stdin, as soon as it is whole; see `cli.documents`.
 
     Raises:
         CommandError: stdin is no text, or `read` raises it; the text then has the document's number.

@@ -1,7 +1,7 @@
 """The text of an interface, wherever it is: in its file, in its class, or only with the nodes that use it.
 
-    with Inspector("callboard://127.0.0.1:7411") as look:
-        texts = texts_in_graph(look, "robot_msgs/msg/Wheel")
+    with Inspector("callboard://127.0.0.1:7411") as inspector:
+        texts = texts_in_graph(inspector, "robot_msgs/msg/Wheel")
 
 A publisher and a server are declared with the definition of their type, and the broker keeps these: so a type
 can be shown that is not installed here, without its comments, constants and defaults.
@@ -54,11 +54,11 @@ def local_text(name: str) -> str | None:
         return None
 
 
-def texts_in_graph(look: Inspector, name: str) -> dict[str, str]:
+def texts_in_graph(inspector: Inspector, name: str) -> dict[str, str]:
     """Return the texts of a type and of all that it contains, by type name, as nodes have declared them.
 
     Args:
-        look: A connected inspector.
+        inspector: A connected inspector.
         name: The type's full name. If types with different definitions have this name, the oldest is meant.
 
     Returns:
@@ -67,11 +67,11 @@ def texts_in_graph(look: Inspector, name: str) -> dict[str, str]:
     Raises:
         BrokerUnreachable: The link broke.
     """
-    entries = [entry for entry in look.graph().entries.values() if entry.type_hash]
+    entries = [entry for entry in inspector.graph().entries.values() if entry.type_hash]
     entries.sort(key=lambda entry: (entry.type_name != name, entry.key))
     hashes = list(dict.fromkeys(entry.type_hash for entry in entries))
     for type_hash in hashes[:MAX_ASKED]:
-        definition = look.definition(type_hash)
+        definition = inspector.definition(type_hash)
         try:
             texts = {} if definition is None else texts_of(definition)
         except InvalidMessageError:  # a foreign client's; others may have it right

@@ -62,17 +62,23 @@ def all_good(checks: Iterable[Check]) -> bool:
 
 def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
     source = f" ({target.url_from})"
-    look = Inspector(target.url, domain=target.domain, timeout_sec=timeout_sec)
+    inspector = Inspector(target.url, domain=target.domain, timeout_sec=timeout_sec)
     try:
-        with look:
+        with inspector:
             return [
-                Check("broker", "ok", f"{look.url} answers in {1000 * look.round_trip_sec:.1f} ms{source}"),
-                *broker_checks.greeting(look.welcome, look.clock_ahead_sec, look.round_trip_sec),
-                *broker_checks.numbers(look.report()),
-                *broker_checks.graph(look.graph()),
+                Check(
+                    "broker",
+                    "ok",
+                    f"{inspector.url} answers in {1000 * inspector.round_trip_sec:.1f} ms{source}",
+                ),
+                *broker_checks.greeting(
+                    inspector.welcome, inspector.clock_ahead_sec, inspector.round_trip_sec
+                ),
+                *broker_checks.numbers(inspector.report()),
+                *broker_checks.graph(inspector.graph()),
             ]
     except BrokerUnreachable as error:
-        remedy = start_hint(target.urls[0], look.error) if look.listening is None else OTHER_PROGRAM
+        remedy = start_hint(target.urls[0], inspector.error) if inspector.listening is None else OTHER_PROGRAM
         return [Check("broker", "fail", f"{error}{source}", remedy)]
     except ProtocolError as error:
         return [_refused(error, target)]

@@ -1,16 +1,16 @@
-"""What goes on in a graph, from looks at it: who is there, how much goes through, where it waits or is lost.
+"""An overview of a graph at work: its topics, nodes and services, their rates, queues and losses.
 
-    looks = Looks()
+    samples = Samples()
     with actors.Inspector("callboard://127.0.0.1:7411") as inspector:
         while True:
-            seen = looks.add(Look(inspector.graph(), inspector.report()))
-            for topic in seen.topics:
+            overview = samples.add(Sample(inspector.graph(), inspector.report()))
+            for topic in overview.topics:
                 print(topic.name, topic.messages_per_sec)
             time.sleep(1)
 
-Nothing here asks anybody: a look is the graph and the broker's numbers at about one moment. Rates are the
-broker's counters' rise between two looks, so measuring costs no traffic. A single look has no rates: they are
-None until there is a second one of the same broker.
+A sample is the graph and the broker's counters at about the same moment; nothing here does I/O. Rates are the
+rise of the broker's counters between two samples, so measuring them causes no traffic. A single sample has no
+rates: they are None until there is a second one of the same broker.
 """
 
 from __future__ import annotations
@@ -30,14 +30,19 @@ if TYPE_CHECKING:
     from proto.stats import LinkStats, TopicStats
 
 WINDOW: Final = 3
-"""Over how many pauses between looks a rate is taken: a slow topic's is steadier for it."""
+"""Intervals between samples over which a rate is taken: more make the rate of a slow topic steadier."""
 
 LINKED: Final = "linked"
 SUSPENDED: Final = "suspended"
 
 
-class Look(NamedTuple):
-    """The graph and the broker's numbers at about one moment."""
+class Sample(NamedTuple):
+    """The graph and the broker's counters at about the same moment.
+
+    Attributes:
+        snapshot: The graph.
+        report: The broker's counters.
+    """
 
     snapshot: GraphSnapshot
     report: BrokerReport
@@ -49,12 +54,12 @@ class TopicRow:
 
     Attributes:
         name: Its full name.
-        types: The types seen on it, sorted; more than one is a clash.
-        publishers, subscriptions: How many there are.
-        messages_per_sec, bytes_per_sec: What its publishers send.
-        drops_per_sec: Copies dropped because a reader is slower than its depth allows.
-        queued: Copies that wait for their readers.
-        dropped, lost_on_break: Copies dropped since the topic came, and those lost with a link.
+        types: The declared types, sorted; more than one is a conflict.
+        publishers, subscriptions: Their numbers.
+        messages_per_sec, bytes_per_sec: Messages and bytes that its publishers send per second.
+        drops_per_sec: Copies dropped per second because a subscription's queue was full.
+        queued: Copies that wait in the broker.
+        dropped, lost_on_break: Copies dropped, and copies lost with a link, since the topic exists.
     """
 
     name: str
@@ -70,25 +75,25 @@ class TopicRow:
 
     @property
     def lost(self) -> int:
-        """Copies that have not reached a reader that stayed."""
+        """Copies dropped or lost with a link."""
         return self.dropped + self.lost_on_break
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class NodeRow:
-    """A node. The numbers from `received_bytes_per_sec` on are its link's.
+    """A node. From `received_bytes_per_sec` on, the numbers belong to its link, which other nodes may share.
 
     Attributes:
         name: Its full name.
-        state: "linked", or "suspended": its link is silent, and it may come back.
-        silent_ms: Since when nothing has come from it.
-        endpoints: Its publishers, subscriptions, services and clients.
-        received_bytes_per_sec, sent_bytes_per_sec: What it takes in and gives out.
-        queued, queued_bytes: Messages that wait in the broker for it.
-        dropped: Messages dropped in the broker because it was slow, and ...
-        drops_per_sec: ... how many a second now.
-        pending_calls: Calls of its clients that wait for an answer.
-        owed_calls: Calls that its services have not answered.
+        state: "linked", or "suspended": its link is silent and may come back.
+        silent_ms: Milliseconds since something arrived from it.
+        endpoints: The number of its publishers, subscriptions, services and clients.
+        received_bytes_per_sec, sent_bytes_per_sec: Bytes that it receives and sends per second.
+        queued, queued_bytes: Messages that wait in the broker for it, and their size.
+        dropped: Messages that the broker dropped because it was slow.
+        drops_per_sec: Messages that the broker drops now, per second.
+        pending_calls: Calls of its clients that wait for a response.
+        owed_calls: Calls that its services have not answered yet.
     """
 
     name: str
@@ -111,9 +116,9 @@ class ServiceRow:
 
     Attributes:
         name: Its full name.
-        types: The types seen on it, sorted; more than one is a clash.
-        servers, clients: How many there are.
-        owed_calls: Calls that its servers' nodes have not answered; their other services' count, too.
+        types: The declared types, sorted; more than one is a conflict.
+        servers, clients: Their numbers.
+        owed_calls: Calls that its servers' links have not answered yet; other services on them count, too.
     """
 
     name: str
@@ -128,18 +133,18 @@ class Totals:
     """The whole broker, all its domains together.
 
     Attributes:
-        broker: Its instance, in hex: another after a restart.
-        uptime_sec: Since when it listens.
-        routed_per_sec: Messages that reached at least one link.
-        delivered_per_sec: Copies handed to a link.
-        drops_per_sec: Copies dropped because a link was slow.
-        calls_per_sec: Calls sent on to a server.
-        received_bytes_per_sec, sent_bytes_per_sec: What went into the broker and out of it.
-        queued, queued_bytes: Copies that wait now.
-        dropped, lost_on_break: Copies dropped since it listens, and those lost with a link.
-        lag_sec, longest_lag_sec: How late its loop is, and was at worst in the last minute.
-        connections: How many it has; who is looking is one of them.
-        suspended: Links that are silent, and may come back.
+        broker: The hex id of its instance, which changes with a restart.
+        uptime_sec: Seconds since it began to listen.
+        routed_per_sec: Messages per second that had at least one receiver.
+        delivered_per_sec: Copies per second handed to a link.
+        drops_per_sec: Copies per second dropped because a link was slow.
+        calls_per_sec: Calls per second forwarded to a server.
+        received_bytes_per_sec, sent_bytes_per_sec: Bytes per second into the broker and out of it.
+        queued, queued_bytes: Copies that wait now, and their size.
+        dropped, lost_on_break: Copies dropped, and copies lost with a link, since it listens.
+        lag_sec, longest_lag_sec: The lag of its event loop now, and the longest in the last minute.
+        connections: Open connections, the observer's included.
+        suspended: Links that are silent and may come back.
     """
 
     broker: str
@@ -162,10 +167,10 @@ class Totals:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Overview:
-    """What goes on, with rates over the last few looks.
+    """A graph at work, with rates over the last few samples.
 
     Attributes:
-        seconds: Over how long the rates are taken; 0.0 if there are none yet.
+        seconds: The time over which rates are taken; 0.0 while there are none.
         totals: The whole broker.
         topics, nodes, services: Sorted by name.
     """
@@ -177,7 +182,7 @@ class Overview:
     services: tuple[ServiceRow, ...]
 
     def without_hidden(self) -> Overview:
-        """Return the same without names that have a token with a leading `_`."""
+        """Return the overview without hidden names: those with a token that begins with `_`."""
         return Overview(
             seconds=self.seconds,
             totals=self.totals,
@@ -187,35 +192,44 @@ class Overview:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the same as dicts, tuples, strings and numbers."""
+        """Return the overview as dicts, tuples, strings and numbers."""
         return asdict(self)
 
 
-class Looks:
-    """Takes looks as they come and keeps the last few.
+class Samples:
+    """The last few samples of a broker.
 
     Args:
-        window: Over how many pauses between looks rates are taken.
+        window: Intervals between samples over which rates are taken, 1 or more.
     """
 
     def __init__(self, window: int = WINDOW) -> None:
-        self._looks: deque[Look] = deque(maxlen=max(1, window) + 1)
+        self._samples: deque[Sample] = deque(maxlen=max(1, window) + 1)
 
-    def add(self, look: Look) -> Overview:
-        """Take in the newest look and return what goes on."""
-        newest = look.report.totals
-        if self._looks:
-            last = self._looks[-1].report.totals
+    def add(self, sample: Sample) -> Overview:
+        """Add the newest sample and return the overview.
+
+        Args:
+            sample: A sample of another broker instance than before clears the window.
+        """
+        newest = sample.report.totals
+        if self._samples:
+            last = self._samples[-1].report.totals
             if last.broker != newest.broker or last.stamp_sec >= newest.stamp_sec:
-                self._looks.clear()  # a broker that has begun anew has no past
-        self._looks.append(look)
-        first = self._looks[0].report
-        return overview(look, None if first is look.report else look.report.rates_since(first))
+                self._samples.clear()  # the counters of a restarted broker begin at 0
+        self._samples.append(sample)
+        first = self._samples[0].report
+        return overview(sample, None if first is sample.report else sample.report.rates_since(first))
 
 
-def overview(look: Look, rates: BrokerReportRates | None) -> Overview:
-    """Return what a look shows, with rates up to it."""
-    snapshot, report = look
+def overview(sample: Sample, rates: BrokerReportRates | None) -> Overview:
+    """Return the overview of a sample.
+
+    Args:
+        sample: The graph and the counters.
+        rates: The rates up to the sample; None if there are none yet.
+    """
+    snapshot, report = sample
     links = {name: link for link in report.links.values() for name in link.nodes}
     return Overview(
         seconds=0.0 if rates is None else rates.totals.seconds,
@@ -299,7 +313,7 @@ def _nodes(
 
 
 def _beside_nodes(link: LinkStats | None) -> int:
-    """A suspended link's endpoints are not in the graph."""
+    """Return the endpoints of a suspended link, which are not in the graph."""
     return link.endpoints - len(link.nodes) if link is not None and link.suspended else 0
 
 
@@ -326,5 +340,5 @@ def _counts(snapshot: GraphSnapshot, kind: EntryKind) -> Counter[str]:
 
 
 def _rise(rates: Mapping[Any, Mapping[str, float]] | None, key: object) -> Mapping[str, float]:
-    """Return the rates of one thing; none of what the numbers do not know, or know no rates of."""
+    """Return the rates of one topic or link; empty if there are none."""
     return {} if rates is None else rates.get(key, {})

@@ -1,14 +1,14 @@
-"""How often messages come, how large they are and how old: sliding windows, with time as an argument.
+"""Message rates, bandwidth and age over sliding windows. Time is an argument.
 
     rate = Rate()
     for stamp in (0.0, 0.5, 1.0):
         rate.add(stamp)
     rate.summary().per_sec  # 2.0
 
-`Rate`, `Bandwidth` and `Delay` are given each message that somebody has heard. `CounterRate` is given looks
-at a counter, such as `TopicStats.messages` of the broker's report, and needs no message. A window holds the
-last `window` messages; while that many come in less than `least_sec`, it holds those of the last `least_sec`:
-a fast topic is not to be judged by its last burst.
+`Rate`, `Bandwidth` and `Delay` take each received message. `CounterRate` takes readings of a counter, such as
+`TopicStats.messages` of the broker's report, and needs no message. A window holds the last `window` messages;
+if these span less than `least_sec`, it holds the messages of the last `least_sec`, so that one burst does not
+decide the rate of a fast topic.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import math
 from array import array
 from collections import deque
 from itertools import pairwise
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 RATE_WINDOW: Final = 10_000
 BANDWIDTH_WINDOW: Final = 100
@@ -25,11 +25,43 @@ BANDWIDTH_WINDOW: Final = 100
 LEAST_SEC: Final = 1.0
 
 
+class _Window:
+    """The sizes of the last messages, by arrival time."""
+
+    def __init__(self, messages: int, least_sec: float) -> None:
+        self._messages = messages
+        self._least_sec = least_sec
+        self.arrivals: deque[tuple[float, array[int]]] = deque()
+        """Each arrival time, and the sizes of its messages: a batch arrives at one time."""
+        self.count = 0
+
+    def add(self, time_sec: float, size_bytes: int) -> None:
+        """Add a message. A time before the last one clears the window: the clock was set back."""
+        arrivals = self.arrivals
+        if arrivals and time_sec < arrivals[-1][0]:
+            arrivals.clear()
+            self.count = 0
+        if not arrivals or time_sec != arrivals[-1][0]:
+            arrivals.append((time_sec, array("Q")))
+        arrivals[-1][1].append(size_bytes)
+        self.count += 1
+        while self.count > self._messages:
+            second = arrivals[1 if len(arrivals) > 1 else 0][0]
+            if time_sec - second < self._least_sec:
+                break
+            sizes = arrivals[0][1]
+            excess = min(len(sizes), self.count - self._messages)
+            self.count -= excess
+            del sizes[:excess]
+            if not sizes:
+                arrivals.popleft()
+
+
 class RateSummary(NamedTuple):
-    """How often messages come.
+    """A message rate.
 
     Attributes:
-        per_sec: Messages a second.
+        per_sec: Messages per second.
         min_sec, max_sec: The shortest and the longest time between two messages.
         deviation_sec: The standard deviation of these times.
         window: Messages in the window.
@@ -43,51 +75,32 @@ class RateSummary(NamedTuple):
 
 
 class Rate:
-    """How often messages come, by the times at which they came.
+    """The rate of messages, computed from their arrival times.
 
     Args:
-        window: The messages to look back on, 2 or more.
-        least_sec: The time to look back on at least; 0 for exactly `window` messages.
+        window: Messages in the window, 2 or more.
+        least_sec: The shortest time that the window spans; 0 for exactly `window` messages.
     """
 
     def __init__(self, window: int = RATE_WINDOW, *, least_sec: float = LEAST_SEC) -> None:
-        self._window = max(2, window)
-        self._least_sec = least_sec
-        self._arrivals: deque[tuple[float, int]] = deque()
-        """Each time at which messages came, and how many: a run comes as one."""
-        self._count = 0
+        self._window = _Window(max(2, window), least_sec)
 
     def add(self, time_sec: float) -> None:
-        """A message has come. A time before the last one (the clock was set) begins anew."""
-        arrivals = self._arrivals
-        if arrivals and time_sec < arrivals[-1][0]:
-            arrivals.clear()
-            self._count = 0
-        if arrivals and time_sec == arrivals[-1][0]:
-            arrivals[-1] = (time_sec, arrivals[-1][1] + 1)
-        else:
-            arrivals.append((time_sec, 1))
-        self._count += 1
-        self._slide(time_sec)
+        """Add a message.
 
-    def _slide(self, now: float) -> None:
-        arrivals = self._arrivals
-        while self._count > self._window and now - _second(arrivals) >= self._least_sec:
-            time_sec, count = arrivals[0]
-            gone = min(count, self._count - self._window)
-            self._count -= gone
-            if gone == count:
-                arrivals.popleft()
-            else:
-                arrivals[0] = (time_sec, count - gone)
+        Args:
+            time_sec: When it arrived. A time before the last one (the clock was set back) clears the window.
+        """
+        self._window.add(time_sec, 0)
 
     def summary(self) -> RateSummary | None:
-        """Return what the window says; None while all of it came at one time."""
-        if len(self._arrivals) < 2:
+        """Return the rate; None while all messages have the same arrival time."""
+        arrivals, count = self._window.arrivals, self._window.count
+        if len(arrivals) < 2:
             return None
-        times = [time_sec for time_sec, _ in self._arrivals]
+        times = [time_sec for time_sec, _ in arrivals]
         steps = [later - earlier for earlier, later in pairwise(times)]
-        gaps = self._count - self._arrivals[0][1]  # how long the first ones were waited for is not known
+        gaps = count - len(arrivals[0][1])  # the gap before the first arrival is unknown
         together = gaps - len(steps)
         mean = (times[-1] - times[0]) / gaps
         squares = sum((step - mean) ** 2 for step in steps) + together * mean**2
@@ -96,22 +109,17 @@ class Rate:
             min_sec=0.0 if together else min(steps),
             max_sec=max(steps),
             deviation_sec=math.sqrt(squares / gaps),
-            window=self._count,
+            window=count,
         )
 
 
-def _second(arrivals: deque[tuple[float, Any]]) -> float:
-    """Return where the window would begin without its first arrival."""
-    return arrivals[1][0] if len(arrivals) > 1 else arrivals[0][0]
-
-
 class BandwidthSummary(NamedTuple):
-    """How many bytes come.
+    """A bandwidth.
 
     Attributes:
-        bytes_per_sec: From the window's first message until now.
+        bytes_per_sec: Bytes per second, from the window's first message until now.
         messages: Messages in the window.
-        mean_bytes, min_bytes, max_bytes: A message's size.
+        mean_bytes, min_bytes, max_bytes: The sizes of its messages.
     """
 
     bytes_per_sec: float
@@ -122,57 +130,49 @@ class BandwidthSummary(NamedTuple):
 
 
 class Bandwidth:
-    """How many bytes come, by the sizes of messages and the times at which they came.
+    """The bandwidth of messages, computed from their arrival times and sizes.
 
     Args:
-        window: The messages to look back on, 1 or more.
-        least_sec: The time to look back on at least; 0 for exactly `window` messages.
+        window: Messages in the window, 1 or more.
+        least_sec: The shortest time that the window spans; 0 for exactly `window` messages.
     """
 
     def __init__(self, window: int = BANDWIDTH_WINDOW, *, least_sec: float = LEAST_SEC) -> None:
-        self._window = max(1, window)
-        self._least_sec = least_sec
-        self._arrivals: deque[tuple[float, array[int]]] = deque()
-        """Each time at which messages came, and their sizes."""
-        self._count = 0
+        self._window = _Window(max(1, window), least_sec)
 
     def add(self, time_sec: float, size_bytes: int) -> None:
-        """A message has come. A time before the last one (the clock was set) begins anew."""
-        arrivals = self._arrivals
-        if arrivals and time_sec < arrivals[-1][0]:
-            arrivals.clear()
-            self._count = 0
-        if not arrivals or time_sec != arrivals[-1][0]:
-            arrivals.append((time_sec, array("Q")))
-        arrivals[-1][1].append(size_bytes)
-        self._count += 1
-        while self._count > self._window and time_sec - _second(arrivals) >= self._least_sec:
-            sizes = arrivals[0][1]
-            gone = min(len(sizes), self._count - self._window)
-            self._count -= gone
-            del sizes[:gone]
-            if not sizes:
-                arrivals.popleft()
+        """Add a message.
+
+        Args:
+            time_sec: When it arrived. A time before the last one (the clock was set back) clears the window.
+            size_bytes: Its size.
+        """
+        self._window.add(time_sec, size_bytes)
 
     def summary(self, now_sec: float) -> BandwidthSummary | None:
-        """Return what the window says; None while there is no message, or no time has passed."""
-        if not self._arrivals or now_sec <= self._arrivals[0][0]:
+        """Return the bandwidth; None while there is no message, or no time has passed since the first.
+
+        Args:
+            now_sec: The time now, by the clock of `add`.
+        """
+        arrivals, count = self._window.arrivals, self._window.count
+        if not arrivals or now_sec <= arrivals[0][0]:
             return None
-        total = sum(sum(sizes) for _, sizes in self._arrivals)
+        total = sum(sum(sizes) for _, sizes in arrivals)
         return BandwidthSummary(
-            bytes_per_sec=total / (now_sec - self._arrivals[0][0]),
-            messages=self._count,
-            mean_bytes=total / self._count,
-            min_bytes=min(min(sizes) for _, sizes in self._arrivals),
-            max_bytes=max(max(sizes) for _, sizes in self._arrivals),
+            bytes_per_sec=total / (now_sec - arrivals[0][0]),
+            messages=count,
+            mean_bytes=total / count,
+            min_bytes=min(min(sizes) for _, sizes in arrivals),
+            max_bytes=max(max(sizes) for _, sizes in arrivals),
         )
 
 
 class DelaySummary(NamedTuple):
-    """How old messages are when they come.
+    """The age of messages on arrival.
 
     Attributes:
-        mean_sec, min_sec, max_sec: Their age. Below zero: the sender's clock is ahead of ours.
+        mean_sec, min_sec, max_sec: Their age. It is negative if the sender's clock is ahead of this one.
         deviation_sec: Its standard deviation.
         window: Messages in the window.
     """
@@ -185,21 +185,25 @@ class DelaySummary(NamedTuple):
 
 
 class Delay:
-    """How old messages are when they come.
+    """The age of messages on arrival.
 
     Args:
-        window: The messages to look back on, 1 or more.
+        window: Messages in the window, 1 or more.
     """
 
     def __init__(self, window: int = RATE_WINDOW) -> None:
         self._ages: deque[float] = deque(maxlen=max(1, window))
 
     def add(self, age_sec: float) -> None:
-        """A message of this age has come."""
+        """Add a message.
+
+        Args:
+            age_sec: Its age on arrival.
+        """
         self._ages.append(age_sec)
 
     def summary(self) -> DelaySummary | None:
-        """Return what the window says; None while there is no message."""
+        """Return the age of the messages in the window; None while there is none."""
         ages = self._ages
         if not ages:
             return None
@@ -214,10 +218,10 @@ class Delay:
 
 
 class CountedRate(NamedTuple):
-    """How often messages come, by a counter.
+    """A message rate, computed from a counter.
 
     Attributes:
-        per_sec: Messages a second.
+        per_sec: Messages per second.
         window: Messages in the window.
     """
 
@@ -226,12 +230,12 @@ class CountedRate(NamedTuple):
 
 
 class CountedTraffic(NamedTuple):
-    """How many bytes come, by a counter.
+    """A bandwidth, computed from counters.
 
     Attributes:
-        bytes_per_sec: From the window's first look to the last.
-        messages: Messages in between.
-        mean_bytes: A message's size; 0 if there is none.
+        bytes_per_sec: Bytes per second, from the window's first reading to its last.
+        messages: Messages between these readings.
+        mean_bytes: Their mean size; 0 if there are none.
     """
 
     bytes_per_sec: float
@@ -239,44 +243,45 @@ class CountedTraffic(NamedTuple):
     mean_bytes: float
 
 
-class _Look(NamedTuple):
+class _Reading(NamedTuple):
     time_sec: float
     messages: int
     size_bytes: int
 
 
 class CounterRate:
-    """How often messages come, by looks at a counter. Nothing has to be heard for that.
+    """Message rate and bandwidth, computed from readings of counters, without receiving a message.
 
-    What came between two looks came at an unknown time in between. A rate is therefore taken from one rise of
-    the counter to another: its error is the time between two looks, over the time that the window spans.
+    A message that a reading counts first arrived at an unknown time since the reading before. The rate is
+    therefore taken from one rise of the counter to another: its relative error is the time between two
+    readings, divided by the time that the window spans.
 
     Args:
-        window: The messages to look back on, 2 or more; about, for a look may find many.
-        least_sec: The time to look back on at least.
+        window: Messages in the window, 2 or more. This is approximate: one reading may find many.
+        least_sec: The shortest time that the window spans.
     """
 
     def __init__(self, window: int = RATE_WINDOW, *, least_sec: float = LEAST_SEC) -> None:
         self._window = max(2, window)
         self._least_sec = least_sec
-        self._begin: _Look | None = None
-        """The first look, as long as the window reaches back to it."""
-        self._rises: deque[_Look] = deque()
-        """Looks that found more than the one before."""
-        self._last: _Look | None = None
+        self._begin: _Reading | None = None
+        """The first reading, while it belongs to the window."""
+        self._rises: deque[_Reading] = deque()
+        """Readings that were higher than the one before."""
+        self._last: _Reading | None = None
 
-    def look(self, time_sec: float, messages: int, size_bytes: int) -> None:
-        """Take in the counters as they are at a time. Where they have fallen, they have begun anew.
+    def add(self, time_sec: float, messages: int, size_bytes: int) -> None:
+        """Add a reading. A counter that has fallen was restarted: the window begins anew.
 
         Args:
-            time_sec: Not before the last one.
-            messages: In all, so far.
-            size_bytes: Their size.
+            time_sec: When it was taken; not before the last one.
+            messages: Messages so far.
+            size_bytes: Their total size.
         """
-        before, now = self._last, _Look(time_sec, messages, size_bytes)
+        before, now = self._last, _Reading(time_sec, messages, size_bytes)
         if before is not None and messages < before.messages:
             self._rises.clear()
-            before = self._begin = _Look(time_sec, 0, 0)
+            before = self._begin = _Reading(time_sec, 0, 0)
         self._last = now
         if before is None:
             self._begin = now
@@ -286,7 +291,7 @@ class CounterRate:
                 self._rises.popleft()
                 self._begin = None
 
-    def _enough_since(self, earlier: _Look) -> bool:
+    def _enough_since(self, earlier: _Reading) -> bool:
         last = self._rises[-1]
         return (
             last.messages - earlier.messages >= self._window
@@ -295,16 +300,16 @@ class CounterRate:
 
     @property
     def begun(self) -> bool:
-        """Whether there has been a look."""
+        """Whether there has been a reading."""
         return self._last is not None
 
     @property
     def total(self) -> int:
-        """Messages at the last look."""
+        """Messages at the last reading."""
         return 0 if self._last is None else self._last.messages
 
     def rate(self) -> CountedRate | None:
-        """Return how often messages came between two rises; None before there are two."""
+        """Return the rate between the first and the last rise; None before there are two."""
         if len(self._rises) < 2:
             return None
         first, last = self._rises[0], self._rises[-1]
@@ -314,7 +319,7 @@ class CounterRate:
         return CountedRate(messages / (last.time_sec - first.time_sec), messages + 1)
 
     def traffic(self) -> CountedTraffic | None:
-        """Return what came from the window's first look to the last; None before time has passed."""
+        """Return the bandwidth from the window's first reading to its last; None before time has passed."""
         first, last = self._begin or (self._rises[0] if self._rises else None), self._last
         if first is None or last is None or last.time_sec <= first.time_sec:
             return None

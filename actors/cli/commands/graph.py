@@ -70,12 +70,12 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print the picture, or write it into a file."""
-    from actors.cli.broker_target import inspector
+    from actors.cli.broker_target import open_inspector
     from actors.tools.graph_drawing.model import model_of
 
     chosen, kind = _filter(options), _format(options)
-    with inspector(options) as look:
-        snapshot = look.graph()
+    with open_inspector(options) as inspector:
+        snapshot = inspector.graph()
     model = model_of(snapshot, chosen)
     if chosen.namespace and not model.vertices:
         raise CommandError(_no_namespace(chosen.namespace, snapshot.nodes()))

@@ -1,4 +1,4 @@
-"""Looks at brokers that never were."""
+"""Samples at brokers that never were."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors.graph.broker_report import BrokerReport
 from actors.graph.snapshot import GraphSnapshot
-from actors.tools.overview import Look
+from actors.tools.overview import Sample
 from proto.frames import GraphEntry
 from proto.stats import BrokerStats, LinkStats, TopicStats
 
@@ -39,19 +39,19 @@ def link(session: int, *nodes: str, **numbers: Any) -> LinkStats:
     return LinkStats(**{**fields, **named, **numbers})
 
 
-def look(
+def sample(
     at: float,
     graph: GraphSnapshot,
     *,
     topics: tuple[TopicStats, ...] = (),
     links: tuple[LinkStats, ...] = (),
     **totals: Any,
-) -> Look:
-    """Return a look at a broker that listens since 100."""
+) -> Sample:
+    """Return a sample at a broker that listens since 100."""
     numbers = {"broker": "b1", "stamp_sec": 100.0 + at, "uptime_sec": at, **totals}
     report = BrokerReport(
         totals=BrokerStats(**numbers),
         topics={each.name: each for each in topics},
         links={each.session: each for each in links},
     )
-    return Look(graph, report)
+    return Sample(graph, report)

@@ -1,4 +1,4 @@
-"""What goes on, from looks."""
+"""What goes on, from samples."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
-from actors.tools.overview import Look, Looks, Overview
+from actors.tools.overview import Overview, Sample, Samples
 from proto.codes import EntryKind
 from tests.actors.meeting import matched, until
-from tests.actors.tools.made_up import STRING, entry, link, look, snapshot, topic
+from tests.actors.tools.made_up import STRING, entry, link, sample, snapshot, topic
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
@@ -26,9 +26,9 @@ PAIR = snapshot(
 )
 
 
-def at_second(second: int) -> Look:
-    """Return a look at a pair of nodes that has sent 10 messages of 5 bytes a second."""
-    return look(
+def at_second(second: int) -> Sample:
+    """Return a sample at a pair of nodes that has sent 10 messages of 5 bytes a second."""
+    return sample(
         float(second),
         PAIR,
         topics=(
@@ -53,17 +53,17 @@ def names(seen: Overview) -> list[list[str]]:
 
 def test_one_look_has_no_rates() -> None:
     """But it has everything else."""
-    seen = Looks().add(at_second(4))
+    seen = Samples().add(at_second(4))
     assert (seen.seconds, seen.totals.routed_per_sec, seen.topics[0].messages_per_sec) == (0.0, None, None)
     assert (seen.nodes[0].sent_bytes_per_sec, seen.nodes[0].queued) == (None, 3)
     assert (seen.topics[0].queued, seen.topics[0].dropped, seen.totals.longest_lag_sec) == (3, 8, 0.25)
 
 
 def test_two_looks_give_rates() -> None:
-    """Per second of the broker's clock, whatever lay between the looks."""
-    looks = Looks()
-    looks.add(at_second(1))
-    seen = looks.add(at_second(3))
+    """Per second of the broker's clock, whatever lay between the samples."""
+    samples = Samples()
+    samples.add(at_second(1))
+    seen = samples.add(at_second(3))
     assert seen.seconds == 2.0
     assert (seen.totals.routed_per_sec, seen.totals.delivered_per_sec, seen.totals.drops_per_sec) == (
         10,
@@ -83,27 +83,27 @@ def test_two_looks_give_rates() -> None:
 
 def test_rates_are_those_of_the_last_few_looks() -> None:
     """What was before the window is forgotten."""
-    looks = Looks(window=2)
+    samples = Samples(window=2)
     for second in (0, 50, 51):
-        looks.add(at_second(second))
-    assert looks.add(at_second(52)).seconds == 2.0
+        samples.add(at_second(second))
+    assert samples.add(at_second(52)).seconds == 2.0
 
 
 def test_a_broker_that_began_anew_has_no_rates() -> None:
     """Nor one whose clock stands still."""
-    looks = Looks()
-    looks.add(at_second(5))
-    again = looks.add(look(9.0, PAIR, broker="b2"))
+    samples = Samples()
+    samples.add(at_second(5))
+    again = samples.add(sample(9.0, PAIR, broker="b2"))
     assert (again.seconds, again.totals.broker) == (0.0, "b2")
-    assert looks.add(look(9.0, PAIR, broker="b2")).seconds == 0.0
-    assert looks.add(look(10.0, PAIR, broker="b2")).seconds == 1.0
+    assert samples.add(sample(9.0, PAIR, broker="b2")).seconds == 0.0
+    assert samples.add(sample(10.0, PAIR, broker="b2")).seconds == 1.0
 
 
 def test_graph_and_numbers_may_differ() -> None:
     """A topic and a node that the numbers do not know yet have none; those that have left are left out."""
-    looks = Looks()
-    looks.add(look(1.0, PAIR))
-    seen = looks.add(look(2.0, PAIR, topics=(topic("/gone"),), links=(link(7, "/gone"),)))
+    samples = Samples()
+    samples.add(sample(1.0, PAIR))
+    seen = samples.add(sample(2.0, PAIR, topics=(topic("/gone"),), links=(link(7, "/gone"),)))
     assert names(seen) == [["/chatter", "/quiet"], ["/listener", "/talker"], []]
     assert (seen.topics[0].messages_per_sec, seen.nodes[0].sent_bytes_per_sec) == (None, None)
 
@@ -111,7 +111,7 @@ def test_graph_and_numbers_may_differ() -> None:
 def test_a_suspended_node_is_shown() -> None:
     """Its link names it, though it is not in the graph."""
     silent = link(3, "/frozen", suspended=True, silent_ms=4000, endpoints=4)
-    seen = Looks().add(look(1.0, PAIR, links=(silent,)))
+    seen = Samples().add(sample(1.0, PAIR, links=(silent,)))
     frozen = seen.nodes[0]
     assert (frozen.name, frozen.state, frozen.silent_ms, frozen.endpoints) == (
         "/frozen",
@@ -129,7 +129,7 @@ def test_services_owe_what_their_nodes_owe() -> None:
         entry(CLIENT, "/c", "/nowhere", "std_srvs/srv/Empty"),
     )
     owing = (link(1, "/a", owed_calls=3), link(2, "/b", owed_calls=4), link(3, "/c", owed_calls=9))
-    add, nowhere = Looks().add(look(1.0, graph, links=owing)).services
+    add, nowhere = Samples().add(sample(1.0, graph, links=owing)).services
     assert (add.name, add.servers, add.clients, add.owed_calls) == ("/add", 3, 1, 7)
     assert add.types == ("example_interfaces/srv/AddTwoInts", "std_srvs/srv/Empty")
     assert (nowhere.name, nowhere.servers, nowhere.clients, nowhere.owed_calls) == ("/nowhere", 0, 1, 0)
@@ -142,40 +142,40 @@ def test_hidden_names_can_be_left_out() -> None:
         *(entry(PUBLISHER, "/node", name) for name in ("/a/_feedback", "/topic")),
         *(entry(SERVICE, "/node", name) for name in ("/_get", "/service")),
     )
-    seen = Looks().add(look(1.0, graph))
+    seen = Samples().add(sample(1.0, graph))
     assert names(seen) == [["/a/_feedback", "/topic"], ["/_tool", "/node"], ["/_get", "/service"]]
     assert names(seen.without_hidden()) == [["/topic"], ["/node"], ["/service"]]
 
 
 def test_an_overview_is_json() -> None:
     """Everything in it is plain."""
-    looks = Looks()
-    looks.add(at_second(1))
-    document = json.loads(json.dumps(looks.add(at_second(2)).as_dict()))
+    samples = Samples()
+    samples.add(at_second(1))
+    document = json.loads(json.dumps(samples.add(at_second(2)).as_dict()))
     assert set(document) == {"seconds", "totals", "topics", "nodes", "services"}
     assert document["topics"][0]["messages_per_sec"] == 10.0
 
 
 def test_nobody_there() -> None:
     """An empty graph."""
-    assert names(Looks().add(look(1.0, GraphSnapshot()))) == [[], [], []]
+    assert names(Samples().add(sample(1.0, GraphSnapshot()))) == [[], [], []]
 
 
 async def test_a_real_broker_is_seen_as_it_is(meeting: Meeting) -> None:
-    """What has been published between two looks is what the rates say."""
+    """What has been published between two samples is what the rates say."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     heard: list[String] = []
     listener.create_subscription(String, "chatter", heard.append, 100)
     listener.create_service(AddTwoInts, "add", lambda request, response: response)
     publisher = talker.create_publisher(String, "chatter", 100)
     await matched(publisher)
-    looks = Looks()
-    looks.add(Look(await talker.get_graph(), await talker.get_broker_stats()))
+    samples = Samples()
+    samples.add(Sample(await talker.get_graph(), await talker.get_broker_stats()))
     for _ in range(50):
         publisher.publish(String(data="hello"))
     await until(lambda: len(heard) == 50)
     await meeting.settled(talker, listener)
-    seen = looks.add(Look(await talker.get_graph(), await talker.get_broker_stats()))
+    seen = samples.add(Sample(await talker.get_graph(), await talker.get_broker_stats()))
     assert names(seen) == [["/chatter"], ["/listener", "/talker"], ["/add"]]
     rate, routed = seen.topics[0].messages_per_sec, seen.totals.routed_per_sec
     assert rate is not None

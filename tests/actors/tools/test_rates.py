@@ -143,20 +143,20 @@ def test_delay() -> None:
     assert found.deviation_sec == pytest.approx((2 / 3) ** 0.5)
 
 
-def counted(rate: CounterRate, *, hertz: float, until: float, look_every: float, since: float = 0.03) -> None:
-    """Look at the counter of a publisher of 10-byte messages that is steady since some time."""
-    looks = int(until / look_every)
-    for number in range(looks + 1):
-        now = number * look_every
+def counted(rate: CounterRate, *, hertz: float, until: float, read_every: float, since: float = 0.03) -> None:
+    """Read the counter of a publisher of 10-byte messages that is steady since some time."""
+    readings = int(until / read_every)
+    for number in range(readings + 1):
+        now = number * read_every
         messages = max(0, int((now - since) * hertz + 1e-9) + 1 if now >= since else 0)
-        rate.look(now, messages, 10 * messages)
+        rate.add(now, messages, 10 * messages)
 
 
 @pytest.mark.parametrize("hertz", [0.5, 1.0, 7.3, 30.0, 1000.0])
 def test_a_counter_gives_the_rate(hertz: float) -> None:
     """Within one percent, without having heard a message."""
     rate = CounterRate()
-    counted(rate, hertz=hertz, until=10.0, look_every=0.02)
+    counted(rate, hertz=hertz, until=10.0, read_every=0.02)
     found = rate.rate()
     assert found is not None
     assert found.per_sec == pytest.approx(hertz, rel=0.01)
@@ -167,13 +167,13 @@ def test_a_counter_that_has_not_risen_twice_has_no_rate() -> None:
     """One message says nothing; what was counted before does not either."""
     rate = CounterRate()
     assert (rate.rate(), rate.traffic(), rate.begun) == (None, None, False)
-    rate.look(0.0, 1_000_000, 1_000)
-    rate.look(1.0, 1_000_000, 1_000)
+    rate.add(0.0, 1_000_000, 1_000)
+    rate.add(1.0, 1_000_000, 1_000)
     assert rate.rate() is None
     assert rate.traffic() == (0.0, 0, 0.0)
-    rate.look(2.0, 1_000_001, 1_010)
+    rate.add(2.0, 1_000_001, 1_010)
     assert rate.rate() is None
-    rate.look(2.5, 1_000_002, 1_030)
+    rate.add(2.5, 1_000_002, 1_030)
     assert rate.rate() == (2.0, 2)
     assert rate.traffic() == (12.0, 2, 15.0)
 
@@ -182,9 +182,9 @@ def test_the_window_of_a_counter_slides() -> None:
     """A change of pace is seen as soon as the window holds only the new one."""
     rate = CounterRate(20)
     for number in range(101):
-        rate.look(number, number, number)
+        rate.add(number, number, number)
     for number in range(1, 31):
-        rate.look(100 + number / 10, 100 + number, 100 + number)
+        rate.add(100 + number / 10, 100 + number, 100 + number)
     found = rate.rate()
     assert found is not None
     assert found.per_sec == pytest.approx(10)
@@ -197,11 +197,11 @@ def test_the_window_of_a_counter_slides() -> None:
 def test_a_counter_that_begins_anew() -> None:
     """The topic was gone in between: what was before does not count, and nothing is negative."""
     rate = CounterRate()
-    counted(rate, hertz=100, until=5, look_every=0.1)
-    rate.look(6.0, 0, 0)
+    counted(rate, hertz=100, until=5, read_every=0.1)
+    rate.add(6.0, 0, 0)
     assert (rate.rate(), rate.total) == (None, 0)
-    rate.look(7.0, 5, 50)
-    rate.look(8.0, 10, 100)
+    rate.add(7.0, 5, 50)
+    rate.add(8.0, 10, 100)
     assert rate.rate() == (5.0, 6)
     assert rate.traffic() == (50.0, 10, 10.0)
 
@@ -209,8 +209,8 @@ def test_a_counter_that_begins_anew() -> None:
 def test_bytes_fall_when_the_topic_is_silent() -> None:
     """The rate says how often messages came while they came, the traffic what comes now."""
     rate = CounterRate(2)
-    counted(rate, hertz=10, until=2, look_every=0.1, since=0.0)
-    rate.look(12.0, 21, 210)
+    counted(rate, hertz=10, until=2, read_every=0.1, since=0.0)
+    rate.add(12.0, 21, 210)
     found, seen = rate.rate(), rate.traffic()
     assert found is not None
     assert seen is not None

@@ -68,7 +68,7 @@ def _read_stdin() -> str:
 
 def _find(name: str, options: Options) -> tuple[str, Callable[[str], str | None]]:
     """Return a type's full name and where texts are: here, or where nodes have declared them."""
-    from actors.cli.broker_target import inspector
+    from actors.cli.broker_target import open_inspector
     from actors.errors import BrokerUnreachable
     from actors.interfaces.errors import UnknownInterfaceError
     from actors.tools.definitions import full_name, local_text, texts_in_graph
@@ -79,8 +79,8 @@ def _find(name: str, options: Options) -> tuple[str, Callable[[str], str | None]
         texts: dict[str, str] = {}
         if name.count("/") == 2:
             try:
-                with inspector(options) as look:
-                    texts = texts_in_graph(look, name)
+                with open_inspector(options) as inspector:
+                    texts = texts_in_graph(inspector, name)
             except BrokerUnreachable:  # that the type is unknown says more
                 pass
         if not texts:

@@ -36,17 +36,17 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print what a node publishes, subscribes to, serves and calls."""
-    from actors.cli.broker_target import inspector
+    from actors.cli.broker_target import open_inspector
     from actors.cli.errors import USAGE, CommandError
     from actors.cli.output import print_json
 
     if not options.node.strip("/"):
         raise CommandError("Which node? Write its full name, such as /talker", USAGE)
     name = absolute(options.node)
-    with inspector(options) as look:
-        snapshot = look.graph()
+    with open_inspector(options) as inspector:
+        snapshot = inspector.graph()
         if name not in snapshot.nodes():
-            raise _missing(look, name, snapshot)
+            raise _missing(inspector, name, snapshot)
     sections = _sections(snapshot, name, hidden=options.include_hidden)
     if options.json:
         lists = {
@@ -83,10 +83,10 @@ def _print(node: str, sections: dict[str, NamesAndTypes]) -> None:
             print()  # ROS 2's sign of none
 
 
-def _missing(look: Inspector, name: str, snapshot: GraphSnapshot) -> CommandError:
+def _missing(inspector: Inspector, name: str, snapshot: GraphSnapshot) -> CommandError:
     from actors.cli.errors import CommandError
 
-    for link in look.report().links.values():
+    for link in inspector.report().links.values():
         if link.suspended and name in link.nodes:
             silent = f"nothing has come from it for {link.silent_ms / 1000:.1f} s"
             return CommandError(f"Node '{name}' is suspended: {silent}; it is back when it is heard again")

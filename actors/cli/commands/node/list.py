@@ -20,12 +20,12 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print the nodes' full names."""
-    from actors.cli.broker_target import inspector
+    from actors.cli.broker_target import open_inspector
     from actors.cli.output import print_json
     from actors.cli.tables import Styled, print_styled
 
-    with inspector(options) as look:
-        found = [name for name in look.graph().nodes() if options.all or not is_hidden(name)]
+    with open_inspector(options) as inspector:
+        found = [name for name in inspector.graph().nodes() if options.all or not is_hidden(name)]
     if options.count_nodes:
         print_json(len(found))
     elif options.json:

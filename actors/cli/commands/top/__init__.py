@@ -30,15 +30,15 @@ MISSING: Final = "The live view needs textual: pip install 'callboard[top]'; wit
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     parser.add_argument(
-        "--interval", type=positive, metavar="SEC", default=1.0, help="time between two looks; default: 1"
+        "--interval", type=positive, metavar="SEC", default=1.0, help="time between two samples; default: 1"
     )
-    parser.add_flag("--once", help="print tables of two looks, and end")
+    parser.add_flag("--once", help="print tables of two samples, and end")
     parser.add_argument(
         "--filter", metavar="TEXT", default="", help="only what has this in its name, type or state"
     )
     parser.add_flag("--include-hidden", help="also names with a leading _")
     add_json_option(
-        parser, "one document a look, or a single one with --once: seconds, totals, topics, nodes, services"
+        parser, "one document a sample, or a single one with --once: seconds, totals, topics, nodes, services"
     )
     add_broker_options(parser)
 
@@ -75,17 +75,17 @@ def _print(options: Options) -> int:
 
 
 def _overviews(options: Options) -> Generator[Overview]:
-    """Look again and again; the first look has no rates and is left out.
+    """Sample again and again; the first sample has no rates and is left out.
 
-    Each look has a connection of its own: one that only waits would be taken for silent.
+    Each sample has a connection of its own: one that only waits would be taken for silent.
     """
-    from actors.cli.broker_target import inspector
-    from actors.tools.overview import Look, Looks
+    from actors.cli.broker_target import open_inspector
+    from actors.tools.overview import Sample, Samples
 
-    looks = Looks(window=1)
+    samples = Samples(window=1)
     while True:
-        with inspector(options) as look:
-            seen = looks.add(Look(look.graph(), look.report()))
+        with open_inspector(options) as inspector:
+            seen = samples.add(Sample(inspector.graph(), inspector.report()))
         if seen.seconds:
             yield _wanted(seen, options)
         time.sleep(options.interval)

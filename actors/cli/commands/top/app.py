@@ -15,11 +15,11 @@ from textual.widgets import DataTable, Footer, Input, Static, TabbedContent, Tab
 from actors.cli.commands.top.columns import BUSIEST, NODES, SERVICES, TOPICS, headlines
 from actors.cli.commands.top.echo import EchoPane
 from actors.cli.commands.top.help import HelpScreen
-from actors.cli.commands.top.rows import RowsTable, look_of
+from actors.cli.commands.top.rows import RowsTable, styled_text
 from actors.cli.output import sanitize
 from actors.errors import BrokerUnreachable
 from actors.graph.snapshot import GraphSnapshot
-from actors.tools.overview import Looks
+from actors.tools.overview import Samples
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,16 +32,16 @@ if TYPE_CHECKING:
 
 ECHO_INTERVAL_S: Final = 0.25
 RETRY_S: Final = 0.5
-"""Between two looks for a broker; it is the node that tries to reach it."""
+"""Between two samples for a broker; it is the node that tries to reach it."""
 
 
 class TopApp(App[None]):
-    """Looks at a broker again and again.
+    """Samples at a broker again and again.
 
     Args:
-        source: Where looks and messages come from.
-        interval_s: Between two looks.
-        echo_interval_s: Between two looks at what has been received.
+        source: Where samples and messages come from.
+        interval_s: Between two samples.
+        echo_interval_s: Between two samples at what has been received.
         words: What the filter has in it at first.
         hidden: Whether hidden names are shown at first.
     """
@@ -92,7 +92,7 @@ class TopApp(App[None]):
             "nodes": RowsTable(NODES, sorted_by=0, id="nodes-table"),
             "services": RowsTable(SERVICES, sorted_by=0, id="services-table"),
         }
-        self._looks = Looks()
+        self._samples = Samples()
         self._snapshot = GraphSnapshot()
         self._seen: Overview | None = None
 
@@ -111,22 +111,22 @@ class TopApp(App[None]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Begin to look."""
+        """Begin to sample."""
         self._show_target()
         self._tables["topics"].focus()
-        self.run_worker(self._watch(), name="looks")
+        self.run_worker(self._watch(), name="samples")
         self.set_interval(self._echo_interval_s, self._echo.take)
 
     async def _watch(self) -> None:
         while True:
-            there = self._paused or await self.look_now()
+            there = self._paused or await self.sample_now()
             await asyncio.sleep(self._interval_s if there else min(RETRY_S, self._interval_s))
 
-    async def look_now(self) -> bool:
-        """Look and show it; return whether there is a broker."""
+    async def sample_now(self) -> bool:
+        """Sample and show it; return whether there is a broker."""
         banner = self.query_one("#lost", Static)
         try:
-            look = await self._source.look()
+            sample = await self._source.sample()
         except BrokerUnreachable:
             text = (
                 f"The broker at {self._source.target} does not answer. What you see is old; trying again ..."
@@ -135,8 +135,8 @@ class TopApp(App[None]):
             banner.add_class("open")
             return False
         banner.remove_class("open")
-        self._snapshot = look.snapshot
-        self._seen = self._looks.add(look)
+        self._snapshot = sample.snapshot
+        self._seen = self._samples.add(sample)
         self._show()
         return True
 
@@ -160,7 +160,7 @@ class TopApp(App[None]):
             self._echo.seen(named[0] if named else None)
 
     def _show_totals(self, seen: Overview) -> None:
-        lines = [Text("   ").join(map(look_of, line)) for line in headlines(seen.totals)]
+        lines = [Text("   ").join(map(styled_text, line)) for line in headlines(seen.totals)]
         self.query_one("#totals", Static).update(Text("\n").join(lines))
 
     def _show_target(self) -> None:

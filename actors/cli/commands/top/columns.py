@@ -32,8 +32,8 @@ class Column(Generic[RowT]):
         title: Its heading.
         value: What it is of a row: it sorts by this.
         text: How that is written.
-        style: How it looks.
-        alarm: How it looks if a row is a reason to worry; "" if it is not.
+        style: How it samples.
+        alarm: How it samples if a row is a reason to worry; "" if it is not.
     """
 
     title: str
@@ -48,7 +48,7 @@ class Column(Generic[RowT]):
         return self.style == "count"
 
     def cell(self, row: RowT) -> Styled:
-        """Return what stands in the column, and how it looks."""
+        """Return what stands in the column, and how it samples."""
         return Styled(self.text(row), self.alarm(row) or self.style)
 
 

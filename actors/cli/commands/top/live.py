@@ -77,6 +77,7 @@ class NodeThread:
         """Stop the node and wait until its thread ends."""
         with suppress(RuntimeError):  # the node has failed, and its loop is closed
             self._loop.call_soon_threadsafe(self._stop.set)
+        await asyncio.to_thread(self._thread.join)
         await self.ended
 
     def _run(self) -> None:

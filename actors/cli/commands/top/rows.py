@@ -1,4 +1,4 @@
-"""A table of rows that come anew with every look, sorted and filtered as one likes."""
+"""A table of rows that come anew with every sample, sorted and filtered as one likes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 SHOWN_ROWS: Final = 200
 """More than anybody reads; the filter finds the others."""
-_LOOKS: Final[dict[Style, str]] = {
+_STYLES: Final[dict[Style, str]] = {
     "name": "cyan",
     "type": "green",
     "dim": "dim",
@@ -33,9 +33,9 @@ _LOOKS: Final[dict[Style, str]] = {
 _ARROWS: Final = {True: "▼", False: "▲", None: " "}
 
 
-def look_of(part: Styled) -> Text:
-    """Return a text as it looks on the screen; nothing in it is markup."""
-    return Text(sanitize(part.text), style=_LOOKS.get(part.style, ""), no_wrap=True)
+def styled_text(part: Styled) -> Text:
+    """Return a text as it samples on the screen; nothing in it is markup."""
+    return Text(sanitize(part.text), style=_STYLES.get(part.style, ""), no_wrap=True)
 
 
 class RowsTable(DataTable[Text], Generic[RowT]):
@@ -148,6 +148,6 @@ class RowsTable(DataTable[Text], Generic[RowT]):
                 self.update_cell_at(where, cell, update_width=wider)  # measures the whole column
 
     def _cell(self, column: Column[RowT], row: RowT) -> Text:
-        text = look_of(column.cell(row))
+        text = styled_text(column.cell(row))
         text.justify = "right" if column.style == "count" else "left"
         return text

@@ -13,7 +13,7 @@ from actors.errors import BrokerUnreachable
 from actors.interfaces.convert import message_to_yaml
 from actors.interfaces.errors import InvalidMessageError
 from actors.tools.hearing import decoder_of, profile_of
-from actors.tools.overview import Look
+from actors.tools.overview import Sample
 from actors.tools.percentiles import Percentiles
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 SHOWN_AT_ONCE: Final = 5
-"""Messages kept for the next time that somebody looks; what comes on top of that is counted."""
+"""Messages kept for the next time that somebody samples; what comes on top of that is counted."""
 DEPTH: Final = 100
 SHOWN_LENGTH: Final = 128
 """What is shown of a string or a sequence, as in `topic echo`."""
@@ -82,7 +82,7 @@ class Source(Protocol):
 
     target: str
 
-    async def look(self) -> Look:
+    async def sample(self) -> Sample:
         """Return what is there now.
 
         Raises:
@@ -110,14 +110,14 @@ class NodeSource:
         self._node = node
         self._loop = asyncio.get_running_loop()
 
-    async def look(self) -> Look:
+    async def sample(self) -> Sample:
         """Return what is there now."""
-        return await _done(self._loop, self._look())
+        return await _done(self._loop, self._sample())
 
-    async def _look(self) -> Look:
+    async def _sample(self) -> Sample:
         if not self._node.connected:  # the node comes back by itself; nobody waits here for it
             raise BrokerUnreachable(f"No broker at {self.target}")
-        return Look(await graph_of(self._node), await self._node.get_broker_stats())
+        return Sample(await graph_of(self._node), await self._node.get_broker_stats())
 
     async def listen(self, topic: str, snapshot: GraphSnapshot) -> TopicReader:
         """Subscribe to a topic."""
@@ -127,7 +127,7 @@ class NodeSource:
 
 
 class NodeTopicReader:
-    """Receives one topic through a node; keeps the newest messages undecoded until somebody looks.
+    """Receives one topic through a node; keeps the newest messages undecoded until somebody samples.
 
     Args:
         node: Hears it.

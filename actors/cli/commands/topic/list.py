@@ -31,12 +31,12 @@ def run(options: Options) -> int:
         return list_names(TOPIC, options)
     from collections import Counter
 
-    from actors.cli.broker_target import inspector
+    from actors.cli.broker_target import open_inspector
     from actors.cli.output import print_json
     from actors.cli.tables import Styled, print_styled
 
-    with inspector(options) as look:
-        snapshot = look.graph()
+    with open_inspector(options) as inspector:
+        snapshot = inspector.graph()
     topics = [
         (name, types)
         for name, types in snapshot.names_and_types(*TOPIC.kinds)

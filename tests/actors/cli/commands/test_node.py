@@ -119,6 +119,6 @@ async def test_info_of_a_suspended_node(capsys: pytest.CaptureFixture[str]) -> N
 
 
 def _suspended(url: str) -> bool:
-    with Inspector(url) as look:
-        look.graph()  # makes the broker ask who is there
-        return any(link.suspended for link in look.report().links.values())
+    with Inspector(url) as inspector:
+        inspector.graph()  # makes the broker ask who is there
+        return any(link.suspended for link in inspector.report().links.values())

@@ -13,7 +13,7 @@ from actors.cli.commands.top.rows import SHOWN_ROWS, RowsTable
 from actors.cli.commands.top.source import Received, ReceivedMessage
 from actors.errors import BrokerUnreachable
 from proto.codes import EntryKind
-from tests.actors.tools.made_up import entry, link, look, snapshot, topic
+from tests.actors.tools.made_up import entry, link, sample, snapshot, topic
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from textual.pilot import Pilot
 
     from actors.graph.snapshot import GraphSnapshot
-    from actors.tools.overview import Look
+    from actors.tools.overview import Sample
 
 NEVER: Final = 10_000.0
-"""The view looks when the test says so."""
+"""The view samples when the test says so."""
 GRAPH: Final = snapshot(
     *(entry(EntryKind.NODE, name) for name in ("/a", "/b", "/_tool")),
     *(entry(EntryKind.PUBLISHER, "/a", name) for name in ("/fast", "/slow", "/_hidden", "/idle")),
@@ -33,9 +33,9 @@ GRAPH: Final = snapshot(
 )
 
 
-def at_second(second: int, graph: GraphSnapshot = GRAPH, *, fast: int = 100) -> Look:
-    """Return a look at a broker that works steadily."""
-    return look(
+def at_second(second: int, graph: GraphSnapshot = GRAPH, *, fast: int = 100) -> Sample:
+    """Return a sample at a broker that works steadily."""
+    return sample(
         float(second),
         graph,
         topics=(topic("/fast", messages=fast * second), topic("/slow", messages=5 * second)),
@@ -61,15 +61,15 @@ class FakeEar:
 
 
 class FakeSource:
-    """Shows what the test says; without a look there is no broker."""
+    """Shows what the test says; without a sample there is no broker."""
 
     def __init__(self) -> None:
         self.target = "callboard://somewhere:1"
-        self.shown: Look | None = at_second(1)
+        self.shown: Sample | None = at_second(1)
         self.ears: dict[str, FakeEar] = {}
 
-    async def look(self) -> Look:
-        """Return the look."""
+    async def sample(self) -> Sample:
+        """Return the sample."""
         if self.shown is None:
             raise BrokerUnreachable("No broker")
         return self.shown
@@ -111,11 +111,11 @@ class Screen:
         """Return the messages that are shown."""
         return "\n".join(line.text.rstrip() for line in self.app.query_one(RichLog).lines)
 
-    async def looks(self, *looks: Look | None) -> None:
-        """Let the view look."""
-        for each in looks:
+    async def samples(self, *samples: Sample | None) -> None:
+        """Let the view sample."""
+        for each in samples:
             self.source.shown = each
-            await self.app.look_now()
+            await self.app.sample_now()
         await self.pilot.pause()
 
     async def press(self, *keys: str) -> None:
@@ -132,7 +132,7 @@ async def screen(*, size: tuple[int, int] = (100, 30), **options: Any) -> AsyncG
     async with app.run_test(size=size) as pilot:
         await pilot.pause()
         here = Screen(app, source, pilot)
-        await here.looks(at_second(1), at_second(2))
+        await here.samples(at_second(1), at_second(2))
         yield here
 
 
@@ -194,15 +194,15 @@ async def test_the_cursor_stays_on_its_row() -> None:
     """At the top it stays at the top; once it has been moved it goes where its row goes."""
     async with screen() as here:
         assert here.selected() == "/fast"
-        await here.looks(at_second(3, fast=1), at_second(4, fast=1), at_second(5, fast=1))
-        await here.looks(at_second(6, fast=1))
+        await here.samples(at_second(3, fast=1), at_second(4, fast=1), at_second(5, fast=1))
+        await here.samples(at_second(6, fast=1))
         assert (here.names()[0], here.selected()) == ("/slow", "/slow")
         await here.press("down")
         assert here.selected() == "/fast"
-        await here.looks(at_second(7), at_second(8), at_second(9), at_second(10))
+        await here.samples(at_second(7), at_second(8), at_second(9), at_second(10))
         assert (here.names()[0], here.selected()) == ("/fast", "/fast")
         gone = snapshot(*(entry(EntryKind.PUBLISHER, "/a", name) for name in ("/slow", "/idle")))
-        await here.looks(at_second(11, gone))
+        await here.samples(at_second(11, gone))
         assert (here.names(), here.selected()) == (["/slow", "/idle"], "/slow")
 
 
@@ -213,7 +213,7 @@ async def test_a_filter_is_typed() -> None:
         assert (here.names(), here.names("nodes"), here.names("services")) == (["/slow"], [], [])
         await here.press("enter")
         assert here.app.focused is here.app.query_one("#topics-table")
-        await here.looks(at_second(3))
+        await here.samples(at_second(3))
         assert here.names() == ["/slow"]
         await here.press("escape")
         assert len(here.names()) == 3
@@ -250,7 +250,7 @@ async def test_a_topic_is_heard() -> None:
         await here.pilot.pause()
         assert "  /a  0.4 ms\ndata: hi [b]there[/b]" in here.log()
         assert here.text("#status").endswith("delay p50 0.5 ms, p99 21 ms of the last 99  1,234 not shown")
-        await here.looks(at_second(3, snapshot()))
+        await here.samples(at_second(3, snapshot()))
         assert "  the topic is gone  " in here.text("#status")
         await here.press("escape")
         assert reader.closed
@@ -291,12 +291,12 @@ async def test_a_lost_broker_is_said_until_it_is_back() -> None:
     async with screen() as here:
         banner = here.app.query_one("#lost")
         assert not banner.display
-        await here.looks(None)
+        await here.samples(None)
         assert banner.display
         assert "callboard://somewhere:1 does not answer" in here.text("#lost")
         assert here.names() == ["/fast", "/slow", "/idle"]
-        again = look(1.0, GRAPH, broker="b2")
-        await here.looks(again)
+        again = sample(1.0, GRAPH, broker="b2")
+        await here.samples(again)
         assert not banner.display
         assert here.rows()[0][3] == "-"
 
@@ -308,10 +308,10 @@ async def test_no_broker_at_first() -> None:
     app = TopApp(source, interval_s=NEVER, echo_interval_s=NEVER)
     async with app.run_test() as pilot:
         here = Screen(app, source, pilot)
-        await here.looks(None)
+        await here.samples(None)
         await here.press("h", "slash", "a", "escape", "enter", "s", "r")
         assert app.screen_stack[0].query_one("#lost").display  # help may still be above it
-        await here.looks(at_second(1))
+        await here.samples(at_second(1))
         assert len(here.names()) == 4
 
 
@@ -319,7 +319,7 @@ async def test_more_rows_than_anybody_reads_are_cut() -> None:
     """The filter still finds each of them; the tab says how many there are."""
     crowd = snapshot(*(entry(EntryKind.PUBLISHER, "/a", f"/t{number}") for number in range(SHOWN_ROWS + 50)))
     async with screen() as here:
-        await here.looks(at_second(3, crowd))
+        await here.samples(at_second(3, crowd))
         assert len(here.names()) == SHOWN_ROWS
         assert str(here.app.query_one(TabbedContent).get_tab("topics").label) == f"Topics {SHOWN_ROWS + 50}"
         await here.press("slash", *f"t{SHOWN_ROWS + 49}")
@@ -351,7 +351,7 @@ async def test_it_fits_any_terminal() -> None:
         await here.press("enter")
         for width, height in ((80, 24), (30, 8), (120, 40)):
             await here.pilot.resize_terminal(width, height)
-            await here.looks(at_second(3))
+            await here.samples(at_second(3))
             assert here.app.size == (width, height)
         assert here.app.query_one("#topics-table").size.width == 120
 

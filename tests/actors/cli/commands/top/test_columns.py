@@ -18,9 +18,9 @@ from actors.cli.commands.top.columns import (
     rate,
 )
 from actors.cli.tables import Styled
-from actors.tools.overview import Looks
+from actors.tools.overview import Samples
 from proto.codes import EntryKind
-from tests.actors.tools.made_up import entry, link, look, snapshot, topic
+from tests.actors.tools.made_up import entry, link, sample, snapshot, topic
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_times_are_in_two_units_at_most(seconds: float, text: str) -> None:
 
 
 def test_no_rate_is_no_zero() -> None:
-    """There is none before the second look."""
+    """There is none before the second sample."""
     assert (rate(None), rate(0.0)) == ("-", "0")
 
 
@@ -60,8 +60,8 @@ GRAPH = snapshot(
     entry(EntryKind.SUBSCRIPTION, "/b", "/slow", "std_msgs/msg/Int32"),
     entry(EntryKind.SERVICE, "/a", "/add", "example_interfaces/srv/AddTwoInts"),
 )
-BEFORE = look(1.0, GRAPH, topics=(topic("/fast"), topic("/slow")), links=(link(1, "/a"), link(2, "/b")))
-AFTER = look(
+BEFORE = sample(1.0, GRAPH, topics=(topic("/fast"), topic("/slow")), links=(link(1, "/a"), link(2, "/b")))
+AFTER = sample(
     2.0,
     GRAPH,
     topics=(topic("/fast", messages=900, dropped=3, queued=7), topic("/slow", messages=5)),
@@ -70,9 +70,9 @@ AFTER = look(
     queued=7,
     suspended=1,
 )
-LOOKS = Looks()
-LOOKS.add(BEFORE)
-SEEN = LOOKS.add(AFTER)
+SAMPLES = Samples()
+SAMPLES.add(BEFORE)
+SEEN = SAMPLES.add(AFTER)
 
 
 def test_rows_are_sorted_by_a_column_and_then_by_name() -> None:

@@ -38,9 +38,9 @@ async def test_the_node_works_in_another_thread(desk: Desk) -> None:
         await talker.get_graph()
         async with NodeThread(options(desk.url)) as source:
             assert source.target == desk.url
-            look = await source.look()
-            assert look.snapshot.nodes() == ["/talker"]
-            reader = await source.listen("/chatter", look.snapshot)
+            sample = await source.sample()
+            assert sample.snapshot.nodes() == ["/talker"]
+            reader = await source.listen("/chatter", sample.snapshot)
             await desk.matched(publisher)
             publisher.publish(String(data="hello"))
             async with asyncio.timeout(20):

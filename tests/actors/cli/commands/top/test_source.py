@@ -38,15 +38,15 @@ async def hear(reader: TopicReader, count: int) -> tuple[list[ReceivedMessage], 
 
 
 async def test_a_look_is_of_the_others(meeting: Meeting) -> None:
-    """The node that looks is not in it, and what it hears is not either."""
+    """The node that samples is not in it, and what it hears is not either."""
     talker, looker = await meeting.node("talker"), await meeting.node("_looker")
     talker.create_publisher(String, "chatter", 10)
     source = NodeSource(looker, "here")
     reader = await source.listen("/chatter", await looker.get_graph())
-    look = await source.look()
-    assert look.snapshot.nodes() == ["/talker"]
-    assert {entry.node for entry in look.snapshot.entries.values()} == {"/talker"}
-    assert look.report.totals.connections == 2
+    sample = await source.sample()
+    assert sample.snapshot.nodes() == ["/talker"]
+    assert {entry.node for entry in sample.snapshot.entries.values()} == {"/talker"}
+    assert sample.report.totals.connections == 2
     await reader.close()
 
 
@@ -93,11 +93,11 @@ async def test_a_lost_broker_is_told_at_once(meeting: Meeting) -> None:
     """Without waiting for the node, which comes back by itself."""
     looker = await meeting.node("_looker")
     source = NodeSource(looker, "callboard://here:1")
-    await source.look()
+    await source.sample()
     await meeting.stop_broker()
     await until(lambda: not looker.connected)
     with pytest.raises(BrokerUnreachable, match="No broker at callboard://here:1"):
-        await source.look()
+        await source.sample()
 
 
 def test_long_messages_are_cut() -> None:

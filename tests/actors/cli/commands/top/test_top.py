@@ -16,13 +16,13 @@ from actors.cli.main import main
 from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
-from tests.actors.tools.made_up import look
+from tests.actors.tools.made_up import sample
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
     from typing import Self
 
-    from actors.tools.overview import Look
+    from actors.tools.overview import Sample
     from tests.actors.cli.conftest import Desk
 
 SHORT = ("--interval", "0.05")
@@ -86,9 +86,9 @@ async def test_nobody_there(desk: Desk) -> None:
 def test_json_goes_on_until_nobody_reads(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One document a line, for each look after the first."""
-    looks = [look(float(second), GraphSnapshot(), routed=10 * second) for second in range(4)]
-    monkeypatch.setattr(broker_target, "inspector", lambda options: FakeInspector(looks))
+    """One document a line, for each sample after the first."""
+    samples = [sample(float(second), GraphSnapshot(), routed=10 * second) for second in range(4)]
+    monkeypatch.setattr(broker_target, "open_inspector", lambda options: FakeInspector(samples))
     monkeypatch.setattr(time, "sleep", lambda seconds: None)
     assert main(["top", "--json"]) == 141
     lines = capsys.readouterr().out.splitlines()
@@ -97,27 +97,27 @@ def test_json_goes_on_until_nobody_reads(
 
 
 class FakeInspector:
-    """Gives looks away one after the other, and then the pipe breaks."""
+    """Gives samples away one after the other, and then the pipe breaks."""
 
-    def __init__(self, looks: list[Look]) -> None:
-        self._looks = looks
+    def __init__(self, samples: list[Sample]) -> None:
+        self._samples = samples
 
     def __enter__(self) -> Self:
-        if not self._looks:
+        if not self._samples:
             raise BrokenPipeError
-        self._look = self._looks.pop(0)
+        self._sample = self._samples.pop(0)
         return self
 
     def __exit__(self, *error: object) -> None:
         pass
 
     def graph(self) -> object:
-        """The picture of this look."""
-        return self._look.snapshot
+        """The picture of this sample."""
+        return self._sample.snapshot
 
     def report(self) -> object:
-        """The numbers of this look."""
-        return self._look.report
+        """The numbers of this sample."""
+        return self._sample.report
 
 
 def test_no_broker_is_said_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.cli.broker_counters import ReportReader, WatchedTopic, ticks
-from actors.cli.broker_target import inspector
+from actors.cli.broker_target import open_inspector
 from actors.cli.commands.topic.bw import shown_bytes
 from actors.cli.commands.topic.hz import print_counted, print_received
 from actors.cli.measuring import RateMeter
@@ -43,17 +43,17 @@ def speaking(node: actors.Node, topic: str = "said", message: Any = None) -> Non
     node.create_timer(0.01, lambda: publisher.publish(said))
 
 
-class Studio:
+class FakeBroker:
     """A broker's numbers and a clock, for one topic with steady publishers."""
 
-    def __init__(self, hertz: float, *, look_sec: float = 0.001) -> None:
+    def __init__(self, hertz: float, *, report_sec: float = 0.001) -> None:
         self.now = 50.0
         self._hertz = hertz
-        self._look_sec = look_sec
+        self._report_sec = report_sec
 
-    def look(self) -> BrokerReport:
+    def report(self) -> BrokerReport:
         """Take some time to say what has been said since the beginning."""
-        self.now += self._look_sec
+        self.now += self._report_sec
         said = int((self.now - 20.013) * self._hertz)
         numbers = {"messages": said, "bytes": 10 * said, "publishers": 1}
         topic = TopicStats(0, "/said", **dict.fromkeys(TopicStats._fields[2:], 0) | numbers)
@@ -64,19 +64,19 @@ class Studio:
         self.now += seconds
 
 
-@pytest.mark.parametrize(("hertz", "look_sec"), [(1.0, 0.001), (40.0, 0.001), (1.0, 0.002), (40.0, 0.1)])
-def test_counters_are_exact_soon(hertz: float, look_sec: float) -> None:
+@pytest.mark.parametrize(("hertz", "report_sec"), [(1.0, 0.001), (40.0, 0.001), (1.0, 0.002), (40.0, 0.1)])
+def test_counters_are_exact_soon(hertz: float, report_sec: float) -> None:
     """Ten seconds give the rate within one percent; a slow broker is asked less often, and not less right."""
-    studio = Studio(hertz, look_sec=look_sec)
+    broker = FakeBroker(hertz, report_sec=report_sec)
     said = WatchedTopic("/said", 10_000)
-    began, shown = studio.now, ticks(studio.look, [said], clock=lambda: studio.now, pause=studio.pause)
+    began, shown = broker.now, ticks(broker.report, [said], clock=lambda: broker.now, pause=broker.pause)
     for second in range(1, 11):
         next(shown)
-        assert studio.now - began == pytest.approx(second, abs=0.1 + 15 * look_sec)
+        assert broker.now - began == pytest.approx(second, abs=0.1 + 15 * report_sec)
     found = said.counter.rate()
     assert found is not None
     assert found.per_sec == pytest.approx(hertz, rel=0.01)
-    assert said.new == pytest.approx(hertz * (studio.now - began), abs=2 + hertz * look_sec)
+    assert said.new == pytest.approx(hertz * (broker.now - began), abs=2 + hertz * report_sec)
 
 
 async def test_hz_by_counters(desk: Desk) -> None:
@@ -260,7 +260,7 @@ def test_a_topic_that_stops_leaves_the_table(capsys: pytest.CaptureFixture[str])
     alive, dead = WatchedTopic("/alive", 100), WatchedTopic("/dead", 100)
     for stamp in range(4):
         for each in (alive, dead):
-            each.counter.look(float(stamp), stamp + 1, 10 * stamp)
+            each.counter.add(float(stamp), stamp + 1, 10 * stamp)
     alive.new, dead.new = 1, 0
     assert second(print_counted, [alive, dead])
     table = capsys.readouterr().out
@@ -293,8 +293,8 @@ def test_a_heard_topic_that_stops_leaves_the_table(capsys: pytest.CaptureFixture
 def test_a_window_that_is_given_is_meant(given: int | None, least_sec: float) -> None:
     """By counters as by messages: only the default one reaches back a second at least."""
     watched = WatchedTopic("/said", given or 2, least_sec=least_sec)
-    for look in range(100):
-        watched.counter.look(look / 100, look, 0)
+    for number in range(100):
+        watched.counter.add(number / 100, number, 0)
     rate = watched.counter.rate()
     assert rate is not None
     assert (rate.window > 90) is (given is None)
@@ -339,11 +339,11 @@ async def test_a_lost_broker_whose_host_is_unknown_now(
 
 def test_the_counters_of_another_broker_begin_anew() -> None:
     """What it has counted before is not new, however much it is."""
-    said, studio = WatchedTopic("/said", 10), Studio(10.0)
-    said.look(studio.look())
-    said.look(None)
-    studio.pause(100.0)
-    said.look(studio.look())
+    said, broker = WatchedTopic("/said", 10), FakeBroker(10.0)
+    said.add(broker.report())
+    said.add(None)
+    broker.pause(100.0)
+    said.add(broker.report())
     assert said.new == 0
     assert said.counter.rate() is None
 
@@ -352,7 +352,7 @@ async def test_a_broker_that_goes_while_it_is_asked(desk: Desk) -> None:
     """The text says what starts one."""
 
     def ask() -> None:
-        with inspector(argparse.Namespace(url=desk.url, domain=None, context=None)):
+        with open_inspector(argparse.Namespace(url=desk.url, domain=None, context=None)):
             raise BrokerUnreachable("The link broke")
 
     with pytest.raises(BrokerUnreachable, match=r"The link broke\. Start one with: callboard broker --port"):

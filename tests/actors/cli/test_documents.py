@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.tools import documents
-from actors.tools.documents import Documents
+from actors.cli import documents
+from actors.cli.documents import Documents
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
