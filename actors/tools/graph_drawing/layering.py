@@ -1,8 +1,8 @@
-"""Which column each node and hub stands in: arrows go to the right wherever no circle forbids it.
+"""The column of each node and hub: arrows point to the right unless they belong to a cycle.
 
-Circles are opened at few wires (the greedy heuristic of Eades, Lin and Smyth); then every vertex goes as far
-left as its sources allow, and what feeds as much as it is fed by goes right again, to where it is needed.
-Nodes stand in even columns and hubs in odd ones, since every wire joins one of each.
+Cycles are opened at few wires (the greedy heuristic of Eades, Lin and Smyth). Then each vertex moves as far left
+as its sources allow, and a vertex with as many targets as sources or more moves right again, next to its targets.
+Nodes are in even columns and hubs in odd ones, since every wire joins one of each.
 """
 
 from __future__ import annotations
@@ -12,23 +12,36 @@ from typing import TYPE_CHECKING, Final
 from actors.tools.graph_drawing.wiring import Flow
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from actors.tools.graph_drawing.wiring import Wiring
 
 _PULLS: Final = 4
-"""Rounds of going right again: what is pulled lets those behind it follow."""
+"""Rounds of moving right: a vertex that moves makes space for its sources."""
 
 Neighbours = list[list[int]]
 
 
 def layers_of(wiring: Wiring) -> list[int]:
-    """Return the column of each node and, after them, of each hub. The first column is 0."""
-    ahead, behind = _arrows(wiring)
-    place = {vertex: at for at, vertex in enumerate(_sequence(ahead, behind))}
-    ahead, behind = _straightened(ahead, place)
-    order = sorted(place, key=place.__getitem__)
-    column = [int(vertex >= len(wiring.nodes)) for vertex in range(len(ahead))]
+    """Return the column of each node and, after them, of each hub.
+
+    Args:
+        wiring: The nodes, hubs and wires.
+
+    Returns:
+        Column numbers; the first column is 0.
+    """
+    nodes = len(wiring.nodes)
+    count = nodes + len(wiring.hubs)
+    arrows = [
+        (node, nodes + hub) if flow & Flow.TO_HUB else (nodes + hub, node)
+        for (node, hub), flow in sorted(wiring.wires.items())
+    ]
+    order = _sequence(*_neighbours(count, arrows))
+    rank = {vertex: at for at, vertex in enumerate(order)}
+    forward = [(min(ends, key=rank.__getitem__), max(ends, key=rank.__getitem__)) for ends in arrows]
+    ahead, behind = _neighbours(count, forward)
+    column = [int(vertex >= nodes) for vertex in range(count)]
     for vertex in order:
         for other in behind[vertex]:
             column[vertex] = max(column[vertex], column[other] + 1)
@@ -41,9 +54,11 @@ def layers_of(wiring: Wiring) -> list[int]:
 
 
 def folded(columns: list[int], last: int | None) -> list[int]:
-    """Return the columns with those after the last going back to the left, then on to the right again.
+    """Return the columns, folded back and forth so that none is beyond the last one.
 
-    What stood side by side does so afterwards. `last` is 1 or more.
+    Args:
+        columns: The column of each vertex. Neighbouring columns stay neighbours.
+        last: The last column, 1 or more; None to fold nothing.
     """
     if last is None:
         return columns
@@ -53,14 +68,14 @@ def folded(columns: list[int], last: int | None) -> list[int]:
 def folds(
     columns: list[int], widths: list[float], *, between: float, room: float, fewest: int
 ) -> Iterator[int]:
-    """Yield the last columns that might do for a width, the largest first, without laying anything out.
+    """Yield the last columns for which a drawing may fit a width, the largest first, without a layout.
 
     Args:
-        columns: Of each node and hub.
-        widths: How wide each node and hub is.
+        columns: The column of each node and hub.
+        widths: The width of each node and hub.
         between: The least width between columns.
-        room: How wide it all may be.
-        fewest: Do not fold to fewer columns.
+        room: The width of the whole drawing.
+        fewest: The fewest columns to fold to.
     """
     most = max(columns)
     for last in range(most, min(most, fewest - 1) - 1, -1):
@@ -71,32 +86,18 @@ def folds(
             yield last
 
 
-def _arrows(wiring: Wiring) -> tuple[Neighbours, Neighbours]:
-    """Return what is ahead of each vertex, and what is behind it. A wire with both ways goes to its hub."""
-    count = len(wiring.nodes)
-    ahead: Neighbours = [[] for _ in range(count + len(wiring.hubs))]
-    behind: Neighbours = [[] for _ in ahead]
-    for (node, hub), flow in sorted(wiring.wires.items()):
-        source, target = (node, count + hub) if flow & Flow.TO_HUB else (count + hub, node)
+def _neighbours(count: int, arrows: Iterable[tuple[int, int]]) -> tuple[Neighbours, Neighbours]:
+    """Return the targets and the sources of each of `count` vertices."""
+    ahead: Neighbours = [[] for _ in range(count)]
+    behind: Neighbours = [[] for _ in range(count)]
+    for source, target in arrows:
         ahead[source].append(target)
         behind[target].append(source)
     return ahead, behind
 
 
-def _straightened(ahead: Neighbours, place: dict[int, int]) -> tuple[Neighbours, Neighbours]:
-    """Return the arrows with those turned round that go back in the sequence."""
-    forward: Neighbours = [[] for _ in ahead]
-    back: Neighbours = [[] for _ in ahead]
-    for source, targets in enumerate(ahead):
-        for target in targets:
-            first, second = sorted((source, target), key=place.__getitem__)
-            forward[first].append(second)
-            back[second].append(first)
-    return forward, back
-
-
 def _sequence(ahead: Neighbours, behind: Neighbours) -> list[int]:
-    """Return the vertices in an order that few arrows go against."""
+    """Return the vertices in an order that few arrows contradict."""
     left = dict.fromkeys(range(len(ahead)))
     outs, ins = [len(each) for each in ahead], [len(each) for each in behind]
     first: list[int] = []
