@@ -1,7 +1,7 @@
-"""In which order things stand in their columns: so that few lines cross.
+"""The order of the items in each column, so that few lines cross.
 
-Sweeps to the right and to the left sort each column by where its neighbours are on average; then neighbours
-change places as long as that takes crossings away.
+Sweeps to the right and to the left sort each column by the mean position of its neighbours; the order with the
+fewest crossings wins.
 """
 
 from __future__ import annotations
@@ -11,20 +11,17 @@ from itertools import pairwise
 from typing import Final
 
 SWEEPS: Final = 12
-SWAP_ROUNDS: Final = 4
-MAX_SWAPPED: Final = 60
-"""Columns with more in them are not improved by swapping: that takes the square of the time."""
 
 Neighbours = dict[int, list[int]]
-"""Of each item, those in the column beside it."""
+"""The neighbours of each item in the column beside it."""
 
 
 def ordered(columns: list[list[int]], lines: list[tuple[int, int]]) -> list[list[int]]:
-    """Return the columns sorted so that few lines cross.
+    """Return the columns, each sorted so that few lines cross.
 
     Args:
-        columns: The items of each column, in the order that decides when all else is equal.
-        lines: Each from an item to one in the next column.
+        columns: The items of each column; their order decides between equal positions.
+        lines: Pairs of an item and one in the next column.
     """
     to_left: Neighbours = {item: [] for column in columns for item in column}
     to_right: Neighbours = {item: [] for column in columns for item in column}
@@ -38,13 +35,13 @@ def ordered(columns: list[list[int]], lines: list[tuple[int, int]]) -> list[list
         count = _crossings(current, to_right)
         if count < fewest:
             best, fewest = current, count
-    return _swapped(best, to_left, to_right)
+    return best
 
 
 def _swept(
     columns: list[list[int]], to_left: Neighbours, to_right: Neighbours, *, rightward: bool
 ) -> list[list[int]]:
-    """Return the columns, each sorted by the places of its neighbours in the one before, in one direction."""
+    """Return the columns, each sorted by its neighbours' positions in the column before it in the sweep."""
     result = [list(column) for column in columns]
     beside = to_left if rightward else to_right
     numbers = range(1, len(result)) if rightward else range(len(result) - 2, -1, -1)
@@ -74,36 +71,3 @@ def _crossings(columns: list[list[int]], to_right: Neighbours) -> int:
             for end in reached:
                 insort(ends, end)
     return count
-
-
-def _swapped(columns: list[list[int]], to_left: Neighbours, to_right: Neighbours) -> list[list[int]]:
-    place = {item: at for column in columns for at, item in enumerate(column)}
-
-    def saved(upper: int, lower: int) -> int:
-        """Return how many crossings fewer there are when the two change places."""
-        return sum(
-            _inversions(beside[upper], beside[lower], place)
-            - _inversions(beside[lower], beside[upper], place)
-            for beside in (to_left, to_right)
-        )
-
-    for _ in range(SWAP_ROUNDS):
-        changed = False
-        for column in columns:
-            if len(column) > MAX_SWAPPED:
-                continue
-            for at in range(len(column) - 1):
-                upper, lower = column[at], column[at + 1]
-                if saved(upper, lower) > 0:
-                    column[at], column[at + 1] = lower, upper
-                    place[upper], place[lower] = at + 1, at
-                    changed = True
-        if not changed:
-            break
-    return columns
-
-
-def _inversions(upper: list[int], lower: list[int], place: dict[int, int]) -> int:
-    """Return how many pairs of lines cross, of an item's and those of the item below it."""
-    ends = sorted(place[item] for item in lower)
-    return sum(bisect_right(ends, place[item] - 1) for item in upper)
