@@ -36,7 +36,7 @@ MODULES = ("actions", "conditions", "event_handlers", "library_substitutions", "
 def parts() -> Iterator[type]:
     """Yield all parts that a description can have."""
     for name in (*MODULES, "description_source", "python_expression"):
-        module = importlib.import_module(f"actors.launch.{name}")
+        module = importlib.import_module(f"actors.launch.description.{name}")
         for value in vars(module).values():
             if isinstance(value, type) and issubclass(value, Part) and is_dataclass(value):
                 yield value
