@@ -16,6 +16,7 @@ whether it has been told to or not, only does what was wanted: its end is not co
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
@@ -137,6 +138,7 @@ class RestartPlan:
         self._jitter = jitter
         self._restarts: deque[float] = deque(maxlen=policy.max_restarts + 1)
         self._stopping = False
+        self._now = -math.inf
 
     @property
     def over(self) -> bool:
@@ -151,12 +153,11 @@ class RestartPlan:
         """Return how often a child has been started again."""
         return max(0, self._slots[child].starts - 1)
 
-    def wake_at(self, now: float) -> float | None:
-        """Return when to say `tick` unless something happens before; None if only events matter."""
-        return min(
-            (slot.due for slot in self._slots if slot.state is ChildState.WAITING and slot.due > now),
-            default=None,
-        )
+    @property
+    def wake_at(self) -> float | None:
+        """When to call `tick` unless something happens before; None if only events matter."""
+        waiting = (slot.due for slot in self._slots if slot.state is ChildState.WAITING)
+        return min((due for due in waiting if due > self._now), default=None)
 
     def begin(self, now: float) -> list[Step]:
         """Start everything, in order."""
@@ -237,6 +238,7 @@ class RestartPlan:
 
     def _advance(self, now: float) -> list[Step]:
         """Return what can be done now, and take it as done."""
+        self._now = now
         condemned = self._condemned()
         if condemned:
             waits = any(self._told(child) for child in condemned)

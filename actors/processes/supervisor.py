@@ -8,7 +8,6 @@ only who enters, leaves or watches ever waits.
 from __future__ import annotations
 
 import asyncio
-import contextvars
 import random
 import time
 from dataclasses import dataclass
@@ -18,9 +17,9 @@ from actors.errors import SupervisorGaveUp
 from actors.logging.logger import get_logger
 from actors.processes.child import Child, Strategy
 from actors.processes.child_events import ChildEvent, ChildEventKind
+from actors.processes.driver import Driver
 from actors.processes.event_publisher import EventPublisher
-from actors.processes.execution import Execution, TaskExecution
-from actors.processes.guard import Guard
+from actors.processes.execution import TaskExecution
 from actors.processes.process_execution import ProcessExecution
 from actors.processes.restart_plan import (
     ChildState,
@@ -40,6 +39,7 @@ if TYPE_CHECKING:
 
     from actors.node.node import Node
     from actors.processes.child_events import ChildEvents
+    from actors.processes.execution import Execution
     from actors.processes.outcome import Outcome
 
 
@@ -67,11 +67,10 @@ class ChildStatus:
 class _Member:
     """What the supervisor keeps of one child."""
 
-    __slots__ = ("child", "execution", "outcome", "running_since")
+    __slots__ = ("child", "outcome", "running_since")
 
     def __init__(self, child: Child) -> None:
         self.child = child
-        self.execution: Execution | None = None
         self.outcome: Outcome | None = None
         self.running_since: float | None = None
 
@@ -131,15 +130,11 @@ class Supervisor:
         )
         self._plan = RestartPlan((member.child.restart for member in self._members), self._policy, jitter)
         self._log = get_logger(name)
-        self._guard = Guard()
+        self._driver: Driver[Step] = Driver(self._plan, self._perform, self._moved)
         self._publisher = EventPublisher(name, node)
         self._waits = StateWaits(self._plan.state)
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._context: contextvars.Context
-        self._timer: asyncio.TimerHandle | None = None
-        self._over = asyncio.Event()
+        self._began = False
         self._closed = False
-        self._failure: BaseException | None = None
         self._caller: asyncio.Task[object] | None = None
         self._cancelled_caller: asyncio.Task[object] | None = None
         self._cancelling = 0
@@ -148,12 +143,12 @@ class Supervisor:
 
     def children(self) -> list[ChildStatus]:
         """Return how the children are now, in start order."""
-        now = self._loop.time() if self._loop is not None else 0.0
+        now = self._driver.loop.time() if self._began else 0.0
         return [
             ChildStatus(
                 name=member.child.name,
                 state=self._plan.state(index),
-                pid=member.execution.pid if member.execution is not None else None,
+                pid=self._pid(index),
                 restarts=self._plan.restarts(index),
                 uptime_sec=now - member.running_since if member.running_since is not None else 0.0,
                 outcome=member.outcome,
@@ -193,17 +188,16 @@ class Supervisor:
             RuntimeError: It has run already.
         """
         async with self:
-            await self._over.wait()
+            await self._driver.over.wait()
 
     async def __aenter__(self) -> Self:
         """Begin to start the children; `wait_for` tells when one runs."""
-        if self._loop is not None:
+        if self._began:
             raise RuntimeError(f"Supervisor '{self.name}' has run already; make a new one")
-        self._loop = asyncio.get_running_loop()
-        self._context = contextvars.copy_context()
+        self._began = True
         self._caller = asyncio.current_task()
         self._cancelling = self._caller.cancelling() if self._caller is not None else 0
-        self._happened(self._plan.begin)
+        self._driver.begin(self._plan.begin)
         return self
 
     async def __aexit__(
@@ -214,83 +208,61 @@ class Supervisor:
     ) -> Literal[False]:
         """Stop all children, the last one first."""
         self._caller = None
-        cancelled = await self._close()
+        self._driver.happened(self._plan.stop)
+        try:
+            cancelled = await self._driver.wait(self._hurry)
+        finally:
+            self._closed = True
+            self._publisher.end()
+            self._waits.close()
         if self._cancelled_caller is not None and self._cancelled_caller.uncancel() > self._cancelling:
             cancelled = True  # by somebody else, too
         if cancelled:
             raise asyncio.CancelledError
-        if self._failure is not None and (error is None or isinstance(error, asyncio.CancelledError)):
-            raise self._failure
+        failure = self._driver.failure
+        if failure is not None and (error is None or isinstance(error, asyncio.CancelledError)):
+            raise failure
         return False
 
-    async def _close(self) -> bool:
-        """Stop everything and wait until it is gone. Return whether this was cancelled meanwhile."""
-        cancelled = False
-        self._happened(self._plan.stop)
-        while not self._over.is_set():
-            try:
-                await self._over.wait()
-            except asyncio.CancelledError:
-                cancelled = True
-                self._happened(lambda _now: self._plan.hurry())
-                for member in self._members:
-                    if member.execution is not None:
-                        member.execution.hurry()
-        self._closed = True
-        try:
-            await self._guard.close()
-        finally:
-            self._publisher.end()
-            self._waits.close()
-        return cancelled
+    def _hurry(self) -> None:
+        self._driver.happened(lambda _now: self._plan.hurry())
+        self._driver.hurry_all()
 
-    # What happens
+    # Transitions
 
-    def _happened(self, tell: Callable[[float], list[Step]]) -> None:
-        """Tell the plan that something has happened, and do what it says."""
-        assert self._loop is not None
-        now = self._loop.time()
-        try:
-            for step in tell(now):
-                self._do(step)
-            self._set_timer()
-        except Exception as error:  # noqa: BLE001 - it is raised to whoever runs the supervisor
-            self._broken(error)
+    def _moved(self) -> None:
+        """Wake those who wait for a state, and on a failure whoever runs the supervisor."""
+        if self._driver.failure is not None and self._caller is not None and self._cancelled_caller is None:
+            self._caller.cancel()
+            self._cancelled_caller = self._caller
         self._waits.look()
-        settled = self._plan.over or self._failure is not None
-        if settled and all(member.execution is None for member in self._members):
-            self._over.set()
 
-    def _do(self, step: Step) -> None:
+    def _perform(self, step: Step) -> None:
         match step:
             case Start(child):
                 self._start(child)
             case Stop(child):
-                execution = self._members[child].execution
-                assert execution is not None
-                execution.stop()
+                self._driver.executions[child].stop()
             case WillRestart(child, delay):
                 self._tell(child, ChildEventKind.RESTARTING, delay_sec=delay)
             case GaveUp(child):
                 self._give_up(child)
 
     def _start(self, index: int) -> None:
-        member = self._members[index]
-        child = member.child
+        child, driver = self._members[index].child, self._driver
 
         def started() -> None:
-            self._happened(lambda now: self._started(index, now))
+            driver.happened(lambda now: self._started(index, now))
 
         def ended(outcome: Outcome) -> None:
-            self._happened(lambda now: self._ended(index, outcome, now))
+            driver.happened(lambda now: self._ended(index, outcome, now))
 
         execution: Execution
         if child.node is not None:
             execution = TaskExecution(child, child.node, self._log, on_started=started, on_ended=ended)
         else:
-            execution = ProcessExecution(child, self._guard, self._log, on_started=started, on_ended=ended)
-        member.execution = execution
-        execution.start(self._context)
+            execution = ProcessExecution(child, driver.guard, self._log, on_started=started, on_ended=ended)
+        driver.start(index, execution)
 
     def _started(self, index: int, now: float) -> list[Step]:
         self._members[index].running_since = now
@@ -299,8 +271,8 @@ class Supervisor:
 
     def _ended(self, index: int, outcome: Outcome, now: float) -> list[Step]:
         member = self._members[index]
-        pid = member.execution.pid if member.execution is not None else None
-        member.execution, member.outcome, member.running_since = None, outcome, None
+        pid = self._driver.executions.pop(index).pid
+        member.outcome, member.running_since = outcome, None
         self._tell(index, ChildEventKind.ENDED, pid=pid)
         steps: list[Step] = []
         if isinstance(outcome.error, SystemExit | KeyboardInterrupt):
@@ -308,19 +280,6 @@ class Supervisor:
             self._fail(outcome.error)
             steps = self._plan.stop(now)
         return steps + self._plan.ended(index, now, normal=outcome.normal)
-
-    def _set_timer(self) -> None:
-        assert self._loop is not None
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-        due = self._plan.wake_at(self._loop.time())
-        if due is not None:
-            self._timer = self._loop.call_at(due, self._time_has_come, due)
-
-    def _time_has_come(self, due: float) -> None:
-        # A loop may call a little early; for the plan it is time.
-        self._happened(lambda now: self._plan.tick(max(now, due)))
 
     def _give_up(self, index: int) -> None:
         self._tell(index, ChildEventKind.GIVEN_UP)
@@ -331,19 +290,13 @@ class Supervisor:
         self._fail(failure)
 
     def _fail(self, error: BaseException) -> None:
-        """End the supervisor with an error: whoever runs it gets it raised."""
-        if self._failure is None:
-            self._failure = error
-            if self._caller is not None:
-                self._caller.cancel()
-                self._cancelled_caller = self._caller
+        """End the supervisor with an error, which `run` raises."""
+        if self._driver.failure is None:
+            self._driver.failure = error
 
-    def _broken(self, error: Exception) -> None:
-        """Something here has failed, and the plan may not know what runs: stop it, in no order."""
-        self._fail(error)
-        for member in self._members:
-            if member.execution is not None:
-                member.execution.stop()
+    def _pid(self, index: int) -> int | None:
+        execution = self._driver.executions.get(index)
+        return None if execution is None else execution.pid
 
     def _tell(
         self, index: int, kind: ChildEventKind, *, pid: int | None = None, delay_sec: float = 0.0
@@ -356,7 +309,7 @@ class Supervisor:
                 kind=kind,
                 stamp_ns=time.time_ns(),
                 restarts=self._plan.restarts(index),
-                pid=member.execution.pid if member.execution is not None else pid,
+                pid=self._pid(index) or pid,
                 outcome=None if kind is ChildEventKind.STARTED else member.outcome,
                 delay_sec=delay_sec,
             )

@@ -177,7 +177,7 @@ async def test_what_happens_after_its_end_starts_nothing(monkeypatch: pytest.Mon
     async def close(guard: object) -> None:
         runner.graph({ADD})
 
-    monkeypatch.setattr("actors.launch.engine.runner.Guard.close", close)
+    monkeypatch.setattr("actors.processes.driver.Guard.close", close)
     running = asyncio.create_task(runner.run([first, handler]))
     await asyncio.sleep(0)
     (execution,) = FakeExecution.made
@@ -196,7 +196,7 @@ async def test_the_guard_goes_also_when_that_is_cancelled(monkeypatch: pytest.Mo
         await asyncio.sleep(0)
         gone.append("guard")
 
-    monkeypatch.setattr("actors.launch.engine.runner.Guard.close", close)
+    monkeypatch.setattr("actors.processes.driver.Guard.close", close)
     running = asyncio.create_task(of().run(processes("a")))
     await asyncio.sleep(0)
     FakeExecution.made[0].ends()
@@ -233,10 +233,10 @@ async def test_what_a_process_writes_moves_no_timer() -> None:
     running = asyncio.create_task(runner.run(steps))
     await asyncio.sleep(0)
     (execution,) = FakeExecution.made
-    timer = runner._timer
+    timer = runner._driver._timer
     assert timer is not None
     execution.writes(b"x")
-    assert runner._timer is timer
+    assert runner._driver._timer is timer
     runner.stop("enough")
     assert timer.cancelled()
     assert await running
