@@ -9,6 +9,8 @@ from __future__ import annotations
 import logging
 from typing import Final
 
+from proto.aio import process
+
 logger: Final = logging.getLogger("callboard.broker")
 
 RESERVED_FILES: Final = 2048
@@ -36,7 +38,7 @@ class Capacity:
     """
 
     def __init__(self, wanted: int) -> None:
-        files = _file_limit()
+        files = process.raise_file_limit(0)
         reserved = min(RESERVED_FILES, files // 2)
         self.most = min(wanted, files - reserved)
         self.backlog = min(MAX_BACKLOG, max(1, reserved // 2))
@@ -58,29 +60,3 @@ class Capacity:
             logger.warning(text, self._unsaid, self.most, self._remedy)
             self._said_at, self._unsaid = now, 0
         return f"this broker takes {self.most} connections"
-
-
-def raise_file_limit() -> None:
-    """Let this process open as many files as the system allows it. For daemons: a library asks its host."""
-    try:
-        import resource  # noqa: PLC0415 - not on Windows
-    except ImportError:
-        return
-    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    try:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
-    except (ValueError, OSError):  # macOS has a lower limit that it does not tell
-        return
-
-
-def _file_limit() -> int:
-    """Return how many files this process may open; a large number where nobody says."""
-    try:
-        import resource  # noqa: PLC0415 - not on Windows
-    except ImportError:
-        return _MANY
-    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return _MANY if soft == resource.RLIM_INFINITY else soft
-
-
-_MANY: Final = 2**31

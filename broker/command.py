@@ -13,7 +13,6 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from broker.capacity import raise_file_limit
 from broker.options import BrokerOptions
 from proto.aio import process
 from proto.errors import CallboardError
@@ -50,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the daemon until a signal stops it; return the exit code."""
     _set_up_logging(arguments.log_level, json_lines=arguments.json_logs)
-    raise_file_limit()
+    process.raise_file_limit()
     try:
         options = BrokerOptions(**{f.name: getattr(arguments, f.name) for f in fields(BrokerOptions)})
         with asyncio.Runner(loop_factory=process.new_event_loop) as runner:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from actors.bench import meters
 from actors.bench.errors import TrialError
 from actors.bench.outcomes import Outcome, Played
 from actors.bench.processes import Stage
+from proto.aio.process import raise_file_limit
 
 if TYPE_CHECKING:
     from actors.bench.contender import Contender
@@ -36,7 +36,7 @@ async def run_trial(contender: Contender, case: Case, seconds: float) -> dict[st
         TrialError: A process failed or hung, or messages were lost.
     """
     if case.connections:
-        raise_file_limit()  # before the server starts, which inherits it
+        raise_file_limit(ENOUGH_FILES)  # before the server starts, which inherits it
     with TemporaryDirectory(prefix="bench-") as folder:
         async with Stage(contender, Path(folder)) as stage:
             play = _hold if case.connections else _load
@@ -87,7 +87,7 @@ async def _hold(stage: Stage, case: Case, seconds: float) -> Outcome:
     server = stage.server
     if server is None:
         raise TrialError("there is no server whose connections could be counted")
-    connections = min(case.connections, raise_file_limit() - SPARE_FILES)
+    connections = min(case.connections, raise_file_limit(ENOUGH_FILES) - SPARE_FILES)
     parameters = {**part.parameters, "connections": connections}
     empty_kib, few = meters.memory_kib(server.pid), meters.open_files(server.pid)
     process = await stage.add(part.role, {**parameters, "seconds": seconds})
@@ -110,20 +110,3 @@ async def _hold(stage: Stage, case: Case, seconds: float) -> Outcome:
 
 def _server_cpu_s(stage: Stage) -> float | None:
     return None if stage.server is None else meters.cpu_s(stage.server.pid)
-
-
-def raise_file_limit() -> int:
-    """Raise this process's limit of open files, which its children inherit, as far as it goes; return it."""
-    try:
-        resource: Any = import_module("resource")
-    except ImportError:  # Windows has no such limit
-        return ENOUGH_FILES
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    limit: int = ENOUGH_FILES if hard == resource.RLIM_INFINITY else min(hard, ENOUGH_FILES)
-    if soft == resource.RLIM_INFINITY or soft >= limit:
-        return limit
-    try:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))
-    except (ValueError, OSError):  # macOS has a lower limit beside the one it tells
-        return int(soft)
-    return limit

@@ -26,6 +26,9 @@ MAPPED_BYTES: Final = 32 * 1024 * 1024
 GROWTH_BYTES: Final = 1024 * 1024
 """The heap grows by this much at a time."""
 
+MANY_FILES: Final = 2**31
+"""The limit of open files where the system has none."""
+
 
 def open_streams() -> None:
     """Open the null device as stdin, stdout and stderr where the shell has closed them (<&- >&-).
@@ -47,6 +50,31 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
     except ImportError:
         return asyncio.new_event_loop()
     return uvloop.new_event_loop()
+
+
+def raise_file_limit(wanted: int | None = None) -> int:
+    """Raise the soft limit of open files, which child processes inherit.
+
+    Args:
+        wanted: The limit that is needed. A higher one stays; None: as high as the system allows.
+
+    Returns:
+        The soft limit from now on; `MANY_FILES` where there is none.
+    """
+    try:
+        import resource  # noqa: PLC0415 - not on Windows
+    except ImportError:
+        return MANY_FILES
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    now, most = (MANY_FILES if each == resource.RLIM_INFINITY else each for each in (soft, hard))
+    limit = most if wanted is None else min(most, wanted)
+    if limit <= now:
+        return now
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))
+    except (ValueError, OSError):  # macOS has a lower limit beside the one that it reports
+        return now
+    return limit
 
 
 def configure_process() -> None:

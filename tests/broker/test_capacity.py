@@ -59,21 +59,3 @@ def test_refusals_are_logged_once_in_a_while(
     texts = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]
     assert [text.split()[1] for text in texts] == ["1", "3"]
     assert all(remedy in text for text in texts)
-
-
-def test_the_limit_of_files_is_raised_as_far_as_it_goes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The soft limit becomes the hard one; a system that will not is left alone."""
-    asked: list[tuple[int, int]] = []
-
-    def take(_: int, limits: tuple[int, int]) -> None:
-        asked.append(limits)
-
-    def refuse(_: int, limits: tuple[int, int]) -> None:
-        raise ValueError(limits)
-
-    monkeypatch.setattr(resource, "getrlimit", lambda _: (256, 9999))
-    monkeypatch.setattr(resource, "setrlimit", take)
-    capacity.raise_file_limit()
-    assert asked == [(9999, 9999)]
-    monkeypatch.setattr(resource, "setrlimit", refuse)
-    capacity.raise_file_limit()

@@ -68,3 +68,31 @@ def test_a_loop_runs_though_streams_are_closed() -> None:
     )
     command = ["/bin/sh", "-c", 'exec "$0" -c "$1" <&- >&- 2>&-', sys.executable, code]
     assert subprocess.run(command, check=False, timeout=30).returncode == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such limit")
+@pytest.mark.parametrize(
+    ("limits", "wanted", "result"),
+    [((256, 9999), None, 9999), ((256, 9999), 4096, 4096), ((256, 1024), 4096, 1024)],
+)
+def test_the_limit_of_open_files_is_raised_as_far_as_it_goes(
+    monkeypatch: pytest.MonkeyPatch, limits: tuple[int, int], wanted: int | None, result: int
+) -> None:
+    """Only upward, to the hard limit at most; a system that refuses keeps its limit."""
+    import resource  # noqa: PLC0415 - not on Windows
+
+    soft, hard = limits
+    asked: list[tuple[int, int]] = []
+
+    def take(_: int, limits: tuple[int, int]) -> None:
+        asked.append(limits)
+
+    def refuse(_: int, limits: tuple[int, int]) -> None:
+        raise ValueError(limits)
+
+    monkeypatch.setattr(resource, "getrlimit", lambda _: limits)
+    monkeypatch.setattr(resource, "setrlimit", take)
+    assert process.raise_file_limit(wanted) == result
+    assert asked == [(result, hard)]
+    monkeypatch.setattr(resource, "setrlimit", refuse)
+    assert process.raise_file_limit(wanted) == soft

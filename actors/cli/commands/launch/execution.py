@@ -9,7 +9,7 @@ import sys
 from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from actors.cli.broker_target import unknown_context
 from actors.cli.commands.launch.reports import Reports
@@ -40,6 +40,11 @@ if TYPE_CHECKING:
     from actors.launch.description.actions import DeclareLaunchArgument
     from actors.launch.description.description import LaunchDescription
     from actors.launch.planning.steps import Step
+
+
+OPEN_FILES: Final = 8192
+"""Each of `MAX_PROCESSES` has a pidfd and up to two pipes, and an embedded broker has connections. No more,
+because programs inherit the limit, and some close all files below it when they start."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -73,6 +78,7 @@ def run(options: argparse.Namespace) -> int:
             print_out(line)
         return OK
     process.configure_process()
+    process.raise_file_limit(OPEN_FILES)
     watched = library.launch_files if options.watch else None
     # What it embeds, nodes and the broker, runs as fast as in a process of its own.
     return run_async(lambda: _run(launch, watched, json=options.json), loop_factory=process.new_event_loop)
