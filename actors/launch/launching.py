@@ -143,8 +143,9 @@ class Launch:
         """Run it to its end, once. Cancelling it stops everything.
 
         Returns:
-            Whether the last run of each process ended with 0, or because the launch stopped it, and nothing
-            else has failed.
+            False if the last execution of a process that ended by itself had an exit code other than 0 or was
+            ended by a signal, or if something else failed. Executions that the launch interrupted, to stop or
+            restart a process, do not count, whatever their exit code.
 
         Raises:
             LaunchError: The description cannot be carried out. Nothing has been started.

@@ -166,7 +166,7 @@ class RunningLaunch:
         await self._wait_for(PresenceKind.SERVICE, name, timeout_sec)
 
     async def wait_for_end(self, *, timeout_sec: float | None = None) -> bool:
-        """Wait until the launch has ended; return False if the last run of a process failed.
+        """Wait until the launch has ended; return False if a process failed by itself.
 
         Raises:
             LaunchWaitError: It goes on.

@@ -301,7 +301,7 @@ async def test_a_guard_that_was_killed_is_replaced(tmp_path: Path) -> None:
             await asyncio.to_thread(pipe.read_bytes)
         a, _ = supervisor.children()
         assert a.pid is not None
-        guard = supervisor._guard._process
+        guard = supervisor._driver.guard._process
         assert guard is not None
         guard.signal(signal.SIGKILL)
         await guard.wait()
@@ -310,10 +310,10 @@ async def test_a_guard_that_was_killed_is_replaced(tmp_path: Path) -> None:
         async for event in events:
             if event.kind is ChildEventKind.STARTED:
                 break
-        fresh = supervisor._guard._process
+        fresh = supervisor._driver.guard._process
         assert fresh is not guard
         # As if the supervisor had been killed: the pipe closes.
-        supervisor._guard._close_pipe()
+        supervisor._driver.guard._close_pipe()
         assert fresh is not None
         await fresh.wait()
         both = [await anext(events) for _ in range(2)]

@@ -148,7 +148,7 @@ class Machine:
 
     @property
     def succeeded(self) -> bool:
-        """Whether the launch has not failed, nor the last run of any process."""
+        """Whether the launch has not failed, nor the last execution of any process that ended by itself."""
         return not self.failed and not self._failed_runs
 
     @property
@@ -442,11 +442,11 @@ class Machine:
             self._table.drop(process)
 
     def _note_run(self, process: ProcessEntry, outcome: Outcome) -> None:
-        """Remember whether the last run of a process failed. A signal from this launch is no failure."""
+        """Remember whether a process failed. The end of one that the launch has interrupted says nothing."""
+        if self.stopping or process.again:
+            return
         label = process.spec.label
-        # A process that stops at SIGINT or SIGTERM from the launch has a normal outcome already.
-        killed_here = outcome.signal_name == "SIGKILL" and (self.stopping or process.again)
-        if outcome.normal or killed_here:
+        if outcome.normal:
             self._failed_runs.discard(label)
         elif len(self._failed_runs) < MAX_PROCESSES:
             self._failed_runs.add(label)

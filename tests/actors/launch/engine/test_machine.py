@@ -659,15 +659,40 @@ def test_the_last_run_of_each_process_counts(code: int, *, good: bool) -> None:
     assert play.machine.succeeded is good
 
 
-@pytest.mark.parametrize(("code", "good"), [(0, True), (-9, True), (-11, False), (1, False)])
-def test_a_signal_from_the_launch_is_no_failure(code: int, *, good: bool) -> None:
-    """A process that had to be killed did not fail; one that crashed while it stopped did."""
+@pytest.mark.parametrize("code", [0, 1, -2, -9, -11])
+def test_a_process_that_the_launch_stops_does_not_fail(code: int) -> None:
+    """Whatever exit code it answers the signal with."""
     play = Play(start("a"), start("b"), End(reason="enough", after_sec=1))
     play.waits(1)
     play.ends("a-1")
     play.ends("b-1", code)
     assert play.machine.over
-    assert play.machine.succeeded is good
+    assert play.machine.succeeded
+
+
+@pytest.mark.parametrize("code", [0, 1, -9])
+def test_a_process_that_the_launch_restarts_does_not_fail(code: int) -> None:
+    """The interrupted execution does not count; the one after it does when it ends by itself."""
+    play = Play(start("a"))
+    play.does(play.machine.restart, "a-1", "changed")
+    play.ends(code=code)
+    assert play.machine.succeeded
+    play.ends(code=1)
+    assert play.machine.over
+    assert not play.machine.succeeded
+
+
+def test_an_interrupted_execution_does_not_hide_a_failure() -> None:
+    """The result is the same whether a process that died is up again when the launch ends, or not yet."""
+    for wait_sec in (0.0, 10.0):
+        play = Play(start("a", respawn=True, respawn_delay_sec=1.0))
+        play.ends(code=1)
+        play.waits(wait_sec)
+        play.does(play.machine.stop, "enough")
+        if play.machine.state("a-1") is ProcessState.UP:
+            play.ends(code=0)
+        assert play.machine.over
+        assert not play.machine.succeeded
 
 
 @pytest.mark.parametrize("code", [0, 3])
