@@ -115,6 +115,27 @@ def _key(names: str, kind: Kind, about: str, target: str = "", *, required: bool
     return Key(split, kind, about, target or split[0], required=required)
 
 
+def _element(
+    names: str,
+    about: str,
+    make: Callable[..., Action],
+    *own: Key,
+    ways: tuple[tuple[str, ...], ...] = (),
+    listed: str = "",
+) -> Element:
+    """Return an element. Spaces separate its names."""
+    return Element(names=tuple(names.split()), about=about, make=make, own=own, ways=ways, listed=listed)
+
+
+def _handler(name: str, about: str, kind: Callable[..., EventHandler], *own: Key) -> Element:
+    """Return an element for an event handler."""
+
+    def make(*, condition: Any = None, **values: Any) -> Action:
+        return RegisterEventHandler(kind(**values), condition=condition)
+
+    return _element(name, about, make, *own, _ONCE)
+
+
 _LAUNCHED: Final = (
     _key("cwd", _TEXT, "Where it runs; without it, where the launch does."),
     _key("env additional_env", Named("name", "value"), "Environment variables for it.", "additional_env"),
@@ -134,45 +155,34 @@ _LAUNCHED: Final = (
     _key("on_exit", OnExit(), "What to do when it ends: elements, or the word shutdown."),
 )
 
-_NODE: Final = Element(
-    names=("node",),
-    about="A program with a node in it: of a package, a Python file, or a class.",
-    make=Node,
-    own=(
-        _key("pkg package", _TEXT, "An installed package, with exec.", "package"),
-        _key("exec executable", _TEXT, "A program of the package.", "executable"),
-        _key("script", _TEXT, "A Python file, seen from this file's folder."),
-        _key("class", _NAME, "module:Class of a node that runs in the launch's own process.", "node"),
-        _key("name", _TEXT, "The node's name."),
-        _key("namespace", _TEXT, "The node's namespace, within the one that has been pushed."),
-        _key("parameters", ParametersKind(), "Parameters by name, files of them, or a list of both."),
-        _key("param", RosParametersKind(), "Parameters as ROS 2 lists them.", "parameters"),
-        _key("remap remappings", Pairs("from", "to"), "Names to use instead.", "remappings"),
-        _key("args arguments", Texts(split=True), "Arguments for the program.", "arguments"),
-        _key("ros_args ros_arguments", Texts(split=True), "More behind --ros-args.", "ros_arguments"),
-        *_LAUNCHED,
-    ),
+_NODE: Final = _element(
+    "node",
+    "A program with a node in it: of a package, a Python file, or a class.",
+    Node,
+    _key("pkg package", _TEXT, "An installed package, with exec.", "package"),
+    _key("exec executable", _TEXT, "A program of the package.", "executable"),
+    _key("script", _TEXT, "A Python file, seen from this file's folder."),
+    _key("class", _NAME, "module:Class of a node that runs in the launch's own process.", "node"),
+    _key("name", _TEXT, "The node's name."),
+    _key("namespace", _TEXT, "The node's namespace, within the one that has been pushed."),
+    _key("parameters", ParametersKind(), "Parameters by name, files of them, or a list of both."),
+    _key("param", RosParametersKind(), "Parameters as ROS 2 lists them.", "parameters"),
+    _key("remap remappings", Pairs("from", "to"), "Names to use instead.", "remappings"),
+    _key("args arguments", Texts(split=True), "Arguments for the program.", "arguments"),
+    _key("ros_args ros_arguments", Texts(split=True), "More behind --ros-args.", "ros_arguments"),
+    *_LAUNCHED,
     ways=(("package", "executable"), ("script",), ("node",)),
 )
 
-_EXECUTABLE: Final = Element(
-    names=("executable", "execute_process"),
-    about="Any program.",
-    make=ExecuteProcess,
-    own=(
-        _key("cmd", Texts(split=True, least=1), "The program and its arguments.", required=True),
-        _key("name", _TEXT, "For the label of its lines."),
-        _key("shell", _FLAG, "Whether /bin/sh reads the command."),
-        *_LAUNCHED,
-    ),
+_EXECUTABLE: Final = _element(
+    "executable execute_process",
+    "Any program.",
+    ExecuteProcess,
+    _key("cmd", Texts(split=True, least=1), "The program and its arguments.", required=True),
+    _key("name", _TEXT, "For the label of its lines."),
+    _key("shell", _FLAG, "Whether /bin/sh reads the command."),
+    *_LAUNCHED,
 )
-
-
-def _handler(kind: Callable[..., EventHandler]) -> Callable[..., Action]:
-    def make(*, condition: Any = None, **values: Any) -> Action:
-        return RegisterEventHandler(kind(**values), condition=condition)
-
-    return make
 
 
 _ONCE: Final = _key("once", SwitchKind(), "Whether only the first time.", "handle_once")
@@ -184,180 +194,138 @@ def _do(target: str) -> Key:
 
 
 _HANDLERS: Final = (
-    Element(
-        names=("on_process_start",),
-        about="Whenever a process starts.",
-        make=_handler(OnProcessStart),
-        own=(_TARGET, _do("on_start"), _ONCE),
+    _handler("on_process_start", "Whenever a process starts.", OnProcessStart, _TARGET, _do("on_start")),
+    _handler("on_process_exit", "Whenever a process ends.", OnProcessExit, _TARGET, _do("on_exit")),
+    _handler(
+        "on_process_io",
+        "Whenever a process writes.",
+        OnProcessIO,
+        _TARGET,
+        _key("do", _ELEMENTS, "What to do then.", "on_output"),
+        _key("stdout", _ELEMENTS, "What to do if it was stdout.", "on_stdout"),
+        _key("stderr", _ELEMENTS, "What to do if it was stderr.", "on_stderr"),
     ),
-    Element(
-        names=("on_process_exit",),
-        about="Whenever a process ends.",
-        make=_handler(OnProcessExit),
-        own=(_TARGET, _do("on_exit"), _ONCE),
+    _handler("on_shutdown", "When the launch ends.", OnShutdown, _do("on_shutdown")),
+    _handler(
+        "on_node_up",
+        "When a node is there.",
+        OnNodeUp,
+        _key("node", _TEXT, "Its name.", required=True),
+        _do("on_up"),
     ),
-    Element(
-        names=("on_process_io",),
-        about="Whenever a process writes.",
-        make=_handler(OnProcessIO),
-        own=(
-            _TARGET,
-            _key("do", _ELEMENTS, "What to do then.", "on_output"),
-            _key("stdout", _ELEMENTS, "What to do if it was stdout.", "on_stdout"),
-            _key("stderr", _ELEMENTS, "What to do if it was stderr.", "on_stderr"),
-            _ONCE,
-        ),
+    _handler(
+        "on_service_available",
+        "When a service has a server.",
+        OnServiceAvailable,
+        _key("service", _TEXT, "Its name.", required=True),
+        _do("on_available"),
     ),
-    Element(
-        names=("on_shutdown",),
-        about="When the launch ends.",
-        make=_handler(OnShutdown),
-        own=(_do("on_shutdown"), _ONCE),
-    ),
-    Element(
-        names=("on_node_up",),
-        about="When a node is there.",
-        make=_handler(OnNodeUp),
-        own=(_key("node", _TEXT, "Its name.", required=True), _do("on_up"), _ONCE),
-    ),
-    Element(
-        names=("on_service_available",),
-        about="When a service has a server.",
-        make=_handler(OnServiceAvailable),
-        own=(_key("service", _TEXT, "Its name.", required=True), _do("on_available"), _ONCE),
-    ),
-    Element(
-        names=("on_topic_published",),
-        about="When a topic has a publisher.",
-        make=_handler(OnTopicPublished),
-        own=(_key("topic", _TEXT, "Its name.", required=True), _do("on_published"), _ONCE),
+    _handler(
+        "on_topic_published",
+        "When a topic has a publisher.",
+        OnTopicPublished,
+        _key("topic", _TEXT, "Its name.", required=True),
+        _do("on_published"),
     ),
 )
 
 ELEMENTS: Final = (
-    Element(
-        names=("arg",),
-        about="An argument of this file, given as name:=value.",
-        make=DeclareLaunchArgument,
-        own=(
-            _key("name", _NAME, "What it is called.", required=True),
-            _key(
-                "default", _TEXT, "Its value when it is not given; without it, it must be.", "default_value"
-            ),
-            _key("description", PlainKind(), "For people: one line."),
-            _key("choice choices", Choices(), "What it can be.", "choices"),
-        ),
+    _element(
+        "arg",
+        "An argument of this file, given as name:=value.",
+        DeclareLaunchArgument,
+        _key("name", _NAME, "What it is called.", required=True),
+        _key("default", _TEXT, "Its value when it is not given; without it, it must be.", "default_value"),
+        _key("description", PlainKind(), "For people: one line."),
+        _key("choice choices", Choices(), "What it can be.", "choices"),
     ),
     _NODE,
     _EXECUTABLE,
-    Element(
-        names=("group",),
-        about="Elements in a scope of their own.",
-        make=GroupAction,
-        own=(
-            _key("children actions", _ELEMENTS, "What is in it.", "actions", required=True),
-            _key("scoped", SwitchKind(), "Whether what is set in it ends with it."),
-            _key("launch_configurations", Named("name", "value"), "Arguments that are set first."),
-        ),
+    _element(
+        "group",
+        "Elements in a scope of their own.",
+        GroupAction,
+        _key("children actions", _ELEMENTS, "What is in it.", "actions", required=True),
+        _key("scoped", SwitchKind(), "Whether what is set in it ends with it."),
+        _key("launch_configurations", Named("name", "value"), "Arguments that are set first."),
         listed="children",
     ),
-    Element(
-        names=("include",),
-        about="Another launch file, in a scope of its own.",
-        make=IncludeLaunchDescription,
-        own=(
-            _key(
-                "file",
-                _TEXT,
-                "A relative path is seen from this file's folder.",
-                "launch_description_source",
-                required=True,
-            ),
-            _key("arg let arguments", Named("name", "value"), "Arguments for it.", "launch_arguments"),
+    _element(
+        "include",
+        "Another launch file, in a scope of its own.",
+        IncludeLaunchDescription,
+        _key(
+            "file",
+            _TEXT,
+            "A relative path is seen from this file's folder.",
+            "launch_description_source",
+            required=True,
         ),
+        _key("arg let arguments", Named("name", "value"), "Arguments for it.", "launch_arguments"),
     ),
-    Element(
-        names=("push_ros_namespace", "push-ros-namespace", "push_namespace"),
-        about="From here on, to the end of the group or file, nodes are in this namespace.",
-        make=PushNamespace,
-        own=(_key("namespace", _TEXT, "The namespace.", required=True),),
+    _element(
+        "push_ros_namespace push-ros-namespace push_namespace",
+        "From here on, to the end of the group or file, nodes are in this namespace.",
+        PushNamespace,
+        _key("namespace", _TEXT, "The namespace.", required=True),
     ),
-    Element(
-        names=("set_env",),
-        about="From here on, to the end of the group or file, programs get this variable.",
-        make=SetEnvironmentVariable,
-        own=(
-            _key("name", _TEXT, "The variable.", required=True),
-            _key("value", _TEXT, "Its value.", required=True),
-        ),
+    _element(
+        "set_env",
+        "From here on, to the end of the group or file, programs get this variable.",
+        SetEnvironmentVariable,
+        _key("name", _TEXT, "The variable.", required=True),
+        _key("value", _TEXT, "Its value.", required=True),
     ),
-    Element(
-        names=("unset_env",),
-        about="From here on, to the end of the group or file, programs do not get this variable.",
-        make=UnsetEnvironmentVariable,
-        own=(_key("name", _TEXT, "The variable.", required=True),),
+    _element(
+        "unset_env",
+        "From here on, to the end of the group or file, programs do not get this variable.",
+        UnsetEnvironmentVariable,
+        _key("name", _TEXT, "The variable.", required=True),
     ),
-    Element(
-        names=("append_env",),
-        about="From here on, to the end of the group or file, programs get more in this variable.",
-        make=AppendEnvironmentVariable,
-        own=(
-            _key("name", _TEXT, "The variable.", required=True),
-            _key("value", _TEXT, "What is added.", required=True),
-            _key("prepend", _FLAG, "Whether it is added at the beginning."),
-            _key("separator", _TEXT, "What stands between; without it, a colon."),
-        ),
+    _element(
+        "append_env",
+        "From here on, to the end of the group or file, programs get more in this variable.",
+        AppendEnvironmentVariable,
+        _key("name", _TEXT, "The variable.", required=True),
+        _key("value", _TEXT, "What is added.", required=True),
+        _key("prepend", _FLAG, "Whether it is added at the beginning."),
+        _key("separator", _TEXT, "What stands between; without it, a colon."),
     ),
-    Element(
-        names=("let",),
-        about="From here on, to the end of the group or file, $(var NAME) is this value.",
-        make=SetLaunchConfiguration,
-        own=(
-            _key("name", _TEXT, "The argument.", required=True),
-            _key("value", _TEXT, "Its value.", required=True),
-        ),
+    _element(
+        "let",
+        "From here on, to the end of the group or file, $(var NAME) is this value.",
+        SetLaunchConfiguration,
+        _key("name", _TEXT, "The argument.", required=True),
+        _key("value", _TEXT, "Its value.", required=True),
     ),
-    Element(
-        names=("set_parameter",),
-        about="From here on, to the end of the group or file, nodes have this parameter.",
-        make=SetParameter,
-        own=(
-            _key("name", _TEXT, "The parameter.", required=True),
-            _key(
-                "value", ParameterKind(), "Its value, unless a node is given one of its own.", required=True
-            ),
-        ),
+    _element(
+        "set_parameter",
+        "From here on, to the end of the group or file, nodes have this parameter.",
+        SetParameter,
+        _key("name", _TEXT, "The parameter.", required=True),
+        _key("value", ParameterKind(), "Its value, unless a node is given one of its own.", required=True),
     ),
-    Element(
-        names=("set_remap",),
-        about="From here on, to the end of the group or file, nodes use another name.",
-        make=SetRemap,
-        own=(
-            _key("from", _TEXT, "The name.", "src", required=True),
-            _key("to", _TEXT, "The one to use instead.", "dst", required=True),
-        ),
+    _element(
+        "set_remap",
+        "From here on, to the end of the group or file, nodes use another name.",
+        SetRemap,
+        _key("from", _TEXT, "The name.", "src", required=True),
+        _key("to", _TEXT, "The one to use instead.", "dst", required=True),
     ),
-    Element(
-        names=("log", "log_info"),
-        about="A line for people.",
-        make=LogInfo,
-        own=(_key("message msg", _TEXT, "What to say.", "msg", required=True),),
+    _element(
+        "log log_info",
+        "A line for people.",
+        LogInfo,
+        _key("message msg", _TEXT, "What to say.", "msg", required=True),
     ),
-    Element(
-        names=("timer",),
-        about="Elements for later.",
-        make=TimerAction,
-        own=(
-            _key("period", _SECONDS, "In how many seconds.", required=True),
-            _key("children actions", _ELEMENTS, "What to do then.", "actions", required=True),
-        ),
+    _element(
+        "timer",
+        "Elements for later.",
+        TimerAction,
+        _key("period", _SECONDS, "In how many seconds.", required=True),
+        _key("children actions", _ELEMENTS, "What to do then.", "actions", required=True),
     ),
-    Element(
-        names=("shutdown",),
-        about="The end of the launch.",
-        make=Shutdown,
-        own=(_key("reason", _TEXT, "For people."),),
-    ),
+    _element("shutdown", "The end of the launch.", Shutdown, _key("reason", _TEXT, "For people.")),
     *_HANDLERS,
 )
 
