@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.launch.description.conditions import IfCondition, UnlessCondition
-from actors.launch.documents.kinds import FlagKind, Kind, Schema, read_mapping
+from actors.launch.documents.kinds import FLAG, Kind, Schema, read_mapping
 from actors.tools.suggestions import did_you_mean
 
 if TYPE_CHECKING:
@@ -37,8 +37,8 @@ class Key:
 
 
 _CONDITIONS: Final = (
-    Key(("if",), FlagKind(), "Only if this is true.", "condition"),
-    Key(("unless",), FlagKind(), "Only if this is false.", "condition"),
+    Key(("if",), FLAG, "Only if this is true.", "condition"),
+    Key(("unless",), FLAG, "Only if this is false.", "condition"),
 )
 
 

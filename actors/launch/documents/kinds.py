@@ -12,7 +12,7 @@ from actors.tools.suggestions import did_you_mean
 from proto.errors import escape
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from actors.launch.description.substitutions import Text
     from actors.launch.documents.errors import Spot
@@ -45,40 +45,25 @@ class Kind(ABC):
         """Return its JSON schema."""
 
 
-class TextKind(Kind):
-    """A text, with `$(…)` in it; a number or a truth value stands for its text."""
+@dataclass(frozen=True)
+class SimpleKind(Kind):
+    """A kind of value without options.
 
-    def read(self, value: object, spot: Spot) -> Text:
-        """Return the text, a substitution, or the pieces of both."""
-        return read_text(value, spot)
+    Attributes:
+        reader: Reads it.
+        pattern: Its JSON schema.
+    """
 
-    def schema(self) -> Schema:
-        """Return its JSON schema."""
-        return {"$ref": "#/definitions/text"}
+    reader: Callable[[object, Spot], Any]
+    pattern: Schema
 
-
-class PlainKind(Kind):
-    """A text that is what it is, without `$(…)`."""
-
-    def read(self, value: object, spot: Spot) -> str:
-        """Return the text."""
-        return read_plain(value, spot)
+    def read(self, value: object, spot: Spot) -> Any:
+        """Return what the action gets."""
+        return self.reader(value, spot)
 
     def schema(self) -> Schema:
         """Return its JSON schema."""
-        return {"$ref": "#/definitions/plain"}
-
-
-class NameKind(Kind):
-    """A text that must be known when the file is read."""
-
-    def read(self, value: object, spot: Spot) -> str:
-        """Return the text."""
-        return read_name(value, spot)
-
-    def schema(self) -> Schema:
-        """Return its JSON schema."""
-        return {"$ref": "#/definitions/name"}
+        return self.pattern
 
 
 @dataclass(frozen=True)
@@ -98,52 +83,6 @@ class OneOf(Kind):
     def schema(self) -> Schema:
         """Return its JSON schema."""
         return {"anyOf": [{"enum": list(self.choices)}, {"type": "string", "pattern": r"\$\("}]}
-
-
-class FlagKind(Kind):
-    """True or false, also as 1 or 0, or a text that says so."""
-
-    def read(self, value: object, spot: Spot) -> bool | Text:
-        """Return the truth value, or the text."""
-        if isinstance(value, bool | int | float) and value in {0, 1}:
-            return bool(value)
-        if not isinstance(value, str):
-            raise spot.error(f"true or false should be here, not {_what(value)}")
-        return read_text(value, spot)
-
-    def schema(self) -> Schema:
-        """Return its JSON schema."""
-        return {"anyOf": [{"type": ["boolean", "string"]}, {"enum": [0, 1]}]}
-
-
-class SwitchKind(Kind):
-    """True or false, and nothing else."""
-
-    def read(self, value: object, spot: Spot) -> bool:
-        """Return the truth value."""
-        if not isinstance(value, bool):
-            raise spot.error(f"true or false should be here, not {_what(value)}")
-        return value
-
-    def schema(self) -> Schema:
-        """Return its JSON schema."""
-        return {"type": "boolean"}
-
-
-class NumberKind(Kind):
-    """A number, or a text that says one."""
-
-    def read(self, value: object, spot: Spot) -> float | Text:
-        """Return the number, or the text."""
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            return float(value)
-        if not isinstance(value, str):
-            raise spot.error(f"a number should be here, not {_what(value)}")
-        return read_text(value, spot)
-
-    def schema(self) -> Schema:
-        """Return its JSON schema."""
-        return {"type": ["number", "string"]}
 
 
 @dataclass(frozen=True)
@@ -314,6 +253,26 @@ def read_text(value: object, spot: Spot) -> Text:
         raise spot.error(str(error)) from None
 
 
+def _read_flag(value: object, spot: Spot) -> bool | Text:
+    if isinstance(value, bool | int | float) and value in {0, 1}:
+        return bool(value)
+    return read_text(value, spot) if isinstance(value, str) else _read_switch(value, spot)
+
+
+def _read_switch(value: object, spot: Spot) -> bool:
+    if not isinstance(value, bool):
+        raise spot.error(f"true or false should be here, not {_what(value)}")
+    return value
+
+
+def _read_number(value: object, spot: Spot) -> float | Text:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    if not isinstance(value, str):
+        raise spot.error(f"a number should be here, not {_what(value)}")
+    return read_text(value, spot)
+
+
 def _words(text: str, spot: Spot) -> tuple[Text, ...]:
     try:
         return words(text)
@@ -367,3 +326,17 @@ def _what(value: object) -> str:
         return f"the text '{escape(value)}'"
     names: dict[type, str] = {type(None): "nothing", dict: "a mapping", list: "a list"}
     return names.get(type(value), f"a {type(value).__name__}; put it in quotes")
+
+
+TEXT: Final = SimpleKind(read_text, {"$ref": "#/definitions/text"})
+"""A text, with `$(…)` in it; a number or a truth value stands for its text."""
+PLAIN: Final = SimpleKind(read_plain, {"$ref": "#/definitions/plain"})
+"""A text without substitutions."""
+PLAIN_NAME: Final = SimpleKind(read_name, {"$ref": "#/definitions/name"})
+"""A text that must be known when the file is read."""
+FLAG: Final = SimpleKind(_read_flag, {"anyOf": [{"type": ["boolean", "string"]}, {"enum": [0, 1]}]})
+"""True or false, also as 1 or 0, or a text that says so."""
+SWITCH: Final = SimpleKind(_read_switch, {"type": "boolean"})
+"""True or false, and nothing else."""
+NUMBER: Final = SimpleKind(_read_number, {"type": ["number", "string"]})
+"""A number, or a text that says one."""

@@ -33,19 +33,19 @@ from actors.launch.description.event_handlers import (
 )
 from actors.launch.documents.element import Element, Key
 from actors.launch.documents.kinds import (
+    FLAG,
+    NUMBER,
+    PLAIN,
+    PLAIN_NAME,
+    SWITCH,
+    TEXT,
     BoundedNumber,
     Choices,
-    FlagKind,
     Kind,
     Named,
-    NameKind,
-    NumberKind,
     OneOf,
     Pairs,
-    PlainKind,
     Schema,
-    SwitchKind,
-    TextKind,
     Texts,
     read_list,
     read_mapping,
@@ -102,10 +102,6 @@ def _action(value: object, spot: Spot) -> Action:
     return element.read(body, spot.inner(name))
 
 
-_TEXT: Final = TextKind()
-_NAME: Final = NameKind()
-_FLAG: Final = FlagKind()
-_SECONDS: Final = NumberKind()
 _ELEMENTS: Final = Elements()
 
 
@@ -137,21 +133,21 @@ def _handler(name: str, about: str, kind: Callable[..., EventHandler], *own: Key
 
 
 _LAUNCHED: Final = (
-    _key("cwd", _TEXT, "Where it runs; without it, where the launch does."),
+    _key("cwd", TEXT, "Where it runs; without it, where the launch does."),
     _key("env additional_env", Named("name", "value"), "Environment variables for it.", "additional_env"),
-    _key("launch-prefix prefix", _TEXT, "What to start it with, such as gdb -ex run --args.", "prefix"),
+    _key("launch-prefix prefix", TEXT, "What to start it with, such as gdb -ex run --args.", "prefix"),
     _key("output", OneOf([mode.value for mode in OutputMode]), "Where its lines go."),
-    _key("emulate_tty", _FLAG, "Whether its output looks like a terminal to it."),
+    _key("emulate_tty", FLAG, "Whether its output looks like a terminal to it."),
     _key("depends_on", Texts(), "What must be there first, such as topic NAME."),
-    _key("depends_timeout", _SECONDS, "Seconds that this gets to come."),
-    _key("respawn", _FLAG, "Whether it is started again when it ends."),
-    _key("respawn_delay", _SECONDS, "Seconds until then."),
+    _key("depends_timeout", NUMBER, "Seconds that this gets to come."),
+    _key("respawn", FLAG, "Whether it is started again when it ends."),
+    _key("respawn_delay", NUMBER, "Seconds until then."),
     _key("respawn_backoff", BoundedNumber(1), "What the delay is multiplied with each time."),
-    _key("respawn_max_delay", _SECONDS, "The longest delay, in seconds."),
+    _key("respawn_max_delay", NUMBER, "The longest delay, in seconds."),
     _key("respawn_max_retries", BoundedNumber(-1, whole=True), "How often; -1: without end."),
-    _key("sigterm_timeout", _SECONDS, "Seconds after SIGINT until it gets SIGTERM."),
-    _key("sigkill_timeout", _SECONDS, "Seconds after SIGTERM until it gets SIGKILL."),
-    _key("required", _FLAG, "Whether its end is the end of the launch."),
+    _key("sigterm_timeout", NUMBER, "Seconds after SIGINT until it gets SIGTERM."),
+    _key("sigkill_timeout", NUMBER, "Seconds after SIGTERM until it gets SIGKILL."),
+    _key("required", FLAG, "Whether its end is the end of the launch."),
     _key("on_exit", OnExit(), "What to do when it ends: elements, or the word shutdown."),
 )
 
@@ -159,12 +155,12 @@ _NODE: Final = _element(
     "node",
     "A program with a node in it: of a package, a Python file, or a class.",
     Node,
-    _key("pkg package", _TEXT, "An installed package, with exec.", "package"),
-    _key("exec executable", _TEXT, "A program of the package.", "executable"),
-    _key("script", _TEXT, "A Python file, seen from this file's folder."),
-    _key("class", _NAME, "module:Class of a node that runs in the launch's own process.", "node"),
-    _key("name", _TEXT, "The node's name."),
-    _key("namespace", _TEXT, "The node's namespace, within the one that has been pushed."),
+    _key("pkg package", TEXT, "An installed package, with exec.", "package"),
+    _key("exec executable", TEXT, "A program of the package.", "executable"),
+    _key("script", TEXT, "A Python file, seen from this file's folder."),
+    _key("class", PLAIN_NAME, "module:Class of a node that runs in the launch's own process.", "node"),
+    _key("name", TEXT, "The node's name."),
+    _key("namespace", TEXT, "The node's namespace, within the one that has been pushed."),
     _key("parameters", ParametersKind(), "Parameters by name, files of them, or a list of both."),
     _key("param", RosParametersKind(), "Parameters as ROS 2 lists them.", "parameters"),
     _key("remap remappings", Pairs("from", "to"), "Names to use instead.", "remappings"),
@@ -179,14 +175,14 @@ _EXECUTABLE: Final = _element(
     "Any program.",
     ExecuteProcess,
     _key("cmd", Texts(split=True, least=1), "The program and its arguments.", required=True),
-    _key("name", _TEXT, "For the label of its lines."),
-    _key("shell", _FLAG, "Whether /bin/sh reads the command."),
+    _key("name", TEXT, "For the label of its lines."),
+    _key("shell", FLAG, "Whether /bin/sh reads the command."),
     *_LAUNCHED,
 )
 
 
-_ONCE: Final = _key("once", SwitchKind(), "Whether only the first time.", "handle_once")
-_TARGET: Final = _key("target", _NAME, "The process: its label without the number.", "target_action")
+_ONCE: Final = _key("once", SWITCH, "Whether only the first time.", "handle_once")
+_TARGET: Final = _key("target", PLAIN_NAME, "The process: its label without the number.", "target_action")
 
 
 def _do(target: str) -> Key:
@@ -210,21 +206,21 @@ _HANDLERS: Final = (
         "on_node_up",
         "When a node is there.",
         OnNodeUp,
-        _key("node", _TEXT, "Its name.", required=True),
+        _key("node", TEXT, "Its name.", required=True),
         _do("on_up"),
     ),
     _handler(
         "on_service_available",
         "When a service has a server.",
         OnServiceAvailable,
-        _key("service", _TEXT, "Its name.", required=True),
+        _key("service", TEXT, "Its name.", required=True),
         _do("on_available"),
     ),
     _handler(
         "on_topic_published",
         "When a topic has a publisher.",
         OnTopicPublished,
-        _key("topic", _TEXT, "Its name.", required=True),
+        _key("topic", TEXT, "Its name.", required=True),
         _do("on_published"),
     ),
 )
@@ -234,9 +230,9 @@ ELEMENTS: Final = (
         "arg",
         "An argument of this file, given as name:=value.",
         DeclareLaunchArgument,
-        _key("name", _NAME, "What it is called.", required=True),
-        _key("default", _TEXT, "Its value when it is not given; without it, it must be.", "default_value"),
-        _key("description", PlainKind(), "For people: one line."),
+        _key("name", PLAIN_NAME, "What it is called.", required=True),
+        _key("default", TEXT, "Its value when it is not given; without it, it must be.", "default_value"),
+        _key("description", PLAIN, "For people: one line."),
         _key("choice choices", Choices(), "What it can be.", "choices"),
     ),
     _NODE,
@@ -246,7 +242,7 @@ ELEMENTS: Final = (
         "Elements in a scope of their own.",
         GroupAction,
         _key("children actions", _ELEMENTS, "What is in it.", "actions", required=True),
-        _key("scoped", SwitchKind(), "Whether what is set in it ends with it."),
+        _key("scoped", SWITCH, "Whether what is set in it ends with it."),
         _key("launch_configurations", Named("name", "value"), "Arguments that are set first."),
         listed="children",
     ),
@@ -256,7 +252,7 @@ ELEMENTS: Final = (
         IncludeLaunchDescription,
         _key(
             "file",
-            _TEXT,
+            TEXT,
             "A relative path is seen from this file's folder.",
             "launch_description_source",
             required=True,
@@ -267,65 +263,65 @@ ELEMENTS: Final = (
         "push_ros_namespace push-ros-namespace push_namespace",
         "From here on, to the end of the group or file, nodes are in this namespace.",
         PushNamespace,
-        _key("namespace", _TEXT, "The namespace.", required=True),
+        _key("namespace", TEXT, "The namespace.", required=True),
     ),
     _element(
         "set_env",
         "From here on, to the end of the group or file, programs get this variable.",
         SetEnvironmentVariable,
-        _key("name", _TEXT, "The variable.", required=True),
-        _key("value", _TEXT, "Its value.", required=True),
+        _key("name", TEXT, "The variable.", required=True),
+        _key("value", TEXT, "Its value.", required=True),
     ),
     _element(
         "unset_env",
         "From here on, to the end of the group or file, programs do not get this variable.",
         UnsetEnvironmentVariable,
-        _key("name", _TEXT, "The variable.", required=True),
+        _key("name", TEXT, "The variable.", required=True),
     ),
     _element(
         "append_env",
         "From here on, to the end of the group or file, programs get more in this variable.",
         AppendEnvironmentVariable,
-        _key("name", _TEXT, "The variable.", required=True),
-        _key("value", _TEXT, "What is added.", required=True),
-        _key("prepend", _FLAG, "Whether it is added at the beginning."),
-        _key("separator", _TEXT, "What stands between; without it, a colon."),
+        _key("name", TEXT, "The variable.", required=True),
+        _key("value", TEXT, "What is added.", required=True),
+        _key("prepend", FLAG, "Whether it is added at the beginning."),
+        _key("separator", TEXT, "What stands between; without it, a colon."),
     ),
     _element(
         "let",
         "From here on, to the end of the group or file, $(var NAME) is this value.",
         SetLaunchConfiguration,
-        _key("name", _TEXT, "The argument.", required=True),
-        _key("value", _TEXT, "Its value.", required=True),
+        _key("name", TEXT, "The argument.", required=True),
+        _key("value", TEXT, "Its value.", required=True),
     ),
     _element(
         "set_parameter",
         "From here on, to the end of the group or file, nodes have this parameter.",
         SetParameter,
-        _key("name", _TEXT, "The parameter.", required=True),
+        _key("name", TEXT, "The parameter.", required=True),
         _key("value", ParameterKind(), "Its value, unless a node is given one of its own.", required=True),
     ),
     _element(
         "set_remap",
         "From here on, to the end of the group or file, nodes use another name.",
         SetRemap,
-        _key("from", _TEXT, "The name.", "src", required=True),
-        _key("to", _TEXT, "The one to use instead.", "dst", required=True),
+        _key("from", TEXT, "The name.", "src", required=True),
+        _key("to", TEXT, "The one to use instead.", "dst", required=True),
     ),
     _element(
         "log log_info",
         "A line for people.",
         LogInfo,
-        _key("message msg", _TEXT, "What to say.", "msg", required=True),
+        _key("message msg", TEXT, "What to say.", "msg", required=True),
     ),
     _element(
         "timer",
         "Elements for later.",
         TimerAction,
-        _key("period", _SECONDS, "In how many seconds.", required=True),
+        _key("period", NUMBER, "In how many seconds.", required=True),
         _key("children actions", _ELEMENTS, "What to do then.", "actions", required=True),
     ),
-    _element("shutdown", "The end of the launch.", Shutdown, _key("reason", _TEXT, "For people.")),
+    _element("shutdown", "The end of the launch.", Shutdown, _key("reason", TEXT, "For people.")),
     *_HANDLERS,
 )
 

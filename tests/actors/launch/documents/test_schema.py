@@ -13,16 +13,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from actors.launch.documents.kinds import (
+    FLAG,
+    NUMBER,
+    PLAIN,
+    PLAIN_NAME,
+    SWITCH,
+    TEXT,
     BoundedNumber,
     Choices,
-    FlagKind,
-    NameKind,
-    NumberKind,
     OneOf,
     Pairs,
-    PlainKind,
-    SwitchKind,
-    TextKind,
     Texts,
 )
 from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
@@ -34,6 +34,7 @@ from tests.actors.launch.documents.test_reading import ELEMENT_CASES, ERROR_CASE
 
 if TYPE_CHECKING:
     from actors.launch.documents.element import Element, Key
+    from actors.launch.documents.kinds import Kind
 
 ROOT: Final = Path(__file__).resolve().parents[4]
 MODEST: Final = settings(
@@ -103,14 +104,19 @@ def values(key: Key, depth: int) -> st.SearchStrategy[Any]:
     group = st.fixed_dictionaries({"name": names, "param": st.lists(one, max_size=2)})
     typed = st.fixed_dictionaries({"name": names, "value": texts, "type": st.sampled_from(["str", "int"])})
     ros = one | typed | group | st.fixed_dictionaries({"from": texts})
+    simple: list[tuple[Kind, st.SearchStrategy[Any]]] = [
+        (TEXT, texts),
+        (PLAIN, plain),
+        (PLAIN_NAME, plain),
+        (FLAG, st.booleans() | st.sampled_from(["true", "$(var x)", 0, 1])),
+        (SWITCH, st.booleans()),
+        (NUMBER, st.sampled_from([0, 1.5, "2", "$(var x)"])),
+    ]
+    for kind, strategy in simple:
+        if key.kind is kind:
+            return strategy
     kinds: dict[type, st.SearchStrategy[Any]] = {
-        TextKind: texts,
-        PlainKind: plain,
-        NameKind: plain,
         OneOf: st.sampled_from(["screen", "log", "$(var x)"]),
-        FlagKind: st.booleans() | st.sampled_from(["true", "$(var x)", 0, 1]),
-        SwitchKind: st.booleans(),
-        NumberKind: st.sampled_from([0, 1.5, "2", "$(var x)"]),
         BoundedNumber: st.integers(1, 9) | st.sampled_from(["2", "$(var x)"]),
         Texts: texts | st.lists(texts, min_size=1, max_size=3),
         Choices: st.lists(plain | st.fixed_dictionaries({"value": plain}), max_size=2),
