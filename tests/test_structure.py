@@ -37,7 +37,6 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "actors.parameters.store": "due in the new layout",
     "actors.parameters.store.ParameterStore": "due in the new layout",
     "actors.supervision.supervisor.Supervisor.__init__": "due in the new layout",
-    "actors.testing.launching.RunningLaunch": "due in the new layout",
     "broker.connection.Connection": "due in the new layout",
     "broker.router.Router": "due in the new layout",
     "broker.router.Router.__init__": "wires the router's parts",

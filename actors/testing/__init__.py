@@ -12,7 +12,7 @@ from actors.lazy import lazy_names
 if TYPE_CHECKING:
     from actors.testing.fault_proxy import FaultProxy as FaultProxy
     from actors.testing.fault_proxy import ProxiedConnection as ProxiedConnection
-    from actors.testing.launching import LaunchWaitError as LaunchWaitError
+    from actors.testing.launch_run import LaunchWaitError as LaunchWaitError
     from actors.testing.launching import RunningLaunch as RunningLaunch
     from actors.testing.launching import launch as launch
     from actors.testing.link_faults import Direction as Direction
@@ -29,8 +29,8 @@ __getattr__, __dir__ = lazy_names(
             "FaultProxy",
             "ProxiedConnection",
         ),
+        "actors.testing.launch_run": ("LaunchWaitError",),
         "actors.testing.launching": (
-            "LaunchWaitError",
             "RunningLaunch",
             "launch",
         ),

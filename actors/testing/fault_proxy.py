@@ -1,4 +1,4 @@
-"""A TCP proxy that stands between nodes and their broker and breaks what goes through it, on demand.
+"""A TCP proxy between nodes and their broker that breaks connections on demand.
 
     async with FaultProxy(broker.url) as proxy, Node("far", url=proxy.url) as node:
         proxy.delay(0.1)
@@ -6,8 +6,8 @@
         proxy.heal()
         proxy.reset()
 
-It works on plain sockets, so that it decides itself when it reads, and holds little. The bytes of a direction
-keep their order whatever happens.
+It uses plain sockets, so that it controls when it reads and buffers little. The bytes of one direction always
+keep their order.
 """
 
 from __future__ import annotations
@@ -22,66 +22,73 @@ from random import Random
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from actors.errors import WaitTimeout
+from actors.testing.changes import ChangeSignal
 from actors.testing.link_faults import Direction, Faults, LinkFaults
 from actors.testing.pipe import Pipe
 from proto.url import BrokerUrl, parse_url
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from types import TracebackType
 
 BACKLOG: Final = 128
 
 MAX_CONNECTIONS: Final = 400
-"""At a time; more are refused. Each takes two of a process's descriptors, of which there may be 1024."""
+"""Open at a time; more are refused. Each takes two descriptors, and a process often has 1024."""
 
 KERNEL_BYTES: Final = 64 * 1024
-"""What the kernel is asked to hold in each of a socket's buffers. (Linux doubles it.)"""
+"""Requested size of each kernel buffer of a socket. (Linux doubles it.)"""
 
 _LINGER_ZERO: Final = struct.pack("hh" if os.name == "nt" else "ii", 1, 0)
-"""Closing with this drops what is unsent and sends a reset."""
+"""Closing with this option drops unsent bytes and sends a reset."""
 
-_WAYS: Final = (Direction.TO_BROKER, Direction.TO_NODE)
+_DIRECTIONS: Final = (Direction.TO_BROKER, Direction.TO_NODE)
 
 
 class ProxiedConnection(Faults):
-    """One node's connection through the proxy. Its faults are its own; the proxy's later ones go over them.
+    """One node's connection through the proxy. Later faults of the proxy replace its own.
 
     Attributes:
-        number: Which it is of the proxy's connections, from 1.
-        is_open: False when both sides are closed.
+        number: Its number among the proxy's connections, from 1.
+        is_open: False once both sides are closed.
         was_reset: Whether `reset` has cut it.
-        was_unreachable: Whether there was no broker behind it.
+        was_unreachable: Whether the proxy could not connect to the broker.
     """
 
-    def __init__(self, number: int, node: socket.socket, pipes: dict[Direction, Pipe]) -> None:
+    def __init__(self, number: int, _node: socket.socket, _pipes: dict[Direction, Pipe]) -> None:
         self.number = number
         self.is_open = True
         self.was_reset = False
         self.was_unreachable = False
-        self._node = node
+        self._node = _node
         self._broker: socket.socket | None = None
-        self._pipes = pipes
+        self._pipes = _pipes
         self._task: asyncio.Task[None] | None = None
         self._cut = False
 
     def start(self, group: asyncio.TaskGroup, target: BrokerUrl, on_end: Callable[[], None]) -> None:
-        """Connect to the broker and carry bytes, in a task of the proxy's."""
+        """Connect to the broker and carry bytes; the proxy calls this.
+
+        Args:
+            group: The proxy's tasks.
+            target: The broker.
+            on_end: Called when both sides are closed.
+        """
         self._task = group.create_task(self._run(target))
-        self._task.add_done_callback(lambda _: self._close())  # also if it never came to run
+        self._task.add_done_callback(lambda _: self._close())  # also if it was cancelled before it ran
         self._task.add_done_callback(lambda _: on_end())
 
     async def _run(self, target: BrokerUrl) -> None:
         try:
-            self._broker = await _dial(target)
+            self._broker = await _connect(target)
         except OSError:
             self._cut = self.was_unreachable = True
             return
         try:
-            async with asyncio.TaskGroup() as ways:
-                ways.create_task(self._pipes[Direction.TO_BROKER].run(self._node, self._broker))
-                ways.create_task(self._pipes[Direction.TO_NODE].run(self._broker, self._node))
-        except* OSError:  # one side broke: so does the other
+            async with asyncio.TaskGroup() as group:
+                group.create_task(self._pipes[Direction.TO_BROKER].run(self._node, self._broker))
+                group.create_task(self._pipes[Direction.TO_NODE].run(self._broker, self._node))
+        except* OSError:  # one side broke; break the other too
             self._cut = True
 
     def _close(self) -> None:
@@ -90,49 +97,67 @@ class ProxiedConnection(Faults):
         if self._broker is not None:
             _close(self._broker, reset=self._cut)
 
+    def _pipes_of(self, direction: Direction) -> Iterator[Pipe]:
+        return (pipe for each, pipe in self._pipes.items() if each in direction)
+
     def forwarded_bytes(self, direction: Direction = Direction.BOTH) -> int:
-        """Return how many bytes have been passed on so far."""
-        return sum(pipe.forwarded_bytes for way, pipe in self._pipes.items() if way in direction)
+        """Return how many bytes have been passed on so far.
+
+        Args:
+            direction: Which bytes.
+        """
+        return sum(pipe.forwarded_bytes for pipe in self._pipes_of(direction))
 
     def held_bytes(self, direction: Direction = Direction.BOTH) -> int:
-        """Return how many bytes have been read and not passed on: `pipe.HELD_BYTES` at most, each way."""
-        return sum(pipe.held_bytes for way, pipe in self._pipes.items() if way in direction)
+        """Return how many bytes have been read and not passed on: `pipe.HELD_BYTES` at most per direction.
+
+        Args:
+            direction: Which bytes.
+        """
+        return sum(pipe.held_bytes for pipe in self._pipes_of(direction))
 
     def half_close(self, *, direction: Direction) -> None:
-        """End one direction; see `Faults.half_close`."""
-        for way, pipe in self._pipes.items():
-            if way in direction:
-                pipe.end()
+        """End one direction; see `Faults.half_close`.
+
+        Args:
+            direction: Which one.
+        """
+        for pipe in self._pipes_of(direction):
+            pipe.end()
 
     def reset(self) -> None:
-        """Cut both sides; see `Faults.reset`. Once it is closed this does nothing."""
+        """Cut both sides; see `Faults.reset`. Does nothing on a closed connection."""
         if self._task is not None and self.is_open:
             self._cut = self.was_reset = True
             self._task.cancel()
 
     def close(self) -> None:
-        """Close both sides without a reset; what is under way is lost."""
+        """Close both sides without a reset; bytes in transit are lost."""
         if self._task is not None:
             self._task.cancel()
 
     def change(self, direction: Direction, **changes: Any) -> None:
-        """Change fields of the weather of these directions."""
-        for way, pipe in self._pipes.items():
-            if way in direction:
-                pipe.change(**changes)
+        """Change the faults of one or both directions; see `Faults.change`.
+
+        Args:
+            direction: Which bytes.
+            changes: New values of fields of `LinkFaults`.
+        """
+        for pipe in self._pipes_of(direction):
+            pipe.change(**changes)
 
 
 class FaultProxy(Faults):
-    """Listens on a free port of 127.0.0.1 while it is entered. Faults are for all connections and later ones.
+    """Listens on a free port of 127.0.0.1 while entered. Its faults apply to open and later connections.
 
     Args:
-        target_url: The broker behind it, TCP or unix. It need not be there yet.
-        seed: Decides the jitter: the same seed gives the same one to the same connection.
+        target_url: The broker's URL, TCP or unix. The broker may start later.
+        seed: Seed of the jitter; the same seed gives the same connection the same jitter.
 
     Attributes:
-        accepted: Connections that came so far, refused ones not counted.
-        refused: Connections closed at once: after `refuse`, with no broker behind, over `MAX_CONNECTIONS`.
-        resets: Connections that `reset` has cut.
+        accepted: Connections so far, without refused ones.
+        refused: Connections closed at once: after `refuse`, without a broker, or over `MAX_CONNECTIONS`.
+        resets: Connections cut by `reset`.
 
     Raises:
         InvalidUrlError: The URL cannot be read.
@@ -144,34 +169,36 @@ class FaultProxy(Faults):
         self.resets = 0
         self._target = parse_url(target_url)
         self._seed = seed
-        self._link_faults = dict.fromkeys(_WAYS, LinkFaults())
+        self._link_faults = dict.fromkeys(_DIRECTIONS, LinkFaults())
         self._refusing = False
         self._connections: dict[ProxiedConnection, None] = {}
-        self._past_bytes = dict.fromkeys(_WAYS, 0)
-        """Passed on by connections that have ended."""
+        self._past_bytes = dict.fromkeys(_DIRECTIONS, 0)
+        """Passed on by ended connections."""
         self._group: asyncio.TaskGroup | None = None
         self._accepting: asyncio.Task[None] | None = None
         self._listener: socket.socket | None = None
-        self._waiters: dict[asyncio.Event, None] = {}
+        self._changes = ChangeSignal()
 
     @property
     def url(self) -> str:
-        """What nodes take for the broker's URL. RuntimeError if it does not listen."""
+        """The proxy's own URL, for nodes; RuntimeError while it does not listen."""
         if self._listener is None:
             raise RuntimeError("The proxy is not listening: use `async with FaultProxy(url) as proxy:`")
         return str(BrokerUrl(*self._listener.getsockname()))
 
     @property
     def connections(self) -> tuple[ProxiedConnection, ...]:
-        """Those that are open, the oldest first."""
+        """The open connections, the oldest first."""
         return tuple(self._connections)
 
     def forwarded_bytes(self, direction: Direction = Direction.BOTH) -> int:
-        """Return how many bytes have been passed on so far, on all connections there were."""
-        past = sum(size for way, size in self._past_bytes.items() if way in direction)
-        return past + sum(connection.forwarded_bytes(direction) for connection in self._connections)
+        """Return how many bytes have been passed on so far, on all connections, ended ones too.
 
-    # Its life
+        Args:
+            direction: Which bytes.
+        """
+        past = sum(size for each, size in self._past_bytes.items() if each in direction)
+        return past + sum(connection.forwarded_bytes(direction) for connection in self._connections)
 
     async def __aenter__(self) -> Self:
         """Listen."""
@@ -208,22 +235,22 @@ class FaultProxy(Faults):
         while True:
             try:
                 node, _ = await loop.sock_accept(listener)
-            except ConnectionError:  # it has gone again already
+            except ConnectionError:  # the client has already gone
                 continue
             if self._refusing or len(self._connections) >= MAX_CONNECTIONS:
                 self.refused += 1
                 _close(node, reset=True)
             else:
                 self._admit(node)
-            self._wake()
+            self._changes.notify()
 
     def _admit(self, node: socket.socket) -> None:
         assert self._group is not None
         self.accepted += 1
         number = self.accepted
         pipes = {
-            way: Pipe(link_faults, Random(f"{self._seed} {number} {way}"), self._wake)  # noqa: S311
-            for way, link_faults in self._link_faults.items()
+            each: Pipe(link_faults, Random(f"{self._seed} {number} {each}"), self._changes.notify)  # noqa: S311
+            for each, link_faults in self._link_faults.items()
         }
         connection = ProxiedConnection(number, node, pipes)
         self._connections[connection] = None
@@ -231,19 +258,17 @@ class FaultProxy(Faults):
 
     def _ended(self, connection: ProxiedConnection) -> None:
         del self._connections[connection]
-        for way in _WAYS:
-            self._past_bytes[way] += connection.forwarded_bytes(way)
+        for each in _DIRECTIONS:
+            self._past_bytes[each] += connection.forwarded_bytes(each)
         if connection.was_reset:
             self.resets += 1
         elif connection.was_unreachable:
             self.accepted -= 1
             self.refused += 1
-        self._wake()
-
-    # Its faults
+        self._changes.notify()
 
     def refuse(self) -> None:
-        """Reset every new connection at once, as if no broker were there; the others stay."""
+        """Reset every new connection at once, as if there were no broker; open ones stay."""
         self._refusing = True
 
     def reset(self) -> None:
@@ -252,49 +277,52 @@ class FaultProxy(Faults):
             connection.reset()
 
     def half_close(self, *, direction: Direction) -> None:
-        """End one direction of every connection; see `Faults.half_close`."""
+        """End one direction of every connection; see `Faults.half_close`.
+
+        Args:
+            direction: Which one.
+        """
         for connection in self._connections:
             connection.half_close(direction=direction)
 
     def heal(self, *, direction: Direction = Direction.BOTH) -> None:
-        """End every delay, drip and black hole, and for both directions also `refuse`."""
+        """End every delay, drip and black hole, and for both directions also `refuse`.
+
+        Args:
+            direction: Which bytes.
+        """
         super().heal(direction=direction)
         if direction is Direction.BOTH:
             self._refusing = False
 
     def change(self, direction: Direction, **changes: Any) -> None:
-        """Change fields of the weather of these directions, for all connections and later ones."""
-        for way in _WAYS:
-            if way in direction:
-                self._link_faults[way] = replace(self._link_faults[way], **changes)
+        """Change the faults of one or both directions, for all connections and later ones.
+
+        Args:
+            direction: Which bytes.
+            changes: New values of fields of `LinkFaults`.
+        """
+        for each in _DIRECTIONS:
+            if each in direction:
+                self._link_faults[each] = replace(self._link_faults[each], **changes)
         for connection in self._connections:
             connection.change(direction, **changes)
 
-    # Waiting for it
-
     async def wait_until(self, condition: Callable[[], object], timeout_sec: float = 20.0) -> None:
-        """Wait until the condition holds; it is looked at whenever a connection or a byte count has changed.
+        """Wait until a condition holds.
+
+        Args:
+            condition: Called at once and after each change of a connection or a byte count.
+            timeout_sec: Deadline in seconds.
 
         Raises:
             WaitTimeout: It did not hold in time.
         """
-        looks = asyncio.Event()
-        self._waiters[looks] = None
         try:
             async with asyncio.timeout(timeout_sec):
-                while not condition():
-                    looks.clear()
-                    await looks.wait()
+                await self._changes.wait_for(lambda: True if condition() else None)
         except TimeoutError:
-            raise WaitTimeout(
-                f"What was waited for at the proxy did not happen in {timeout_sec:g} s"
-            ) from None
-        finally:
-            del self._waiters[looks]
-
-    def _wake(self) -> None:
-        for looks in self._waiters:
-            looks.set()
+            raise WaitTimeout(f"The condition at the proxy did not hold within {timeout_sec:g} s") from None
 
 
 def _listen() -> socket.socket:
@@ -306,9 +334,9 @@ def _listen() -> socket.socket:
     return listener
 
 
-async def _dial(target: BrokerUrl) -> socket.socket:
-    """Connect to the broker, by IPv4 if it has a name."""
-    place: str | tuple[str, int] = target.path or (target.host, target.port)
+async def _connect(target: BrokerUrl) -> socket.socket:
+    """Connect to the broker; a host name is resolved to IPv4."""
+    address: str | tuple[str, int] = target.path or (target.host, target.port)
     family = socket.AF_INET6 if ":" in target.host else socket.AF_INET
     if target.path:
         family = socket.AF_UNIX
@@ -316,7 +344,7 @@ async def _dial(target: BrokerUrl) -> socket.socket:
     try:
         sock.setblocking(False)  # noqa: FBT003 - socket's own
         _tune(sock)
-        await asyncio.get_running_loop().sock_connect(sock, place)
+        await asyncio.get_running_loop().sock_connect(sock, address)
     except BaseException:
         sock.close()
         raise
@@ -324,7 +352,7 @@ async def _dial(target: BrokerUrl) -> socket.socket:
 
 
 def _tune(sock: socket.socket) -> None:
-    """Pass small things on at once, and let the kernel hold little; what is accepted inherits this."""
+    """Send small pieces at once and keep kernel buffers small; accepted sockets inherit this."""
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, KERNEL_BYTES)
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_BYTES)
     if sock.family in {socket.AF_INET, socket.AF_INET6}:

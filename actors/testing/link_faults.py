@@ -1,15 +1,15 @@
-"""What a proxied connection's bytes go through, and in which direction."""
+"""Faults of a proxied connection: their state per direction, and the methods that switch them."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import Flag
 from typing import Any
 
 
 class Direction(Flag):
-    """Which way bytes travel."""
+    """The direction in which bytes travel."""
 
     TO_BROKER = 1
     TO_NODE = 2
@@ -18,25 +18,30 @@ class Direction(Flag):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LinkFaults:
-    """The faults of one direction. As it is made, there are none."""
+    """The faults of one direction; by default there are none."""
 
     delay_sec: float = 0.0
     jitter_sec: float = 0.0
-    """At most so much is added to the delay, by chance."""
+    """Upper limit of a random addition to the delay."""
     drip_bytes: int | None = None
-    """At most so many bytes at a time ..."""
+    """At most so many bytes at a time; None: unlimited."""
     drip_every_sec: float = 0.0
-    """... and so long between two times."""
+    """Time between two such pieces."""
     black_hole: bool = False
 
 
 class Faults(ABC):
-    """Faults that can be switched at any time; each stays until it is changed or healed."""
+    """Faults that can be switched at any time; each lasts until it is changed or healed."""
 
     def delay(self, sec: float, *, jitter_sec: float = 0.0, direction: Direction = Direction.BOTH) -> None:
-        """Let every byte arrive `sec` later, and up to `jitter_sec` more by chance; their order stays.
+        """Delay every byte; the order is kept.
 
-        What is under way is bounded (`pipe.HELD_BYTES`), as a TCP window is: so much per delay goes through.
+        At most `pipe.HELD_BYTES` are in transit, as in a TCP window, so throughput is at most this per delay.
+
+        Args:
+            sec: The delay in seconds.
+            jitter_sec: Upper limit of a random addition to it.
+            direction: Which bytes.
 
         Raises:
             ValueError: A time is negative.
@@ -46,7 +51,12 @@ class Faults(ABC):
         self.change(direction, delay_sec=sec, jitter_sec=jitter_sec)
 
     def drip(self, size_bytes: int, *, every_sec: float, direction: Direction = Direction.BOTH) -> None:
-        """Let through at most `size_bytes` every `every_sec` seconds: a slow line, or torn frames.
+        """Limit the rate: a slow line, or frames in pieces.
+
+        Args:
+            size_bytes: Most bytes to pass on at a time.
+            every_sec: Seconds between two such pieces.
+            direction: Which bytes.
 
         Raises:
             ValueError: The size is not positive, or the time negative.
@@ -56,31 +66,45 @@ class Faults(ABC):
         self.change(direction, drip_bytes=size_bytes, drip_every_sec=every_sec)
 
     def black_hole(self, *, direction: Direction = Direction.BOTH) -> None:
-        """Let nothing through and read nothing, as a cut cable does; nobody is told.
+        """Pass on nothing and read nothing, as a cut cable does; neither side gets an error.
 
-        No byte is lost: TCP sends again what is not acknowledged, so when healed, everything arrives.
+        No byte is lost: TCP retransmits, so everything arrives after `heal`.
+
+        Args:
+            direction: Which bytes.
         """
         self.change(direction, black_hole=True)
 
     def heal(self, *, direction: Direction = Direction.BOTH) -> None:
-        """End every delay, drip and black hole. What has been closed or reset stays so."""
-        fair = LinkFaults()
-        self.change(direction, **{name: getattr(fair, name) for name in LinkFaults.__slots__})
+        """End every delay, drip and black hole. Closed or reset connections stay closed.
+
+        Args:
+            direction: Which bytes.
+        """
+        self.change(direction, **asdict(LinkFaults()))
 
     @abstractmethod
     def half_close(self, *, direction: Direction) -> None:
-        """End one direction: its receiver reads what is under way and then the end of the stream.
+        """End one direction: its receiver reads the bytes in transit and then the end of the stream.
 
-        What the sender sends from now on is thrown away.
+        Later bytes of the sender are discarded.
+
+        Args:
+            direction: Which one.
         """
 
     @abstractmethod
     def reset(self) -> None:
-        """Cut both sides with a TCP reset within the next loop turns; what is under way is lost.
+        """Cut both sides with a TCP reset within the next loop turns; bytes in transit are lost.
 
-        A unix socket knows no reset: its side ends without one.
+        Unix sockets have no reset: their side is closed.
         """
 
     @abstractmethod
     def change(self, direction: Direction, **changes: Any) -> None:
-        """Change fields of the weather of these directions."""
+        """Change the faults of one or both directions.
+
+        Args:
+            direction: Which bytes.
+            changes: New values of fields of `LinkFaults`.
+        """

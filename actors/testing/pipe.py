@@ -1,4 +1,4 @@
-"""One direction of a proxied connection: reads, holds a little, and passes it on as its weather says."""
+"""One direction of a proxied connection: reads, buffers a little, and passes it on as its faults allow."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ if TYPE_CHECKING:
     from actors.testing.link_faults import LinkFaults
 
 HELD_BYTES: Final = 64 * 1024
-"""Read and not yet passed on, at most; the kernel's buffers hold some more before and behind."""
+"""Limit of bytes that were read and not passed on; the kernel's buffers hold more on both sides."""
 
 PIECE_BYTES: Final = 16 * 1024
-"""Read or written in one go: what a black hole may still find on its way out."""
+"""Limit of one read or write; so much may still leave after a black hole has begun."""
 
 
 class _Chunk(NamedTuple):
-    """What one read has brought; no data means the end of the stream."""
+    """The data of one read; none means the end of the stream."""
 
     data: bytes
-    came_at: float
-    chance: float
-    """Its part of the jitter, 0 to 1."""
+    read_at: float
+    jitter_factor: float
+    """Part of `jitter_sec` to apply, 0 to 1."""
 
 
 class Pipe:
-    """Bytes on their way from one socket to the other.
+    """Carries bytes from one socket to the other.
 
     Args:
-        link_faults: What they go through; `change` changes it at any time.
-        random: Decides the jitter.
-        on_progress: Called when bytes have come or been passed on.
+        link_faults: The faults at the start.
+        random: Source of the jitter.
+        on_progress: Called when bytes were read or passed on.
 
     Attributes:
-        forwarded_bytes: Passed on so far.
-        held_bytes: Read and not passed on.
+        forwarded_bytes: Bytes passed on so far.
+        held_bytes: Bytes that were read and not passed on.
     """
 
     def __init__(self, link_faults: LinkFaults, random: Random, on_progress: Callable[[], None]) -> None:
@@ -54,17 +54,17 @@ class Pipe:
         self._chunks: deque[_Chunk] = deque()
         self._ended = False
         self._sent_at = -math.inf
-        self._reader_looks = asyncio.Event()
-        self._writer_looks = asyncio.Event()
+        self._reader_wakeup = asyncio.Event()
+        self._writer_wakeup = asyncio.Event()
 
     def change(self, **changes: Any) -> None:
-        """Change the weather, also for what is under way."""
+        """Change the faults, also for bytes in transit."""
         self._link_faults = replace(self._link_faults, **changes)
-        self._reader_looks.set()
-        self._writer_looks.set()
+        self._reader_wakeup.set()
+        self._writer_wakeup.set()
 
     def end(self) -> None:
-        """End the stream after what is under way; what comes later is thrown away."""
+        """End the stream after the bytes in transit; later ones are discarded."""
         if not self._ended:
             self._ended = True
             self._hold(b"")
@@ -73,11 +73,11 @@ class Pipe:
         now = asyncio.get_running_loop().time()
         self._chunks.append(_Chunk(data, now, self._random.random()))
         self.held_bytes += len(data)
-        self._writer_looks.set()
+        self._writer_wakeup.set()
         self._on_progress()
 
     async def run(self, source: socket.socket, sink: socket.socket) -> None:
-        """Carry bytes until the source has ended and everything is passed on.
+        """Carry bytes until the source has ended and all of them are passed on.
 
         Raises:
             ExceptionGroup: Of OSErrors: one of the sockets broke.
@@ -90,8 +90,8 @@ class Pipe:
         loop = asyncio.get_running_loop()
         while True:
             while self._link_faults.black_hole or self.held_bytes >= HELD_BYTES:
-                self._reader_looks.clear()
-                await self._reader_looks.wait()
+                self._reader_wakeup.clear()
+                await self._reader_wakeup.wait()
             data = await loop.sock_recv(source, min(PIECE_BYTES, HELD_BYTES - self.held_bytes))
             if not data:
                 self.end()
@@ -103,10 +103,10 @@ class Pipe:
         loop = asyncio.get_running_loop()
         while True:
             while (wait_s := self._wait_s(loop.time())) > 0:
-                self._writer_looks.clear()
+                self._writer_wakeup.clear()
                 with suppress(TimeoutError):
                     async with asyncio.timeout(None if math.isinf(wait_s) else wait_s):
-                        await self._writer_looks.wait()
+                        await self._writer_wakeup.wait()
             piece = self._take(loop.time())
             if not piece:
                 break
@@ -114,13 +114,13 @@ class Pipe:
             self._sent_at = loop.time()
             self.held_bytes -= len(piece)
             self.forwarded_bytes += len(piece)
-            self._reader_looks.set()
+            self._reader_wakeup.set()
             self._on_progress()
-        with suppress(OSError):  # its receiver may have gone by itself
+        with suppress(OSError):  # the receiver may have closed it
             sink.shutdown(socket.SHUT_WR)
 
     def _wait_s(self, now: float) -> float:
-        """Return how long the next piece has to wait still; infinite if for a change."""
+        """Return the seconds until the next piece may leave; infinite if only a change can allow it."""
         link_faults = self._link_faults
         if link_faults.black_hole or not self._chunks:
             return math.inf
@@ -131,10 +131,10 @@ class Pipe:
 
     def _due_at(self, chunk: _Chunk) -> float:
         link_faults = self._link_faults
-        return chunk.came_at + link_faults.delay_sec + link_faults.jitter_sec * chunk.chance
+        return chunk.read_at + link_faults.delay_sec + link_faults.jitter_sec * chunk.jitter_factor
 
     def _take(self, now: float) -> bytes:
-        """Take out what may leave together; nothing means that the stream ends here."""
+        """Remove the bytes that may leave together; none means the end of the stream."""
         most = min(PIECE_BYTES, self._link_faults.drip_bytes or PIECE_BYTES)
         parts: list[bytes] = []
         size = 0

@@ -4,8 +4,8 @@
         async with AdderNode():
             ...
 
-pytest loads this module in every run of everybody who has callboard installed, so it loads nothing of
-callboard until a fixture is used, and it is silent when pytest-asyncio, which the fixtures need, is missing.
+pytest loads this module in every run wherever callboard is installed, so it imports nothing of callboard
+until a fixture is used, and a missing pytest-asyncio is an error only in tests that use a fixture.
 """
 
 from __future__ import annotations
@@ -27,29 +27,32 @@ else:
     try:
         from pytest_asyncio import fixture as async_fixture
     except ImportError:
-        async_fixture = pytest.fixture  # what it decorates never comes to run: see _pytest_asyncio
+        async_fixture = pytest.fixture  # these fixtures never run: see _pytest_asyncio
 
 CONNECT_TIMEOUT_SEC = 20.0
-"""The broker is there: only a very busy machine needs a part of this."""
+"""The broker runs already: only a very busy machine needs more than a moment."""
 
 STOP_TIMEOUT_SEC = 1.0
-"""A node of a test that is over need not wait long for a broker that a fault keeps away."""
+"""Short, because after a test a node need not wait for a broker that a fault makes unreachable."""
 
 
 class NodeFactory(Protocol):
-    """What the fixture `make_node` is."""
+    """Type of the fixture `make_node`."""
 
     async def __call__(self, name: str, **options: Any) -> Node:
         """Start a node and wait until it is in the graph.
 
         Args:
             name: Its name.
-            options: As for `actors.Node`. Unless they say something else, it goes to the test's broker and
-                takes nothing from the command line.
+            options: As for `actors.Node`; by default it connects to the test's broker and ignores the command
+                line.
+
+        Returns:
+            The node, entered.
 
         Raises:
-            BrokerUnreachable: There was no connection in time. With `connect_timeout_sec=None` it does not
-                wait for one.
+            BrokerUnreachable: It did not connect in time. With `connect_timeout_sec=None` it does not wait
+                for a connection.
             NodeNameTaken: The broker has a node of this name.
         """
         ...
@@ -57,7 +60,7 @@ class NodeFactory(Protocol):
 
 @pytest.fixture
 def _pytest_asyncio(pytestconfig: pytest.Config) -> None:
-    """Say what is missing before pytest finds an asynchronous fixture that nobody runs."""
+    """Fail with the name of the missing package, before pytest reports an unhandled async fixture."""
     if not pytestconfig.pluginmanager.hasplugin("asyncio"):
         pytest.fail(
             "callboard's fixtures need pytest-asyncio: pip install 'callboard[testing]'", pytrace=False
@@ -66,7 +69,7 @@ def _pytest_asyncio(pytestconfig: pytest.Config) -> None:
 
 @pytest.fixture
 def broker_options() -> BrokerOptions:
-    """The options of the fixture `broker`. Override it for others; `port=0` takes a free port."""
+    """The options of the fixture `broker`; override it to change them. `port=0` takes a free port."""
     from broker import BrokerOptions  # noqa: PLC0415
 
     return BrokerOptions(port=0)
@@ -76,10 +79,10 @@ def broker_options() -> BrokerOptions:
 async def broker(
     _pytest_asyncio: None, broker_options: BrokerOptions, monkeypatch: pytest.MonkeyPatch
 ) -> AsyncIterator[Broker]:
-    """A running broker of the test's own.
+    """A running broker for this test.
 
-    CALLBOARD_URL says where it is while the test runs, so that nodes and processes which are told nothing
-    find it. The other CALLBOARD variables of the environment are away.
+    CALLBOARD_URL is its URL while the test runs, so that nodes and processes find it by default. The other
+    CALLBOARD variables of the environment are removed.
     """
     from actors.config import environment  # noqa: PLC0415
     from broker import Broker  # noqa: PLC0415
@@ -93,7 +96,7 @@ async def broker(
 
 @async_fixture
 async def make_node(broker: Broker) -> AsyncIterator[NodeFactory]:
-    """Start nodes, as many as wanted, in the test; they stop when it ends. See `NodeFactory`."""
+    """A function that starts nodes, which stop when the test ends. See `NodeFactory`."""
     from actors.node.node import Node  # noqa: PLC0415
 
     defaults: dict[str, Any] = {
@@ -109,7 +112,7 @@ async def make_node(broker: Broker) -> AsyncIterator[NodeFactory]:
             async with AsyncExitStack() as starting:
                 node = await starting.enter_async_context(Node(name, **{**defaults, **options}))
                 if node.connected:
-                    await node.get_graph()  # the answer contains the node: everybody can see it now
+                    await node.get_graph()  # the reply contains the node, so everybody can see it now
                 stack.push_async_exit(starting.pop_all())
             return node
 
@@ -118,13 +121,13 @@ async def make_node(broker: Broker) -> AsyncIterator[NodeFactory]:
 
 @async_fixture
 async def node(make_node: NodeFactory) -> Node:
-    """A running node, connected to the broker. Its name is "test_node"."""
+    """A running node named "test_node", connected to the broker."""
     return await make_node("test_node")
 
 
 @async_fixture
 async def fault_proxy(broker: Broker) -> AsyncIterator[FaultProxy]:
-    """A proxy before the broker. Only who is told its `url` goes through it."""
+    """A proxy in front of the broker, for nodes that use its `url`."""
     from actors.testing.fault_proxy import FaultProxy  # noqa: PLC0415
 
     async with FaultProxy(broker.url) as running:

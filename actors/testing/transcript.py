@@ -1,7 +1,7 @@
-"""The transcript of a launch: what its processes have written, and what has become of them.
+"""The transcript of a launch: the output and the states of its processes.
 
-It is bounded: what is over a limit goes, the oldest first, and lines that have gone are counted. A line that
-somebody waits for is looked for as it comes, so that it is found however much comes with it.
+It is bounded: beyond a limit the oldest lines are dropped, and counted. Searches see each line when it
+arrives, so that they find lines that are dropped at once.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ if TYPE_CHECKING:
 
 MAX_LINES: Final = 10_000
 MAX_BYTES: Final = 4 * 1024 * 1024
-"""What the lines that are kept were long, all together."""
+"""Total size of the kept lines."""
 MAX_PROCESSES: Final = 2000
-"""Twice what a launch may run at a time. Beyond it those that have ended are forgotten."""
+"""Twice what a launch may run at a time. Beyond it ended processes are forgotten."""
 LAUNCH: Final = "launch"
-"""The label of what the launch itself says."""
+"""The label of the launch's own lines."""
 
 
 class ProcessState(Enum):
-    """Where a process of a launch is in its life."""
+    """The state of a process of a launch."""
 
     WAITING = "waiting"
-    """For what it depends on."""
+    """Its dependencies are not there yet."""
     RUNNING = "running"
     RESTARTING = "restarting"
-    """It has ended, and will be started again."""
+    """It has ended and will be started again."""
     ENDED = "ended"
 
 
@@ -46,16 +46,16 @@ class ProcessStatus:
     """A process of a launch at one moment.
 
     Attributes:
-        label: What it is called in the launch: "talker-1".
+        label: Its name in the launch: "talker-1".
         name: The label without its number.
-        node: The full name of its node, where the description says it.
-        state: Where it is in its life.
-        pid: Its number, the last one it had; None if it has none.
+        node: The full name of its node, if the description contains it.
+        state: Its state.
+        pid: Its latest process id; None if it has none.
         restarts: How often it has been started again.
-        exit_code: What it has ended with, the last time that it did; negative for a signal. What has none,
-            because it is a node in this process or could not be run, has 0 if it ended well and otherwise 1.
+        exit_code: Its latest exit code, negative for a signal; None if it has not ended yet. A node in this
+            process and a program that could not be run have 0 if they ended well, else 1.
         reason: The same in words: "exit code 1", "killed by SIGKILL".
-        missing: What it waits for.
+        missing: Dependencies that are not there yet.
     """
 
     label: str
@@ -69,31 +69,35 @@ class ProcessStatus:
     missing: tuple[Presence, ...] = ()
 
     def is_called(self, name: str) -> bool:
-        """Tell whether a name means this one: its label, the label without the number, or its node's."""
+        """Return whether a name identifies this process.
+
+        Args:
+            name: A label, a label without the number, or a node's full name.
+        """
         return name in {self.label, self.name, self.node}
 
     def __str__(self) -> str:
-        """Say it in one line."""
-        said = [self.state.value]
+        """Return a line such as "talker-1: running, pid 7"."""
+        parts = [self.state.value]
         if self.state is ProcessState.WAITING and self.missing:
-            said[0] += f" for {' and '.join(map(str, self.missing))}"
+            parts[0] += f" for {' and '.join(map(str, self.missing))}"
         if self.state is ProcessState.RUNNING and self.pid is not None:
-            said.append(f"pid {self.pid}")
+            parts.append(f"pid {self.pid}")
         if self.reason:
-            said.append(self.reason if self.state is ProcessState.ENDED else f"before: {self.reason}")
+            parts.append(self.reason if self.state is ProcessState.ENDED else f"before: {self.reason}")
         if self.restarts:
-            said.append(f"restarts: {self.restarts}")
-        return f"{self.label}: {', '.join(said)}"
+            parts.append(f"restarts: {self.restarts}")
+        return f"{self.label}: {', '.join(parts)}"
 
 
 @dataclass(frozen=True, slots=True)
 class OutputLine:
-    """A line that a process has written, without its end.
+    """A line of output, without its line end.
 
     Attributes:
-        process: Its label.
-        text: The line. Bytes that are no UTF-8 are replaced.
-        number: Which it is of all lines of the launch, from 1.
+        process: The label of the process.
+        text: The line. Bytes that are not UTF-8 are replaced.
+        number: Its number among all lines of the launch, from 1.
     """
 
     process: str
@@ -105,23 +109,23 @@ class OutputLine:
 
 
 class Search:
-    """Looks for a line as the lines come.
+    """Finds the first line that matches.
 
     Args:
-        what: A text that is in the line, or a pattern that is.
-        process: Whose; None: anybody's.
+        text: A part of the line, or a pattern that is searched in it.
+        process: Name of the process that writes it; None: any.
 
     Attributes:
-        found: The first one.
+        found: The line; None until there is one.
     """
 
-    def __init__(self, what: str | re.Pattern[str], process: str | None) -> None:
+    def __init__(self, text: str | re.Pattern[str], process: str | None) -> None:
         self.found: OutputLine | None = None
-        self._pattern = re.compile(re.escape(what)) if isinstance(what, str) else what
+        self._pattern = re.compile(re.escape(text)) if isinstance(text, str) else text
         self._process = process
 
-    def look(self, line: OutputLine, writer: ProcessStatus) -> None:
-        """Look at a line."""
+    def check(self, line: OutputLine, writer: ProcessStatus) -> None:
+        """Check a line."""
         if (
             self.found is None
             and (self._process is None or writer.is_called(self._process))
@@ -131,14 +135,14 @@ class Search:
 
 
 class Transcript:
-    """What has happened in a launch so far. `hear` is its listener.
+    """The output and the processes of a launch so far. `on_event` is its listener.
 
     Args:
-        max_lines: How many lines are kept.
-        max_bytes: What these were long.
+        max_lines: Most lines to keep.
+        max_bytes: Most bytes of lines to keep.
 
     Attributes:
-        dropped_lines: Lines that are not kept any more.
+        dropped_lines: Lines dropped so far.
     """
 
     def __init__(self, *, max_lines: int = MAX_LINES, max_bytes: int = MAX_BYTES) -> None:
@@ -146,47 +150,43 @@ class Transcript:
         self._max_lines = max_lines
         self._max_bytes = max_bytes
         self._lines: deque[tuple[OutputLine, ProcessStatus, int]] = deque()
-        """Each with who has written it, and its bytes."""
+        """Each with its process and its size in bytes."""
         self._bytes = 0
         self._number = 0
         self._searches: dict[Search, None] = {}
         self._launch = ProcessStatus(label=LAUNCH, name=LAUNCH, state=ProcessState.RUNNING)
         self._processes: dict[str, ProcessStatus] = {}
-        self._again: set[str] = set()
-        """Those that are being stopped in order to be started again."""
-
-    # What is to be known
+        self._restarting: set[str] = set()
+        """Labels of processes that are stopped in order to be started again."""
 
     @property
     def processes(self) -> tuple[ProcessStatus, ...]:
-        """All processes, in the order in which they came."""
+        """All processes, in the order in which they appeared."""
         return tuple(self._processes.values())
 
     def called(self, name: str) -> list[ProcessStatus]:
-        """Return the processes that a name means."""
+        """Return the processes that a name identifies."""
         return [each for each in self._processes.values() if each.is_called(name)]
 
     def lines(self, process: str | None = None) -> Iterator[OutputLine]:
-        """Yield the lines that are kept; those of a process alone; with "launch", of the launch itself."""
+        """Yield the kept lines: all, or those of one process; "launch" is the launch itself."""
         for line, writer, _ in self._lines:
             if process is None or writer.is_called(process):
                 yield line
 
     def begin(self, search: Search, *, after: OutputLine | None = None) -> None:
-        """Look at the lines that are kept, behind `after`, and then at those that come, until `end`."""
+        """Check the kept lines after `after`, and then each new one until `end`."""
         for line, writer, _ in self._lines:
             if after is None or line.number > after.number:
-                search.look(line, writer)
+                search.check(line, writer)
         self._searches[search] = None
 
     def end(self, search: Search) -> None:
-        """Look no further."""
+        """Stop checking."""
         self._searches.pop(search, None)
 
-    # What happens
-
-    def hear(self, event: events.Event) -> None:
-        """Listener: take an event in."""
+    def on_event(self, event: events.Event) -> None:
+        """Record an event."""
         match event:
             case events.ProcessIO():
                 writer = self._enter(event.process)
@@ -200,16 +200,16 @@ class Transcript:
             case events.ProcessWaits():
                 self._change(event.process, state=ProcessState.WAITING, missing=event.missing)
             case events.ProcessRestarts():
-                self._restarts(event.process)
+                self._on_restart(event.process)
             case events.ProcessExited():
-                self._exited(event.process, event.outcome)
+                self._on_exit(event.process, event.outcome)
             case events.ShuttingDown():
-                self._stops()
+                self._on_shutdown()
             case _:
                 pass
 
     def _enter(self, spec: ProcessSpec) -> ProcessStatus:
-        """Return what is known of a process."""
+        """Return the status of a process, a new one for a new process."""
         known = self._processes.get(spec.label)
         if known is None:
             if len(self._processes) >= MAX_PROCESSES:
@@ -221,7 +221,7 @@ class Transcript:
         return known
 
     def _forget(self) -> None:
-        """Forget the oldest one that has ended. A launch does not run so many that there is none."""
+        """Forget the oldest ended process; `MAX_PROCESSES` is high enough that there is one."""
         for label, each in self._processes.items():
             if each.state is ProcessState.ENDED:
                 del self._processes[label]
@@ -230,25 +230,25 @@ class Transcript:
     def _change(self, spec: ProcessSpec, **changes: Any) -> None:
         self._processes[spec.label] = replace(self._enter(spec), **changes)
 
-    def _restarts(self, spec: ProcessSpec) -> None:
+    def _on_restart(self, spec: ProcessSpec) -> None:
         known = self._enter(spec)
         if known.state is ProcessState.RUNNING:
-            self._again.add(spec.label)
+            self._restarting.add(spec.label)
         else:
             self._change(spec, state=ProcessState.RESTARTING, restarts=known.restarts + 1)
 
-    def _exited(self, spec: ProcessSpec, outcome: Outcome) -> None:
+    def _on_exit(self, spec: ProcessSpec, outcome: Outcome) -> None:
         code = outcome.returncode
         if code is None:
             code = 0 if outcome.normal else 1
         self._change(spec, state=ProcessState.ENDED, exit_code=code, reason=outcome.reason)
-        if spec.label in self._again:
-            self._again.discard(spec.label)
-            self._restarts(spec)
+        if spec.label in self._restarting:
+            self._restarting.discard(spec.label)
+            self._on_restart(spec)
 
-    def _stops(self) -> None:
-        """What does not run will not run any more."""
-        self._again.clear()
+    def _on_shutdown(self) -> None:
+        """Mark processes that do not run as ended."""
+        self._restarting.clear()
         for label, each in self._processes.items():
             if each.state is not ProcessState.RUNNING:
                 self._processes[label] = replace(each, state=ProcessState.ENDED)
@@ -257,7 +257,7 @@ class Transcript:
         self._number += 1
         line = OutputLine(writer.label, text, self._number)
         for search in self._searches:
-            search.look(line, writer)
+            search.check(line, writer)
         self._lines.append((line, writer, size))
         self._bytes += size
         while len(self._lines) > self._max_lines or self._bytes > self._max_bytes:

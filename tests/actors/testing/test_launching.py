@@ -194,7 +194,7 @@ async def test_a_wait_ends_in_time() -> None:
             (running.wait_for_topic("/a/b", timeout_sec=0.01), "No topic /a/b"),
             (running.wait_for_service("add", timeout_sec=0.01), "No service /add"),
             (running.wait_for_end(timeout_sec=0.01), "No end of the launch"),
-            (running.wait_until(lambda: False, timeout_sec=0.01), "What was waited for did not come true"),
+            (running.wait_until(lambda: False, timeout_sec=0.01), "The condition did not become true"),
         ):
             with pytest.raises(AssertionError) as caught:
                 await wait
@@ -246,7 +246,7 @@ async def test_names_that_mean_nobody_or_two() -> None:
         pids = {await pid_of(running, "twin-1"), await pid_of(running, "twin-2")}
         assert {int(each) for each in re.findall(r"\d+", running.output("twin"))} == pids
         with pytest.raises(
-            LaunchWaitError, match="No end of twin: there are more of that name: twin-1, twin-2"
+            LaunchWaitError, match="No end of twin: more than one process has that name: twin-1, twin-2"
         ):
             await running.wait_for_exit("twin")
         with pytest.raises(LookupError, match="More than one process is called 'twin': twin-1, twin-2"):
