@@ -74,10 +74,10 @@ if TYPE_CHECKING:
     from actors.parameters.errors import ParameterImmutableError as ParameterImmutableError
     from actors.parameters.errors import ParameterNotDeclaredError as ParameterNotDeclaredError
     from actors.parameters.errors import ParameterUninitializedError as ParameterUninitializedError
-    from actors.parameters.store import SetParametersResult as SetParametersResult
     from actors.parameters.types import Parameter as Parameter
     from actors.parameters.types import ParameterDescriptor as ParameterDescriptor
     from actors.parameters.types import ParameterType as ParameterType
+    from actors.parameters.types import SetParametersResult as SetParametersResult
     from actors.processes.child import Child as Child
     from actors.processes.child import Restart as Restart
     from actors.processes.child import Strategy as Strategy
@@ -209,8 +209,8 @@ __getattr__, __dir__ = lazy_names(
             "Parameter",
             "ParameterDescriptor",
             "ParameterType",
+            "SetParametersResult",
         ),
-        "actors.parameters.store": ("SetParametersResult",),
         "actors.endpoints.publisher.publisher": ("Publisher",),
         "actors.qos.profile": (
             "DurabilityPolicy",

@@ -1,6 +1,6 @@
-"""Names of a package that load their modules when they are first used (PEP 562).
+"""Names of a package that import their modules on first use (PEP 562).
 
-It is here and not in `proto`, so that the command line can say so when another package is called that.
+It is not part of `proto`, so that the command line can report another installed package of that name.
 """
 
 from __future__ import annotations
@@ -16,13 +16,27 @@ if TYPE_CHECKING:
 def lazy_names(
     package: str, homes: Mapping[str, Sequence[str]]
 ) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """Return `__getattr__` and `__dir__` for a package's root.
+    """Return the `__getattr__` and `__dir__` of a package.
 
     Args:
         package: Its `__name__`.
-        homes: The modules, each with the names in it.
+        homes: Full names of modules, each with the names to take from it.
     """
     home_of = {name: module for module, names in homes.items() for name in names}
+
+    def names() -> list[str]:
+        return sorted({*vars(sys.modules[package]), *home_of})
+
+    return lazy_getattr(package, home_of), names
+
+
+def lazy_getattr(package: str, home_of: Mapping[str, str]) -> Callable[[str], object]:
+    """Return the `__getattr__` of a package.
+
+    Args:
+        package: Its `__name__`.
+        home_of: Name to the full name of its module.
+    """
 
     def get(name: str) -> object:
         if name not in home_of:
@@ -31,7 +45,4 @@ def lazy_names(
         setattr(sys.modules[package], name, value)
         return value
 
-    def names() -> list[str]:
-        return sorted({*vars(sys.modules[package]), *home_of})
-
-    return get, names
+    return get

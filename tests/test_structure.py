@@ -34,8 +34,6 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "actors.node.node": "one over the limit, with rclpy's surface",
     "actors.node.node.Node.__init__": "wires the node's parts",
     "actors.node.graph_queries.NodeGraph": "has rclpy's graph queries, one method each",
-    "actors.parameters.store": "due in the new layout",
-    "actors.parameters.store.ParameterStore": "due in the new layout",
     "actors.supervision.supervisor.Supervisor.__init__": "due in the new layout",
     "broker.connection.Connection": "due in the new layout",
     "broker.router.Router": "due in the new layout",

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from actors.parameters.store import (
+    from actors.parameters.callbacks import OnSetCallback, PostSetCallback, PreSetCallback
+    from actors.parameters.store import ParameterStore
+    from actors.parameters.types import (
         ListParametersResult,
-        OnSetCallback,
-        ParameterStore,
-        PostSetCallback,
-        PreSetCallback,
+        Parameter,
+        ParameterDescriptor,
+        ParameterType,
+        ParameterValue,
         SetParametersResult,
     )
-    from actors.parameters.types import Parameter, ParameterDescriptor, ParameterType, ParameterValue
 
 
 class NodeParameters:
@@ -88,12 +89,12 @@ class NodeParameters:
 
     def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
         """Let `callback` change what is about to be set."""
-        self._parameters.add_pre_set_callback(callback)
+        self._parameters.callbacks.add_pre_set(callback)
 
     def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
         """Let `callback` accept or refuse what is about to be set."""
-        self._parameters.add_on_set_callback(callback)
+        self._parameters.callbacks.add_on_set(callback)
 
     def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
         """Tell `callback` what has been set."""
-        self._parameters.add_post_set_callback(callback)
+        self._parameters.callbacks.add_post_set(callback)

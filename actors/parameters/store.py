@@ -1,10 +1,11 @@
-"""The parameters of one node: what is declared, what may be set, and who is asked or told."""
+"""The parameters of one node: declarations, values, and the rules for setting them."""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
+from actors.parameters.callbacks import ParameterCallbacks
 from actors.parameters.errors import (
     InvalidParameterError,
     InvalidParameterTypeError,
@@ -23,49 +24,27 @@ from actors.parameters.types import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from actors.parameters.types import ParameterValue
-
-__all__ = ["ListParametersResult", "ParameterStore", "SetParametersOutcome", "SetParametersResult"]
 
 SEPARATOR: Final = "."
 """Between the levels of a parameter's name."""
 
 
-class SetParametersOutcome(Protocol):
-    """What an on-set callback returns: `SetParametersResult`, or a message with the same fields."""
-
-    @property
-    def successful(self) -> bool:
-        """Whether the values may be set."""
-        ...
-
-    @property
-    def reason(self) -> str:
-        """Why not."""
-        ...
-
-
-if TYPE_CHECKING:
-    PreSetCallback = Callable[[list[Parameter]], list[Parameter]]
-    """Gets what is about to be set, and returns what shall be set instead; nothing refuses it all."""
-    OnSetCallback = Callable[[list[Parameter]], SetParametersOutcome]
-    """Gets checked values before they are set, and accepts or refuses them all."""
-    PostSetCallback = Callable[[list[Parameter]], None]
-    """Gets the values that have been set."""
-
-
 class ParameterStore:
-    """All parameters of one node. Nothing here does any I/O.
+    """All parameters of one node. It does no I/O.
 
     `use_sim_time` and `start_type_description_service` are always declared.
 
     Args:
-        overrides: Values from the node's constructor, by name; they go before all others.
+        overrides: Values from the node's constructor, by name; they take precedence.
         argument_overrides: Values from the command line and its files.
-        allow_undeclared: Reading an undeclared parameter gives one without a value, setting it declares it.
-        declare_overrides: Declare every override at once.
+        allow_undeclared: Reading an undeclared parameter returns one without a value; setting it declares it.
+        declare_overrides: Declare every override immediately.
+
+    Attributes:
+        callbacks: The callbacks around setting parameters.
 
     Raises:
         InvalidParameterTypeError: An override of an always-declared parameter has another type.
@@ -83,9 +62,7 @@ class ParameterStore:
         self._allow_undeclared = allow_undeclared
         self._parameters: dict[str, Parameter] = {}
         self._descriptors: dict[str, ParameterDescriptor] = {}
-        self._pre_set: list[PreSetCallback] = []
-        self._on_set: list[OnSetCallback] = []
-        self._post_set: list[PostSetCallback] = []
+        self.callbacks = ParameterCallbacks()
         self.declare("use_sim_time", default=False)
         fixed = ParameterDescriptor(
             description="If enabled, start the type description service.", read_only=True
@@ -106,19 +83,22 @@ class ParameterStore:
     ) -> Parameter:
         """Declare a parameter, with an override's value if there is one.
 
-        The type is fixed from then on, unless the descriptor says `dynamic_typing`, or there is neither a
-        default nor a type.
+        Its type is then fixed, unless the descriptor has `dynamic_typing`, or there is neither a default nor
+        a type.
 
         Args:
-            name: Not empty.
+            name: Its name, not empty.
             default: Its value, or only its type: then it has no value until an override or a set gives one.
-            descriptor: What is allowed; `name` and `type` in it are filled in.
-            ignore_override: Take the default in any case.
+            descriptor: The allowed values; its `name` and `type` are filled in.
+            ignore_override: Use the default even if there is an override.
+
+        Returns:
+            The parameter.
 
         Raises:
-            TypeError: The name is no str, or no parameter can hold the value.
+            TypeError: The name is not a str, or no parameter can hold the value.
             InvalidParameterError: The name is empty.
-            ParameterAlreadyDeclaredError: It is declared.
+            ParameterAlreadyDeclaredError: It is already declared.
             InvalidParameterTypeError: The override has another type than the default.
             InvalidParameterValueError: A range or an on-set callback refuses the value.
         """
@@ -139,7 +119,7 @@ class ParameterStore:
         self._descriptors[name] = descriptor
         self._parameters[name] = parameter
         if value is not None:
-            self._tell([parameter])
+            self.callbacks.notify([parameter])
         return parameter
 
     def declare_many(
@@ -153,9 +133,17 @@ class ParameterStore:
         *,
         ignore_override: bool = False,
     ) -> list[Parameter]:
-        """Declare several parameters as `declare` does; `namespace` and a dot stand before their names.
+        """Declare several parameters as `declare` does.
 
-        All names are checked before the first is declared; a wrong value leaves the ones before it declared.
+        All names are checked before the first is declared; after a wrong value those before it stay declared.
+
+        Args:
+            namespace: Prefix of their names, added with a dot; "" for none.
+            parameters: Arguments of `declare` for each: name, default, descriptor.
+            ignore_override: Use the defaults even if there are overrides.
+
+        Returns:
+            The parameters, in order.
         """
         prefix = f"{namespace}{SEPARATOR}" if namespace else ""
         wanted = list(parameters)
@@ -168,13 +156,12 @@ class ParameterStore:
             self._check_new_name(name)
             names.add(name)
         declared: list[Parameter] = []
-        for item in wanted:
-            name, *rest = item
+        for name, *rest in wanted:
             declared.append(self.declare(prefix + name, *rest, ignore_override=ignore_override))  # pyright: ignore[reportArgumentType]
         return declared
 
     def undeclare(self, name: str) -> None:
-        """Forget a parameter.
+        """Remove a parameter.
 
         Raises:
             ParameterNotDeclaredError: It is not declared.
@@ -185,7 +172,7 @@ class ParameterStore:
         self._forget(name)
 
     def has(self, name: str) -> bool:
-        """Tell whether a parameter is declared."""
+        """Return whether a parameter is declared."""
         return name in self._parameters
 
     def get(self, name: str) -> Parameter:
@@ -193,7 +180,7 @@ class ParameterStore:
 
         Raises:
             ParameterNotDeclaredError: It is not declared, and undeclared ones are not allowed.
-            ParameterUninitializedError: It was declared with a type only, and has no value yet.
+            ParameterUninitializedError: It was declared with only a type and has no value yet.
         """
         parameter = self._parameters.get(name)
         if parameter is None:
@@ -212,17 +199,17 @@ class ParameterStore:
         return parameter
 
     def get_by_prefix(self, prefix: str) -> dict[str, Parameter]:
-        """Return the parameters below a prefix by the rest of their names; all of them for an empty one."""
+        """Return the parameters below a prefix, by the rest of their names; all for an empty prefix."""
         start = f"{prefix}{SEPARATOR}" if prefix else ""
         found = self._parameters.items()
         return {name.removeprefix(start): each for name, each in found if name.startswith(start)}
 
     def list_names(self, prefixes: Sequence[str] = (), depth: int = 0) -> ListParametersResult:
-        """List names, of all parameters or of those at and below the prefixes.
+        """List the names of all parameters, or of those at and below the prefixes.
 
         Args:
-            prefixes: Without the dot at their end.
-            depth: How many levels below each prefix; 0 for all.
+            prefixes: Without a dot at the end; none means all parameters.
+            depth: Levels below each prefix; 0 for all.
 
         Raises:
             TypeError: `prefixes` is a str.
@@ -237,7 +224,7 @@ class ParameterStore:
         return ListParametersResult(names, [*dict.fromkeys(filter(None, parents))])
 
     def describe(self, name: str) -> ParameterDescriptor:
-        """Return what is allowed and said about a parameter.
+        """Return the descriptor of a parameter.
 
         Raises:
             ParameterNotDeclaredError: It is not declared.
@@ -248,7 +235,7 @@ class ParameterStore:
             raise ParameterNotDeclaredError(name) from None
 
     def set(self, parameters: Sequence[Parameter]) -> list[SetParametersResult]:
-        """Set parameters one by one; a refused one does not stop those after it.
+        """Set parameters one by one; a refused one does not affect the others.
 
         Returns:
             One result for each, in order.
@@ -266,44 +253,17 @@ class ParameterStore:
             ParameterNotDeclaredError: One is not declared; then none is set.
         """
         self._check_declared(parameters)
-        wanted = [*parameters]
-        for pre_set in self._pre_set:
-            wanted = pre_set(wanted)
-            if not wanted:
-                return SetParametersResult(
-                    successful=False, reason="a pre-set callback returned no parameters"
-                )
+        wanted = self.callbacks.rewrite([*parameters])
+        if wanted is None:
+            return SetParametersResult(successful=False, reason="a pre-set callback returned no parameters")
         self._check_declared(wanted)
-        for parameter in wanted:
-            if reason := self._refusal(parameter):
-                return SetParametersResult(successful=False, reason=reason)
-        refusal = self._ask(wanted)
-        if refusal is not None:
-            return SetParametersResult(successful=False, reason=refusal)
+        refusals = (self._refusal(parameter) for parameter in wanted)
+        if reason := next(filter(None, refusals), "") or self.callbacks.refusal(wanted):
+            return SetParametersResult(successful=False, reason=reason)
         for parameter in wanted:
             self._store(parameter)
-        self._tell(wanted)
+        self.callbacks.notify(wanted)
         return SetParametersResult(successful=True)
-
-    def add_pre_set_callback(self, callback: PreSetCallback) -> None:
-        """Have a callback change what is about to be set. The last one added is called first."""
-        self._pre_set.insert(0, callback)
-
-    def add_on_set_callback(self, callback: OnSetCallback) -> None:
-        """Have a callback accept or refuse values. The last one added is called first."""
-        self._on_set.insert(0, callback)
-
-    def add_post_set_callback(self, callback: PostSetCallback) -> None:
-        """Have a callback told of values that have been set. The last one added is called first."""
-        self._post_set.insert(0, callback)
-
-    def remove_callback(self, callback: PreSetCallback | OnSetCallback | PostSetCallback) -> None:
-        """Forget a callback of any of the three kinds; `ValueError` if it is not known."""
-        for callbacks in (self._pre_set, self._on_set, self._post_set):
-            if callback in callbacks:
-                callbacks.remove(callback)  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
-                return
-        raise ValueError("the callback is not registered")
 
     def _check_new_name(self, name: str) -> None:
         _check_name(name)
@@ -323,7 +283,7 @@ class ParameterStore:
         if not descriptor.type.check(value):
             raise InvalidParameterTypeError(name, _wrong_type(descriptor.type, value))
         parameter = Parameter(name, descriptor.type, value)
-        reason = descriptor.fault(value) or self._ask([parameter])
+        reason = descriptor.fault(value) or self.callbacks.refusal([parameter])
         if reason:
             raise InvalidParameterValueError(name, value, reason)
         return parameter
@@ -340,18 +300,6 @@ class ParameterStore:
             if not descriptor.type.check(parameter.value):
                 return _wrong_type(descriptor.type, parameter.value)
         return descriptor.fault(parameter.value)
-
-    def _ask(self, parameters: list[Parameter]) -> str | None:
-        """Return why a callback refuses the values, None if none does."""
-        for callback in self._on_set:
-            outcome = callback(parameters)
-            if not outcome.successful:
-                return outcome.reason or "an on-set callback refused it"
-        return None
-
-    def _tell(self, parameters: list[Parameter]) -> None:
-        for callback in self._post_set:
-            callback(parameters)
 
     def _store(self, parameter: Parameter) -> None:
         name = parameter.name

@@ -186,22 +186,22 @@ def test_on_set_callback(store: ParameterStore) -> None:
         return SetParametersResult(all(each.value != -1 for each in parameters), "negative")
 
     store.declare("a", 1)
-    store.add_on_set_callback(refuse_negative)
+    store.callbacks.add_on_set(refuse_negative)
     assert store.set([p("a", -1)]) == [SetParametersResult(False, "negative")]
     assert store.set([p("a", 2)]) == [OK]
     with pytest.raises(InvalidParameterValueError, match="Reason: negative: b"):
         store.declare("b", -1)
     assert not store.has("b")
     assert seen == [[-1], [2], [-1]]
-    store.remove_callback(refuse_negative)
+    store.callbacks.remove(refuse_negative)
     assert store.set([p("a", -1)]) == [OK]
     with pytest.raises(ValueError, match="not registered"):
-        store.remove_callback(refuse_negative)
+        store.callbacks.remove(refuse_negative)
 
 
 def test_refusal_without_a_reason(store: ParameterStore) -> None:
     """L10: a refusal is one although it gives no reason."""
-    store.add_on_set_callback(lambda _: SetParametersResult(successful=False))
+    store.callbacks.add_on_set(lambda _: SetParametersResult(successful=False))
     assert not store.set([p("use_sim_time", True)])[0].successful
     with pytest.raises(InvalidParameterValueError):
         store.declare("a", 1)
@@ -210,12 +210,12 @@ def test_refusal_without_a_reason(store: ParameterStore) -> None:
 def test_a_raising_callback_changes_nothing(store: ParameterStore) -> None:
     """An exception in a callback reaches the caller before any value is set."""
     store.declare("a", 1)
-    store.add_on_set_callback(lambda _: OK)
+    store.callbacks.add_on_set(lambda _: OK)
 
     def boom(_: list[Parameter]) -> SetParametersResult:
         raise RuntimeError("boom")
 
-    store.add_on_set_callback(boom)
+    store.callbacks.add_on_set(boom)
     with pytest.raises(RuntimeError, match="boom"):
         store.set([p("a", 2)])
     assert store.get("a").value == 1
@@ -223,19 +223,19 @@ def test_a_raising_callback_changes_nothing(store: ParameterStore) -> None:
 
 def test_pre_set_callback(store: ParameterStore) -> None:
     """L11: it may add and change items; an empty list is a failure; it does not run on declaring."""
-    store.add_pre_set_callback(lambda given: [*given, p("b", 9)])
+    store.callbacks.add_pre_set(lambda given: [*given, p("b", 9)])
     store.declare_many("", [("a", 1), ("b", 1)])
     assert store.get("b").value == 1
     assert store.set([p("a", 2)]) == [OK]
     assert (store.get("a").value, store.get("b").value) == (2, 9)
-    store.add_pre_set_callback(lambda _: [])
+    store.callbacks.add_pre_set(lambda _: [])
     assert not store.set([p("a", 3)])[0].successful
     assert store.get("a").value == 2
 
 
 def test_pre_set_callback_may_not_add_undeclared(store: ParameterStore) -> None:
     """L11: what it adds has to be declared too."""
-    store.add_pre_set_callback(lambda given: [*given, p("x", 9)])
+    store.callbacks.add_pre_set(lambda given: [*given, p("x", 9)])
     with pytest.raises(ParameterNotDeclaredError):
         store.set([p("use_sim_time", True)])
     assert store.get("use_sim_time").value is False
@@ -245,7 +245,7 @@ def test_post_set_callback(store: ParameterStore) -> None:
     """L12: it runs after success only, when the value can be read."""
     seen: list[object] = []
     store.declare("a", 1)
-    store.add_post_set_callback(lambda _: seen.append(store.get("a").value))
+    store.callbacks.add_post_set(lambda _: seen.append(store.get("a").value))
     store.set([p("a", 2), p("a", "x")])
     assert seen == [2]
 
