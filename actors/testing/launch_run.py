@@ -13,8 +13,8 @@ from proto.errors import CallboardError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.launch.planning.events import Event, Listener
     from actors.launch.launching import Launch
+    from actors.launch.planning.events import Event, Listener
 
 SHOWN_LINES: Final = 20
 """Lines of output that an error shows."""
