@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from broker.deliveries import Enqueue, Send
 from broker.latched import replays
-from broker.records import Enqueue, Send
 from proto import frames
 from proto.codec import encode
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
-    from broker.records import Delivery, PublisherRecord, Route, SubscriptionRecord
+    from broker.deliveries import Delivery
+    from broker.records import PublisherRecord, Route, SubscriptionRecord
     from proto.codes import DetachReason
     from proto.publisher_queue import PublisherQueue
 

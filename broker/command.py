@@ -74,7 +74,7 @@ async def _serve(options: BrokerOptions, url_file: Path | None, *, json_logs: bo
     for number in (signal.SIGINT, signal.SIGTERM):
         _on_signal(loop, number, task.cancel)
     _handle_hangup(loop, task.cancel)
-    async with Broker(options) as broker:
+    async with Broker(options, node_log_level=logging.INFO) as broker:
         process.configure_process()
         _announce(broker.url)
         if json_logs:

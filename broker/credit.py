@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from broker.records import Send
+from broker.deliveries import Send
 from proto.batches import message_bytes
 from proto.codec import ends_from_bytes
 from proto.errors import ErrorCode, ProtocolError
@@ -13,7 +13,8 @@ from proto.frames import Batch, Credit
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from broker.records import Delivery, PublisherRecord, SubscriptionRecord
+    from broker.deliveries import Delivery
+    from broker.records import PublisherRecord, SubscriptionRecord
 
 
 HELD: Final = 0

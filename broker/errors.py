@@ -1,11 +1,11 @@
-"""What can go wrong when a broker is set up, as types.
+"""Errors of setting up a broker.
 
     CallboardError (proto.errors)
-    ├── InvalidOptionError (ValueError)   an option is out of range; says which, and what is allowed
+    ├── InvalidOptionError (ValueError)   an option is out of range; the text names it and its range
     └── ListenError (OSError)             the broker cannot listen where it should
         └── AddressInUseError             something else listens there
 
-OS errors are translated here and nowhere else.
+OS errors are translated only here.
 """
 
 from __future__ import annotations
@@ -28,37 +28,36 @@ class AddressInUseError(ListenError):
     """Something else listens there."""
 
 
-def listen_error(place: str, error: OSError | UnicodeError, *, host: str, moving: str) -> ListenError:
-    """Return the error that says in words why listening at `place` failed, and what to do.
+def listen_error(url: str, error: OSError | UnicodeError, *, host: str, remedy: str) -> ListenError:
+    """Return the error that says why listening failed, and what to do.
 
     Args:
-        place: The URL.
-        error: What the system said; a UnicodeError if the host cannot be a name at all.
+        url: Where the broker should listen.
+        error: The system's error; a UnicodeError if the host cannot be a name at all.
         host: The host of that URL; "" for a socket file.
-        moving: How to choose another place.
+        remedy: How to choose another place.
     """
-    remedy = "Use an address of this machine with --host: 127.0.0.1, or 0.0.0.0 for all its addresses"
+    other_host = "Use an address of this machine with --host: 127.0.0.1, or 0.0.0.0 for all its addresses"
     if isinstance(error, socket.gaierror | UnicodeError):
-        reason = f"the name '{host}' cannot be resolved"
+        reason, remedy = f"the name '{host}' cannot be resolved", other_host
     elif error.errno == errno.EADDRNOTAVAIL and host:
-        reason = f"this machine does not have the address '{host}'"
+        reason, remedy = f"this machine does not have the address '{host}'", other_host
     else:
         denied = error.errno in {errno.EACCES, errno.EPERM}
         reason = "permission denied" if denied else error.strerror or str(error)
-        remedy = moving
-    return ListenError(f"Cannot listen on {place}: {reason}. {remedy}.")
+    return ListenError(f"Cannot listen on {url}: {reason}. {remedy}.")
 
 
-def address_in_use_error(place: str, broker: str | None, *, moving: str) -> AddressInUseError:
-    """Return the error that says what has the place already.
+def address_in_use_error(url: str, broker: str | None, *, remedy: str) -> AddressInUseError:
+    """Return the error that says what listens there already.
 
     Args:
-        place: The URL.
-        broker: What the callboard broker there calls itself; None if nothing there answers as one does.
-        moving: How to choose another place.
+        url: Where the broker should listen.
+        broker: The agent of the callboard broker there; None if nothing there answers as one.
+        remedy: How to choose another place.
     """
     if broker is not None:
         text = f"a callboard broker ({broker}) is already running there. Use that one, or stop it"
     else:
         text = "it is in use, and what listens there does not answer as a callboard broker. Stop it"
-    return AddressInUseError(f"Cannot listen on {place}: {text}. {moving}.")
+    return AddressInUseError(f"Cannot listen on {url}: {text}. {remedy}.")

@@ -6,14 +6,15 @@ import re
 from collections import OrderedDict
 from typing import TYPE_CHECKING, Final
 
-from broker.records import Send
+from broker.deliveries import Send
 from proto import frames, limits
 from proto.errors import ErrorCode, ProtocolError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from broker.records import Delivery, Endpoint, Peer
+    from broker.deliveries import Delivery
+    from broker.records import Endpoint, Peer
     from proto.frames import GraphEntry
 
 ENTRIES_PER_FRAME: Final = 100

@@ -1,4 +1,4 @@
-"""Listening: a server at a port or at a socket file, or an error. Of many who try at once, one gets it."""
+"""Listen at a port or at a socket file; of several brokers that try at once, exactly one succeeds."""
 
 from __future__ import annotations
 
@@ -10,21 +10,28 @@ import stat
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
+from broker.errors import address_in_use_error, listen_error
+from broker.probe import find_broker
+from proto.aio.forks import drop_in_children
+from proto.url import BrokerUrl
+
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator, Callable
+    from collections.abc import AsyncGenerator, Callable, Iterable
     from pathlib import Path
+
+    from broker.options import BrokerOptions
 
 LOCK_TRIES: Final = 100
 LOCK_PAUSE_SEC: Final = 0.01
-"""Between tries. A broker keeps the lock for a fraction of it."""
+"""Between tries. A broker holds the lock for a fraction of it."""
 
 
 class NotASocketError(OSError):
-    """Where a socket file is to be made there is another file."""
+    """The path of the socket file has another file."""
 
 
 class SocketFile:
-    """The file of a listening socket, told from others of its name by its device and inode."""
+    """The file of a listening socket, identified by its device and inode."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -44,6 +51,58 @@ def _identity(path: Path) -> tuple[int, int] | None:
     return found.st_dev, found.st_ino
 
 
+class Listener:
+    """A server that listens, and its URL."""
+
+    def __init__(self, url: BrokerUrl, server: asyncio.Server, file: SocketFile | None = None) -> None:
+        self.url = url
+        self._server = server
+        self._file = file
+        drop_in_children(self)
+
+    def descriptors(self) -> Iterable[int]:
+        """DescriptorOwner: its listening sockets."""
+        return [sock.fileno() for sock in self._server.sockets] if self._server.is_serving() else ()
+
+    def close(self) -> None:
+        """Stop listening."""
+        if self._file is not None:  # first: without a listener the file may be replaced by the next broker's
+            self._file.remove()
+        self._server.close()
+
+
+async def listen(
+    options: BrokerOptions, protocol: Callable[[], asyncio.BufferedProtocol], *, backlog: int
+) -> Listener:
+    """Listen where the options say.
+
+    Args:
+        options: The host and port, or the path of the socket file.
+        protocol: Makes the protocol of each connection.
+        backlog: Connections that the kernel may hold until they are accepted.
+
+    Raises:
+        AddressInUseError: Something else listens there.
+        ListenError: It cannot listen there for another reason.
+    """
+    loop = asyncio.get_running_loop()
+    url = BrokerUrl(options.host, options.port)
+    remedy = "Choose another port with --port"
+    if options.unix is not None:
+        url = BrokerUrl("", 0, str(options.unix))
+        remedy = "Choose another path with --unix"
+    try:
+        if options.unix is not None:
+            server, file = await listen_unix(loop, protocol, options.unix, backlog=backlog)
+            return Listener(url._replace(path=str(options.unix.absolute())), server, file)
+        server = await listen_tcp(loop, protocol, url.host, url.port, backlog=backlog)
+        return Listener(url._replace(port=server.sockets[0].getsockname()[1]), server)
+    except (OSError, UnicodeError) as error:
+        if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
+            raise address_in_use_error(str(url), await find_broker(url), remedy=remedy) from error
+        raise listen_error(str(url), error, host=url.host, remedy=remedy) from error
+
+
 async def listen_tcp(
     loop: asyncio.AbstractEventLoop,
     protocol: Callable[[], asyncio.BufferedProtocol],
@@ -52,15 +111,15 @@ async def listen_tcp(
     *,
     backlog: int,
 ) -> asyncio.Server:
-    """Listen at all addresses of a host; port 0 is any that is free.
+    """Listen at all addresses of a host; port 0 takes a free one.
 
     Raises:
-        OSError: It cannot; EADDRINUSE if another listens there, even if only just.
+        OSError: It cannot; EADDRINUSE if another listens there, even since a moment ago.
     """
     server = await loop.create_server(protocol, host, port, backlog=backlog, start_serving=False)
     try:
         await server.start_serving()
-        # Two may bind a port, as long as none listens. To the slower one uvloop does not say that it failed.
+        # Two may bind a port as long as none listens. uvloop does not tell the slower one that it failed.
         if not all(server.sockets):
             raise OSError(errno.EADDRINUSE, os.strerror(errno.EADDRINUSE))
     except OSError:
@@ -76,13 +135,13 @@ async def listen_unix(
     *,
     backlog: int,
 ) -> tuple[asyncio.Server, SocketFile]:
-    """Listen at a socket file; one that a dead broker has left is replaced.
+    """Listen at a socket file; replace one that a dead broker has left.
 
     Raises:
-        NotASocketError: The file is there, and is something else.
+        NotASocketError: The file exists and is no socket.
         OSError: It cannot; EADDRINUSE if another listens there.
     """
-    # Not the loop's own way: it takes the file away, whoever listens there.
+    # The loop itself would remove the file, whoever listens there.
     listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         async with _alone_in(path.parent):
@@ -98,12 +157,12 @@ async def listen_unix(
 
 @asynccontextmanager
 async def _alone_in(folder: Path) -> AsyncGenerator[None]:
-    """Keep other brokers from listening in a folder meanwhile: a file not yet listened at looks stale.
+    """Lock a folder: between bind and listen a socket file looks stale to other brokers.
 
-    All that is done under the lock is some system calls. Where there is none, or somebody keeps it, it goes
-    without: then only those who start at the same moment can be in each other's way.
+    Only a few system calls happen under the lock. If the file system has no locks or somebody keeps this one,
+    continue without: then only brokers that start at the same moment can disturb each other.
     """
-    import fcntl  # noqa: PLC0415 - there is none on Windows, and there are no socket files either
+    import fcntl  # noqa: PLC0415 - not on Windows, which has no socket files either
 
     locked = -1
     try:
@@ -124,7 +183,12 @@ async def _alone_in(folder: Path) -> AsyncGenerator[None]:
 
 
 def _remove_stale(path: Path) -> None:
-    """Remove a socket file that a dead broker has left; raise if somebody listens, or it is no socket."""
+    """Remove a socket file that a dead broker has left.
+
+    Raises:
+        NotASocketError: The file is no socket.
+        OSError: EADDRINUSE: somebody listens there.
+    """
     try:
         mode = path.stat().st_mode
     except OSError:
@@ -135,7 +199,7 @@ def _remove_stale(path: Path) -> None:
         probe.settimeout(0)
         try:
             probe.connect(os.fspath(path))
-        except BlockingIOError:  # so many wait there that it would take a while
+        except BlockingIOError:  # its backlog is full
             pass
         except ConnectionRefusedError:
             path.unlink(missing_ok=True)

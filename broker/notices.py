@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from broker.records import Send
+from broker.deliveries import Send
 from proto import frames, limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from broker.records import Delivery, Endpoint
+    from broker.deliveries import Delivery
+    from broker.records import Endpoint
     from proto.codes import NoticeKind
 
 MAX_NOTICES: Final = 16

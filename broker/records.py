@@ -4,65 +4,17 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
 from broker.credit_limits import CreditLimits
-from proto.frames import Batch, Frame, GraphEntry, Matched, Options, Replay, Scalar
+from proto.frames import GraphEntry, Matched, Options, Scalar
 
 if TYPE_CHECKING:
     from broker.pool import Pool
     from proto.codes import EntryKind
+    from proto.frames import Batch
     from proto.publisher_queue import PublisherQueue
     from proto.qos import Qos
-
-
-class Send(NamedTuple):
-    """Deliver a control frame."""
-
-    peer: int
-    frame: Frame
-
-
-class SendCalls(NamedTuple):
-    """Deliver encoded requests, replies or cancellations; `key` names a large one (outbox.put_calls)."""
-
-    peer: int
-    raw: bytes
-    key: tuple[int, int]
-
-
-class CancelCalls(NamedTuple):
-    """Tell a server that these calls are no longer wanted; take back large ones that have not left."""
-
-    peer: int
-    endpoint: int
-    calls: list[int]
-
-
-class Enqueue(NamedTuple):
-    """Deliver a run, or latched messages or a control frame that belong between runs, in a lane."""
-
-    peer: int
-    queue: PublisherQueue
-    item: Batch | Replay | bytes
-
-
-class Discard(NamedTuple):
-    """Nobody wants what waits in this lane any more."""
-
-    peer: int
-    queue: PublisherQueue
-
-
-class Close(NamedTuple):
-    """Close a peer's connection."""
-
-    peer: int
-    code: int
-    text: str
-
-
-Delivery: TypeAlias = Send | SendCalls | CancelCalls | Enqueue | Discard | Close
 
 
 @dataclass(slots=True, eq=False)

@@ -9,16 +9,15 @@ from __future__ import annotations
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
+from broker.deliveries import Close, Send
 from broker.graph import Definitions, Graph, is_type_text
 from broker.latched import latched_depth
 from broker.records import (
     ClientRecord,
-    Close,
     Endpoint,
     NodeRecord,
     Peer,
     PublisherRecord,
-    Send,
     ServiceRecord,
     SubscriptionRecord,
 )
@@ -41,7 +40,7 @@ from proto.qos import Refusal, parse_qos
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from broker.records import Delivery
+    from broker.deliveries import Delivery
 
 MAX_ENDPOINTS: Final = 20_000
 MAX_PENDING_CALLS: Final = 200_000

@@ -1,139 +1,119 @@
-"""The broker: listens, holds the connections, and carries the routers' deliveries to them.
+"""The broker that programs embed and the daemon runs.
 
     async with Broker(BrokerOptions(port=0)) as broker:
         print(broker.url)
 
-Nothing here is global: many brokers live in one loop, on any loop. One ticker looks at all clocks.
+`Broker` wires the parts, starts them and stops them. Nothing is global: many brokers can share a loop.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
+import logging
 import secrets
-from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING, Self
 
 from broker.capacity import Capacity
-from broker.connection import TICKS_PER_KEEPALIVE, Connection, logger
+from broker.connection import Connection
+from broker.dispatcher import Dispatcher
 from broker.drain import Drain
-from broker.errors import address_in_use_error, listen_error
-from broker.listening import SocketFile, listen_tcp, listen_unix
+from broker.listening import Listener, listen
 from broker.options import BrokerOptions
-from broker.presence_log import log_change
-from broker.probe import find_broker
-from broker.records import CancelCalls, Discard, Enqueue, Send, SendCalls
-from broker.router import Router
-from broker.stats import Meter, answer, link_stats, topic_stats
+from broker.periodic_check import PeriodicCheck
+from broker.stats import Statistics
 from proto import limits
 from proto.aio.forks import drop_in_children
 from proto.aio.tasks import keep_running
-from proto.errors import ErrorCode
-from proto.frames import Batch
-from proto.url import BrokerUrl
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-    from pathlib import Path
     from types import TracebackType
 
-    from broker.records import Delivery
-    from proto.outbox import Outbox
     from proto.stats import BrokerStats, LinkStats, TopicStats
 
 
 class Broker:
-    """A broker that can be embedded. Enter it to listen, leave it to stop.
+    """A broker that can be embedded. Enter it to listen, leave it to stop; it can be entered again.
 
     Args:
         options: Where to listen and what to allow.
+        node_log_level: Level of the lines in the log "callboard.broker" that say which nodes join, leave and
+            die. The daemon uses `logging.INFO`. Hidden nodes are always logged at debug.
+
+    Attributes:
+        options: As given, or the defaults.
+        instance: A random identity of 16 bytes that its clients and its statistics see.
 
     Raises (on entry):
         AddressInUseError: Something else listens there.
         ListenError: It cannot listen there for another reason.
     """
 
-    def __init__(self, options: BrokerOptions | None = None) -> None:
+    def __init__(self, options: BrokerOptions | None = None, *, node_log_level: int = logging.DEBUG) -> None:
         self.options = options or BrokerOptions()
         self.instance = secrets.token_bytes(limits.INSTANCE_BYTES)
-        self._drain: Drain | None = None
+        self._node_log_level = node_log_level
         self._sessions = count(1)
-        self._routers: dict[int, Router] = {}
-        self._capacity = Capacity(self.options.max_connections)
-        self._meter = Meter()
-        self._connections: dict[Connection, None] = {}
-        self._strangers: dict[Connection, None] = {}
-        """Those that have not finished their handshake."""
-        self._next_round = 0.0
-        self._joined: dict[Router, dict[int, Connection]] = {}
-        self._dirty: dict[Connection, None] = {}
-        self._server: asyncio.Server | None = None
-        self._ticker: asyncio.Task[None] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._file: SocketFile | None = None
-        self._url: BrokerUrl | None = None
-        drop_in_children(self)
+        self._listener: Listener | None = None
+        self._check: asyncio.Task[None] | None = None
+        self._reset()
 
-    @property
-    def loop(self) -> asyncio.AbstractEventLoop:
-        """The loop it runs on."""
-        assert self._loop is not None, "the broker does not run"
-        return self._loop
+    def _reset(self) -> None:
+        """Begin with empty graphs: those of an earlier run accept no calls and hold their publishers."""
+        capacity = Capacity(self.options.max_connections)
+        self._dispatcher = Dispatcher(self.options, capacity, self._node_log_level)
+        self._statistics = Statistics(self.instance.hex(), self._dispatcher)
+        drop_in_children(self._dispatcher)
 
     @property
     def url(self) -> str:
-        """Where nodes find it. RuntimeError if it does not listen."""
-        if self._url is None:
+        """The URL for nodes, such as "callboard://127.0.0.1:7411". RuntimeError unless it listens."""
+        if self._listener is None:
             raise RuntimeError("The broker is not listening: use `async with Broker() as broker:`")
-        return str(self._url)
+        return str(self._listener.url)
 
     def stats(self) -> BrokerStats:
-        """Return what it has done and holds. Two looks give rates: `later.rates_since(earlier)`."""
-        stats = self._meter.look(self._now(), self._connections, self._routers.values())
-        return replace(stats, broker=self.instance.hex(), refused_connections=self._capacity.refused)
+        """Return the totals; two of them give rates: `later.rates_since(earlier)`.
+
+        Returns:
+            Counters since the start, and current numbers; zeros if it has never run.
+        """
+        return self._statistics.totals(self._now())
 
     def topic_stats(self) -> list[TopicStats]:
-        """Return the numbers of each topic of each domain."""
-        return [topic for router in self._routers.values() for topic in topic_stats(router)]
+        """Return the numbers of each topic of each domain.
+
+        Returns:
+            One entry for each topic that has a publisher or a subscription.
+        """
+        return self._statistics.topics()
 
     def link_stats(self) -> list[LinkStats]:
-        """Return the numbers of each link whose handshake is over."""
-        now = self._now()
-        return [
-            link
-            for router in self._routers.values()
-            for link in link_stats(now, router, self._joined[router])
-        ]
+        """Return the numbers of each link whose handshake is over.
 
-    def tell_stats(self, connection: Connection, questions: Iterable[int]) -> None:
-        """Answer a connection's INSPECTs: the numbers of the broker, and of the domain that it has joined."""
-        router = connection.router
-        if router is None:  # it has said goodbye meanwhile
-            return
-        totals, topics = self.stats(), tuple(topic_stats(router))
-        links = tuple(link_stats(self._now(), router, self._joined[router]))
-        for question in questions:
-            pieces = answer(question, totals, topics, links)
-            self.deliver(router, [Send(connection.peer, piece) for piece in pieces])
+        Returns:
+            One entry for each link; usually one for each node.
+        """
+        return self._statistics.links(self._now())
 
     def _now(self) -> float:
         return 0.0 if self._loop is None else self._loop.time()
 
-    # Its life
-
     async def __aenter__(self) -> Self:
         """Listen."""
-        self._loop = asyncio.get_running_loop()
-        self._drain = None
-        # The graphs of an earlier time take no calls, and hold their publishers.
-        self._routers, self._joined, self._meter = {}, {}, Meter()
-        self._capacity = Capacity(self.options.max_connections)
-        self._meter.started_at = self.loop.time()
-        self._server = await self._listen()
-        check = keep_running("The broker's periodic check", self._check_periodically)
-        self._ticker = self._loop.create_task(check)
+        self._loop = loop = asyncio.get_running_loop()
+        self._reset()
+        dispatcher, statistics = self._dispatcher, self._statistics
+
+        def connect() -> asyncio.BufferedProtocol:
+            return Connection(loop, dispatcher, statistics, self.instance, self._sessions).channel
+
+        statistics.started_at = loop.time()
+        self._listener = await listen(self.options, connect, backlog=dispatcher.capacity.backlog)
+        check = PeriodicCheck(dispatcher, statistics.lag)
+        self._check = loop.create_task(keep_running("The broker's periodic check", check.run))
         return self
 
     async def __aexit__(
@@ -145,235 +125,33 @@ class Broker:
         """Stop."""
         await self.stop()
 
-    async def _listen(self) -> asyncio.Server:
-        options, loop, backlog = self.options, self.loop, self._capacity.backlog
-        if options.unix is not None:
-            url = BrokerUrl("", 0, str(options.unix))
-            moving = "Choose another path with --unix"
-        else:
-            url = BrokerUrl(options.host, options.port)
-            moving = "Choose another port with --port"
-        try:
-            if options.unix is not None:
-                server, self._file = await listen_unix(loop, self._new_channel, options.unix, backlog=backlog)
-                self._url = BrokerUrl("", 0, _absolute(options.unix))
-            else:
-                server = await listen_tcp(loop, self._new_channel, url.host, url.port, backlog=backlog)
-                self._url = url._replace(port=server.sockets[0].getsockname()[1])
-        except (OSError, UnicodeError) as error:
-            if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
-                raise address_in_use_error(str(url), await find_broker(url), moving=moving) from error
-            raise listen_error(str(url), error, host=url.host, moving=moving) from error
-        return server
-
-    def _new_channel(self) -> asyncio.BufferedProtocol:
-        return Connection(self).channel
-
     async def serve_forever(self) -> None:
         """Wait until cancelled."""
         await asyncio.get_running_loop().create_future()
 
     async def stop(self) -> None:
-        """Accept nothing new, finish what has been accepted, say goodbye and close.
+        """Accept nothing new, deliver what has been accepted, say goodbye and close.
 
-        It takes at most `drain_timeout_sec` and two seconds. Cancelled, it closes everything at once.
+        It takes at most `drain_timeout_sec` and two seconds. Cancel it to close everything at once.
         """
-        server, self._server = self._server, None
-        if server is None:
+        listener, dispatcher = self._listener, self._dispatcher
+        if listener is None or dispatcher.draining:
             return
-        file, self._file = self._file, None
-        if file is not None:  # first: a file that nobody listens at is the next broker's
-            file.remove()
-        server.close()
-        self._drain = Drain(self, self._connections)
+        listener.close()
         try:
-            await self._drain.run(self.options.drain_timeout_sec)
+            await Drain(dispatcher).run(self.options.drain_timeout_sec)
         finally:
-            connections = tuple(self._connections)
-            for connection in connections:
-                connection.channel.abort()
-            for connection in connections:
-                connection.leave()  # not when its end is noticed: that may be in another time of this broker
-            self._url = None
-            await self._stop_ticker()
+            links = tuple(dispatcher.links)
+            for link in links:
+                link.channel.abort()
+            for link in links:
+                dispatcher.leave(link)  # not only when its end is noticed: the broker may run again by then
+            self._listener = None
+            await self._stop_check()
 
-    async def _stop_ticker(self) -> None:
-        ticker, self._ticker = self._ticker, None
-        if ticker is not None:
-            ticker.cancel()
+    async def _stop_check(self) -> None:
+        check, self._check = self._check, None
+        if check is not None:
+            check.cancel()
             with contextlib.suppress(asyncio.CancelledError):
-                await ticker
-
-    async def _check_periodically(self) -> None:
-        """Look at every connection's clocks, a few times per keepalive."""
-        tick = min(self.options.keepalive_sec, self.options.handshake_timeout_sec) / TICKS_PER_KEEPALIVE
-        expected = self.loop.time() + tick
-        while True:
-            await asyncio.sleep(tick)
-            now = self.loop.time()
-            self._meter.lag.record(now, max(0.0, now - expected))
-            # After a stall of our own the sockets have not been read yet: judge at the next tick.
-            stalled, expected = now - expected > tick, now + tick
-            if stalled:
-                continue
-            self._judge(now)
-            self.flush()
-
-    def _judge(self, now: float) -> None:
-        """Look at those that somebody relies on, a stop on all; at the others, who may be many, in rounds."""
-        watched = self.draining or any(router.graph.watched for router in self._routers.values())
-        due = dict(self._strangers)
-        for graph, joined in self._joined.items():
-            due.update((joined[peer], None) for peer in graph.relied_on if peer in joined)
-        if watched or now >= self._next_round:
-            self._next_round = now + self._round_sec
-            due.update((each, None) for each in self._connections if watched or each.look_at <= now)
-        for each in due:
-            router = each.router
-            try:
-                each.judge(now, relied_on=watched or (router is not None and each.peer in router.relied_on))
-            except Exception:  # noqa: BLE001 - a bug; the other connections must be checked all the same
-                logger.exception("Closing %s: its periodic check failed", each)
-                each.channel.abort()
-
-    @property
-    def _round_sec(self) -> float:
-        return min(self.options.idle_keepalive_sec, self.options.suspend_close_sec) / TICKS_PER_KEEPALIVE
-
-    def descriptors(self) -> Iterator[int]:
-        """DescriptorOwner: those it listens at, and those of its connections."""
-        yield from () if self._server is None else (sock.fileno() for sock in self._server.sockets)
-        for connection in tuple(self._connections):
-            yield from connection.channel.descriptors()
-
-    # What connections need
-
-    def connection_opened(self, connection: Connection) -> None:
-        """A connection has been made."""
-        self._connections[connection] = self._strangers[connection] = None
-        if len(self._connections) > self._capacity.most:
-            connection.turn_away(ErrorCode.LIMIT, self._capacity.refuse(self.loop.time()))
-
-    def connection_closed(self, connection: Connection) -> None:
-        """A connection is gone."""
-        self._meter.ended(connection.channel)
-        self._connections.pop(connection, None)
-        self._strangers.pop(connection, None)
-        self._dirty.pop(connection, None)
-        self.changed()
-
-    @property
-    def draining(self) -> bool:
-        """Whether it is stopping: nobody may come any more."""
-        return self._drain is not None
-
-    def changed(self) -> None:
-        """A link has room again, or is gone."""
-        if self._drain is not None:
-            self._drain.changed()
-
-    def caught_up(self, connection: Connection) -> None:
-        """A connection has answered that it knows it is held."""
-        if self._drain is not None:
-            self._drain.caught_up(connection)
-
-    def routers(self) -> Iterable[Router]:
-        """Return the routers of all domains."""
-        return self._routers.values()
-
-    def next_session(self) -> int:
-        """Return a number for a new session."""
-        return next(self._sessions)
-
-    def router(self, domain: int) -> Router:
-        """Return the router of a domain's graph."""
-        router = self._routers.get(domain)
-        if router is None:
-            joined: dict[int, Connection] = {}
-            router = self._routers[domain] = Router(
-                domain=domain,
-                max_endpoints=self.options.max_endpoints,
-                max_pending_calls=self.options.max_pending_calls,
-                max_message_bytes=self.options.max_message_bytes,
-                max_queue_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
-                report=lambda endpoint, reason: log_change(
-                    domain, joined.get(endpoint.peer.id), endpoint, reason
-                ),
-            )
-            self._joined[router] = joined
-        return router
-
-    def joined(self, connection: Connection) -> None:
-        """A connection has finished its handshake."""
-        assert connection.router is not None
-        self._strangers.pop(connection, None)
-        self._joined[connection.router][connection.peer] = connection
-
-    def left(self, router: Router, peer: int) -> None:
-        """A connection has left its graph."""
-        self._joined[router].pop(peer, None)
-
-    def deliver(self, router: Router, deliveries: list[Delivery]) -> None:
-        """Put deliveries into their links' outboxes; `flush` sends them."""
-        joined, dirty = self._joined[router], self._dirty
-        most, most_bulk = self.options.max_queue_bytes, self.options.max_bulk_bytes
-        for delivery in deliveries:
-            connection = joined.get(delivery.peer)
-            if connection is None or not connection.channel.connected:
-                lose(delivery)
-                continue
-            dirty[connection] = None
-            outbox = connection.channel.outbox
-            _put(connection, outbox, delivery)
-            if outbox.undroppable_bytes > most or outbox.bulk_bytes > most_bulk:
-                connection.channel.flush()
-                _cut_off(connection)
-
-    def flush(self) -> None:
-        """Write to every link that was delivered to; end those that are too slow for their queues."""
-        while self._dirty:
-            dirty, self._dirty = self._dirty, {}
-            for connection in dirty:
-                connection.channel.flush()
-                outbox = connection.channel.outbox
-                if outbox.held_bytes > outbox.max_held_bytes:
-                    _cut_off(connection)
-        if self._drain is not None:
-            self._drain.changed()
-
-
-def _put(connection: Connection, outbox: Outbox, delivery: Delivery) -> None:
-    """Put one delivery where it waits for its turn; the commonest kinds are asked for first."""
-    if isinstance(delivery, Enqueue):
-        outbox.enqueue(delivery.queue, delivery.item)
-    elif isinstance(delivery, SendCalls):
-        outbox.put_calls(delivery.raw, delivery.key)
-    elif isinstance(delivery, Send):
-        connection.channel.send(delivery.frame)
-    elif isinstance(delivery, CancelCalls):
-        outbox.cancel_calls(delivery.endpoint, delivery.calls)
-    elif isinstance(delivery, Discard):
-        outbox.discard_queue(delivery.queue)
-    elif delivery.code == ErrorCode.LIMIT:
-        connection.cut_off(delivery.text)
-    else:
-        connection.end(ErrorCode(delivery.code), delivery.text)
-
-
-def _cut_off(connection: Connection) -> None:
-    """End a link for which more waits than may: what has not left with the last flush will not."""
-    why = connection.overdue()
-    if why is not None:
-        connection.cut_off(why)
-
-
-def lose(delivery: Delivery) -> None:
-    """Count what a delivery means for a link that has ended."""
-    if isinstance(delivery, Discard):
-        delivery.queue.mark_lost()
-    elif isinstance(delivery, Enqueue) and isinstance(delivery.item, Batch):
-        delivery.queue.mark_lost(delivery.item)
-
-
-def _absolute(path: Path) -> str:
-    return str(path.absolute())
+                await check

@@ -9,17 +9,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
+from broker.deliveries import CancelCalls, Send, SendCalls
 from broker.notices import Notices, type_difference
 from broker.pool import Pool
-from broker.records import (
-    CancelCalls,
-    ClientRecord,
-    PendingCall,
-    Send,
-    SendCalls,
-    ServiceGroup,
-    ServiceRecord,
-)
+from broker.records import ClientRecord, PendingCall, ServiceGroup, ServiceRecord
 from proto import frames, limits
 from proto.codec import encode
 from proto.codes import NoticeKind, Status
@@ -30,7 +23,7 @@ from proto.frames import ReplyEntry, RequestEntry
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from broker.records import Delivery
+    from broker.deliveries import Delivery
 
 EntryT = TypeVar("EntryT", RequestEntry, ReplyEntry)
 

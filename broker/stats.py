@@ -1,7 +1,7 @@
-"""Looks at a broker's graphs and links: what is behind `Broker.stats()`. Pure: time is an argument.
+"""The numbers behind `Broker.stats()`, and the answers to INSPECT. Pure: time is an argument.
 
-Nothing is kept for this but counters where things happen; a look costs about as much as there are lanes,
-topics and links.
+Counters are kept where things happen and summed up here on demand; that costs about as much as there are
+publisher queues, topics and links.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from proto.loop_lag import LoopLag
 from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
-    from broker.connection import Connection
+    from broker.dispatcher import Dispatcher
+    from broker.link import Link
     from broker.router import Router
-    from proto.aio.channel import Channel
 
 
 EntryT = TypeVar("EntryT")
@@ -30,44 +30,64 @@ LINKS_PER_FRAME: Final = 40
 """Keep a STATS frame below limits.MAX_FRAME_BYTES, however long the names are."""
 
 
-class Meter:
-    """What a broker counts beside its graphs.
+class Statistics:
+    """The numbers of one run of a broker.
+
+    Args:
+        broker: The broker's random identity, in hexadecimal.
+        dispatcher: Its links and graphs.
 
     Attributes:
         started_at: Loop time since which it listens.
-        lag: How late its ticker comes.
+        lag: How late its periodic check is.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, broker: str, dispatcher: Dispatcher) -> None:
         self.started_at = 0.0
         self.lag = LoopLag()
-        self._bytes_received = self._bytes_sent = 0
+        self._broker = broker
+        self._dispatcher = dispatcher
 
-    def ended(self, channel: Channel) -> None:
-        """A connection is gone; its bytes still count."""
-        self._bytes_received += channel.bytes_received
-        self._bytes_sent += channel.bytes_sent
-
-    def look(self, now: float, connections: Collection[Connection], routers: Iterable[Router]) -> BrokerStats:
+    def totals(self, now: float) -> BrokerStats:
         """Return the numbers of the whole broker."""
-        outboxes = [each.channel.outbox for each in connections]
+        dispatcher = self._dispatcher
+        channels = [link.channel for link in dispatcher.links]
+        outboxes = [channel.outbox for channel in channels]
         return replace(
-            collect(len(connections), routers),
+            collect(len(channels), dispatcher.joined),
+            broker=self._broker,
+            refused_connections=dispatcher.capacity.refused,
             stamp_sec=now,
             uptime_sec=now - self.started_at,
             lag_last_sec=self.lag.last_sec,
             lag_longest_sec=self.lag.longest_sec(now),
-            suspended=sum(each.suspended_at is not None for each in connections),
+            suspended=sum(link.suspended_at is not None for link in dispatcher.links),
             queued_bytes=sum(outbox.held_bytes for outbox in outboxes),
             urgent_bytes=sum(outbox.urgent_bytes for outbox in outboxes),
             ordered_bytes=sum(outbox.ordered_bytes for outbox in outboxes),
-            bytes_received=self._bytes_received + sum(each.channel.bytes_received for each in connections),
-            bytes_sent=self._bytes_sent + sum(each.channel.bytes_sent for each in connections),
+            bytes_received=dispatcher.closed_bytes_received + sum(each.bytes_received for each in channels),
+            bytes_sent=dispatcher.closed_bytes_sent + sum(each.bytes_sent for each in channels),
         )
+
+    def topics(self) -> list[TopicStats]:
+        """Return the numbers of each topic of each graph."""
+        return [topic for router in self._dispatcher.joined for topic in topic_stats(router)]
+
+    def links(self, now: float) -> list[LinkStats]:
+        """Return the numbers of each link that has joined a graph."""
+        joined = self._dispatcher.joined
+        return [link for router in joined for link in link_stats(now, router, joined[router])]
+
+    def answer(self, now: float, router: Router, inspects: Iterable[int]) -> Iterator[frames.Stats]:
+        """Return the frames that answer INSPECTs with these ids from a link of this graph."""
+        totals, topics = self.totals(now), tuple(topic_stats(router))
+        links = tuple(link_stats(now, router, self._dispatcher.joined[router]))
+        for inspect in inspects:
+            yield from answer(inspect, totals, topics, links)
 
 
 def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
-    """Return the numbers of all graphs of a broker together; those of its links and its clock are missing."""
+    """Return the numbers of all graphs together, without those of links and of the clock."""
     graphs = list(routers)
     topics = [router.topics for router in graphs]
     services = [router.services for router in graphs]
@@ -122,31 +142,31 @@ def topic_stats(router: Router) -> Iterator[TopicStats]:
         )
 
 
-def link_stats(now: float, router: Router, joined: Mapping[int, Connection]) -> Iterator[LinkStats]:
+def link_stats(now: float, router: Router, joined: Mapping[int, Link]) -> Iterator[LinkStats]:
     """Return the numbers of each link of a graph.
 
     Args:
         now: Loop time.
         router: The graph.
-        joined: The connections of its peers, by peer.
+        joined: Its links, by peer.
     """
     queued: Counter[int] = Counter()
     queued_bytes: Counter[int] = Counter()
     for queue, _, number, _ in router.topics.peer_queues():
         queued[number] += queue.pending
         queued_bytes[number] += queue.pending_bytes
-    for number, connection in joined.items():
-        peer, channel = router.peer(number), connection.channel
+    for number, link in joined.items():
+        peer, channel = router.peer(number), link.channel
         endpoints = () if peer is None else tuple(peer.endpoints.values())
         nodes = [endpoint.name for endpoint in endpoints if isinstance(endpoint, NodeRecord)]
         yield LinkStats(
             domain=router.domain,
-            session=connection.session,
-            agent=connection.agent,
+            session=link.session,
+            agent=link.agent,
             nodes=tuple(nodes[:MAX_NODE_NAMES]),
             endpoints=len(endpoints),
-            suspended=connection.suspended_at is not None,
-            silent_ms=round(1000 * connection.silent_s(now)),
+            suspended=link.suspended_at is not None,
+            silent_ms=round(1000 * link.silent_sec(now)),
             queued=queued[number],
             queued_bytes=queued_bytes[number],
             waiting_bytes=channel.outbox.urgent_bytes + channel.outbox.ordered_bytes,
@@ -159,17 +179,17 @@ def link_stats(now: float, router: Router, joined: Mapping[int, Connection]) -> 
 
 
 def answer(
-    question: int, totals: BrokerStats, topics: tuple[TopicStats, ...], links: tuple[LinkStats, ...]
+    inspect: int, totals: BrokerStats, topics: tuple[TopicStats, ...], links: tuple[LinkStats, ...]
 ) -> Iterator[frames.Stats]:
-    """Return the numbers as the frames that answer an INSPECT."""
+    """Return the numbers as the frames that answer an INSPECT; only the first has the totals."""
     pieces: list[tuple[tuple[TopicStats, ...], tuple[LinkStats, ...]]] = [
         *((part, ()) for part in _slices(topics, TOPICS_PER_FRAME)),
         *(((), part) for part in _slices(links, LINKS_PER_FRAME)),
     ]
-    shown: frames.Options = totals.as_dict()
-    for number, piece in enumerate(pieces or [((), ())], 1):
-        yield frames.Stats(question, number < len(pieces), shown, *piece)
-        shown = {}
+    numbers: frames.Options = totals.as_dict()
+    for count, piece in enumerate(pieces or [((), ())], 1):
+        yield frames.Stats(inspect, count < len(pieces), numbers, *piece)
+        numbers = {}
 
 
 def _slices(entries: tuple[EntryT, ...], size: int) -> Iterator[tuple[EntryT, ...]]:

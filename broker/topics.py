@@ -10,20 +10,11 @@ from typing import TYPE_CHECKING
 from broker import credit
 from broker.attachments import Attachments
 from broker.credit_limits import CreditLimits
+from broker.deliveries import Close, Discard, Enqueue, Send
 from broker.departed_queues import DepartedQueues, PeerQueue
 from broker.latched import latch, unlatch
 from broker.notices import Notices, type_difference
-from broker.records import (
-    Close,
-    Discard,
-    Enqueue,
-    PublisherRecord,
-    Route,
-    Send,
-    SubscriptionRecord,
-    Tally,
-    TopicRecord,
-)
+from broker.records import PublisherRecord, Route, SubscriptionRecord, Tally, TopicRecord
 from proto.batches import message_bytes, slice_batch
 from proto.codes import DetachReason, NoticeKind, PolicyKind
 from proto.errors import ErrorCode, ProtocolError
@@ -34,7 +25,8 @@ from proto.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, incompatible_policy
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
-    from broker.records import Delivery, Peer
+    from broker.deliveries import Delivery
+    from broker.records import Peer
     from proto import frames
     from proto.frames import Batch
 

@@ -286,7 +286,7 @@ def test_the_programs_in_the_delivery_guide_print_what_it_says() -> None:
     for program, output in programs:
         done = subprocess.run(
             [sys.executable, "-c", program],
-            env=os.environ | {"PYTHONPATH": str(ROOT), "CALLBOARD_LOG_LEVEL": "WARN"},
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
             capture_output=True,
             text=True,
             check=False,

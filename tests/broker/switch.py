@@ -5,9 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, TypeVar
 
-from broker.records import CancelCalls, Close, Discard, Enqueue, Send, SendCalls
 from broker.router import Router
-from broker.server import lose
 from proto import frames, limits
 from proto.codec import decode, encode
 from proto.fragments import Reassembler
@@ -15,7 +13,8 @@ from proto.outbox import Outbox
 from tests.broker import frame_makers as make
 
 if TYPE_CHECKING:
-    from broker.records import Delivery
+    from broker.deliveries import Delivery
+    from proto.errors import ErrorCode, ProtocolError
 
 F = TypeVar("F")
 
@@ -119,22 +118,29 @@ class Switch:
         for delivery in deliveries:
             outbox = self._outboxes.get(delivery.peer)
             if outbox is None:
-                lose(delivery)
+                delivery.lose()
                 continue
-            match delivery:
-                case Enqueue(_, queue, item):
-                    outbox.enqueue(queue, item)
-                case SendCalls(_, raw, key):
-                    outbox.put_calls(raw, key)
-                case Send(_, frame):
-                    outbox.put_control(encode(frame))
-                case CancelCalls(_, endpoint, calls):
-                    outbox.cancel_calls(endpoint, calls)
-                case Discard(_, queue):
-                    outbox.discard_queue(queue)
-                case Close(peer, code, _):
-                    self.closed[peer] = code
-                    self.cut(peer)
+            channel = _Channel(outbox)
+            delivery.deliver(channel)
+            if channel.error is not None:
+                self.closed[delivery.peer] = channel.error
+                self.cut(delivery.peer)
+
+
+class _Channel:
+    """A Recipient without a socket."""
+
+    def __init__(self, outbox: Outbox) -> None:
+        self.outbox = outbox
+        self.error: ErrorCode | None = None
+
+    def send(self, frame: frames.Frame) -> None:
+        """Queue a control frame."""
+        self.outbox.put_control(encode(frame))
+
+    def fail(self, error: ProtocolError) -> None:
+        """Keep the error's code."""
+        self.error = error.code
 
 
 def talk(switch: Switch, *, qos: frames.Options | None = None) -> tuple[int, int, int]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker.attachments import READERS_PER_FRAME, Attachments
-from broker.records import Enqueue
+from broker.deliveries import Enqueue
 from proto import frames
 from proto.codec import decode
 from proto.codes import DetachReason
@@ -16,7 +16,7 @@ from tests.broker import frame_makers as make
 from tests.broker.switch import Switch, talk
 
 if TYPE_CHECKING:
-    from broker.records import Delivery
+    from broker.deliveries import Delivery
 
 PUBLISHERS = 3
 READERS = 1000

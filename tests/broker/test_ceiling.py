@@ -45,7 +45,7 @@ async def writers(stack: AsyncExitStack, broker: Broker, count: int) -> list[tup
 
 def held(broker: Broker) -> int:
     """Return the most that waits for one link."""
-    return max(connection.channel.outbox.held_bytes for connection in broker._connections)
+    return max(connection.channel.outbox.held_bytes for connection in broker._dispatcher.links)
 
 
 @pytest.mark.parametrize("late", [False, True])

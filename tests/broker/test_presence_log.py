@@ -17,6 +17,11 @@ LOGGER = "callboard.broker"
 QUICK = BrokerOptions(port=0, drain_timeout_sec=0.2)
 
 
+def verbose_broker() -> Broker:
+    """Return a broker that logs nodes at info, as the daemon does."""
+    return Broker(QUICK, node_log_level=logging.INFO)
+
+
 def lines(caplog: pytest.LogCaptureFixture, level: int) -> list[str]:
     """Return what has been logged at this level."""
     return [record.getMessage() for record in caplog.records if record.levelno == level]
@@ -25,7 +30,7 @@ def lines(caplog: pytest.LogCaptureFixture, level: int) -> list[str]:
 async def test_each_node_that_comes_or_goes_is_one_line_at_info(caplog: pytest.LogCaptureFixture) -> None:
     """With its name, its address and the reason: one leaves, one dies."""
     caplog.set_level(logging.INFO, LOGGER)
-    async with Broker(QUICK) as broker:
+    async with verbose_broker() as broker:
         async with link(broker, "/talker", domain=3) as client:
             client.send(frames.Goodbye("stopped"))
             await client.gone()
@@ -42,7 +47,7 @@ async def test_each_node_that_comes_or_goes_is_one_line_at_info(caplog: pytest.L
 async def test_a_node_that_ends_with_the_broker_has_left(caplog: pytest.LogCaptureFixture) -> None:
     """Nobody has died because the broker stops."""
     caplog.set_level(logging.INFO, LOGGER)
-    async with Broker(QUICK) as broker, link(broker, "/talker"):
+    async with verbose_broker() as broker, link(broker, "/talker"):
         await broker.stop()
     assert [line for line in lines(caplog, logging.INFO) if "left" in line and "is stopping" in line]
 
@@ -53,8 +58,23 @@ async def test_a_node_that_connects_again_says_why_the_first_has_gone(
     """The same instance and token take over."""
     caplog.set_level(logging.INFO, LOGGER)
     same = {"instance": b"i" * 16, "token": b"t" * 16}
-    async with Broker(QUICK) as broker, link(broker, "/n", **same), link(broker, "/n", **same):
+    async with (
+        verbose_broker() as broker,
+        link(broker, "/n", **same),
+        link(broker, "/n", **same),
+    ):
         assert [line for line in lines(caplog, logging.INFO) if "left" in line and "connected again" in line]
+
+
+async def test_an_embedded_broker_logs_nodes_at_debug_only(caplog: pytest.LogCaptureFixture) -> None:
+    """A program that embeds a broker prints nothing that it did not ask for."""
+    caplog.set_level(logging.DEBUG, LOGGER)
+    async with Broker(QUICK) as broker, link(broker, "/talker"):
+        pass
+    assert not lines(caplog, logging.INFO)
+    debug = "\n".join(lines(caplog, logging.DEBUG))
+    assert "Node /talker joined" in debug
+    assert "Node /talker died" in debug or "Node /talker left" in debug
 
 
 async def test_hidden_nodes_connections_and_declarations_are_for_debug(
@@ -62,7 +82,7 @@ async def test_hidden_nodes_connections_and_declarations_are_for_debug(
 ) -> None:
     """What commands do does not fill the log."""
     caplog.set_level(logging.DEBUG, LOGGER)
-    async with Broker(QUICK) as broker, link(broker, "/_cli") as client:
+    async with verbose_broker() as broker, link(broker, "/_cli") as client:
         client.send(make.publisher(1))
         await client.synchronise()
         client.send(frames.Undeclare(1))

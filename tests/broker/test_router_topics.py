@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgpack
 import pytest
 
-from broker.records import Discard, Enqueue
+from broker.deliveries import Discard, Enqueue
 from broker.router import Router
 from proto import frames, limits
 from proto.codec import decode

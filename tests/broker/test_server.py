@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker import AddressInUseError, Broker, BrokerOptions, InvalidOptionError, ListenError
-from broker.connection import Connection
+from broker.periodic_check import PeriodicCheck
 from proto import frames, limits
 from proto.codec import encode
 from proto.errors import ErrorCode
@@ -23,6 +23,8 @@ from tests.broker.rawclient import RawClient, hello, link, stream, told, until
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
+
+    from broker.link import Link
 
 QUICK = BrokerOptions(port=0, keepalive_sec=0.3, idle_keepalive_sec=0.3, drain_timeout_sec=0.2)
 
@@ -392,17 +394,17 @@ async def test_an_error_in_the_check_of_one_connection_ends_that_one(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """The connections behind it in the same check are still checked."""
-    judge = Connection.judge
-    failing: list[Connection] = []
+    check_link = PeriodicCheck.check_link
+    failing: list[Link] = []
 
-    def fail_for_the_first(connection: Connection, now: float, *, relied_on: bool) -> None:
+    def fail_for_the_first(check: PeriodicCheck, link: Link, now: float, *, all_due: bool) -> None:
         if not failing:
-            failing.append(connection)
-        if connection is failing[0]:
+            failing.append(link)
+        if link is failing[0]:
             raise RuntimeError("a bug")
-        judge(connection, now, relied_on=relied_on)
+        check_link(check, link, now, all_due=all_due)
 
-    monkeypatch.setattr(Connection, "judge", fail_for_the_first)
+    monkeypatch.setattr(PeriodicCheck, "check_link", fail_for_the_first)
     options = BrokerOptions(port=0, handshake_timeout_sec=0.1, drain_timeout_sec=0)
     async with Broker(options) as quick, stream(quick) as (first, _), stream(quick) as (second, _):
         assert await told(first) is None

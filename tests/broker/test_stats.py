@@ -282,7 +282,7 @@ async def test_who_asks_for_numbers_without_reading_them_is_cut_off() -> None:
 async def test_what_waits_for_a_link_is_all_that_is_not_a_run(broker: Broker) -> None:
     """Large calls and latched messages, too: totals and links say the same."""
     async with link(broker, "/reader"):
-        (connection,) = broker._connections
+        (connection,) = broker._dispatcher.links
         outbox = connection.channel.outbox
         frames_waiting = [encode(make.request(1, 1)), encode(make.request(1, 2, body=bytes(300_000)))]
         for raw in frames_waiting:

@@ -11,7 +11,6 @@ from unittest import mock
 
 import broker.attachments
 import broker.latched
-import broker.server
 import broker.topics
 from actors.callbacks.deadlines import Deadlines
 from actors.endpoints.client.client import Client
@@ -20,10 +19,12 @@ from actors.endpoints.flow_control.credit import CreditGrants
 from actors.endpoints.publisher.publisher import Publisher
 from actors.endpoints.service.service import Service
 from actors.endpoints.subscription.subscription import Subscription
+from broker.deliveries import Discard, Enqueue
 from broker.departed_queues import DepartedQueues
 from broker.drain import Drain
 from broker.graph import Graph
-from broker.records import Enqueue, Route
+from broker.link import Link
+from broker.records import Route
 from broker.router import Router
 from broker.server import Broker
 from broker.services import Services
@@ -84,14 +85,21 @@ def drops_in_silence() -> Iterator[None]:
 @contextmanager
 def forwards_twice() -> Iterator[None]:
     """The broker sends each run twice."""
-    put = broker.server._put
+    deliver = Enqueue.deliver
 
-    def twice(connection: Any, outbox: Outbox, delivery: Any) -> None:
-        put(connection, outbox, delivery)
-        if isinstance(delivery, Enqueue) and not isinstance(delivery.item, bytes):
-            put(connection, outbox, delivery)
+    def twice(delivery: Enqueue, channel: Any) -> None:
+        deliver(delivery, channel)
+        if not isinstance(delivery.item, bytes):
+            deliver(delivery, channel)
 
-    with mock.patch.object(broker.server, "_put", twice):
+    with mock.patch.object(Enqueue, "deliver", twice):
+        yield
+
+
+@contextmanager
+def loses_in_silence() -> Iterator[None]:
+    """The broker does not count what a link that ends can no longer get."""
+    with mock.patch.object(Enqueue, "lose"), mock.patch.object(Discard, "lose"):
         yield
 
 
@@ -248,7 +256,7 @@ def overlooks_a_gap() -> Iterator[None]:
 @contextmanager
 def has_no_ceiling() -> Iterator[None]:
     """However much waits for a link, nothing goes."""
-    with mock.patch.object(Outbox, "_drop_from_fullest"), mock.patch.object(broker.server, "_cut_off"):
+    with mock.patch.object(Outbox, "_drop_from_fullest"), mock.patch.object(Link, "fail_if_over_limit"):
         yield
 
 
@@ -280,13 +288,13 @@ def remembers_suspensions() -> Iterator[None]:
 
 
 @contextmanager
-def leaves_its_ticker() -> Iterator[None]:
+def leaves_its_check() -> Iterator[None]:
     """A broker that stops leaves a task behind."""
 
     async def nothing(_: Broker) -> None:
         return
 
-    with mock.patch.object(Broker, "_stop_ticker", nothing):
+    with mock.patch.object(Broker, "_stop_check", nothing):
         yield
 
 
@@ -392,7 +400,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "KEEP_ALL loses nothing": (keeps_all_like_one, True),
     "gaps are counted": (overlooks_a_gap, False),
     "breaks are counted": (miscounts_a_break, False),
-    "links that end are accounted for": (does_nothing(broker.server, "lose"), False),
+    "links that end are accounted for": (loses_in_silence, False),
     "credit comes": (does_nothing(CreditGrants, "taken"), True),
     "replies go to their caller": (answers_somebody_else, True),
     "requests come once": (answers_twice, True),
@@ -409,7 +417,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "links that are gone are forgotten": (relies_on_the_gone, True),
     "suspensions are forgotten": (remembers_suspensions, False),
     "queues that are empty are forgotten": (does_nothing(DepartedQueues, "_is_over"), True),
-    "a stopped broker leaves nothing": (leaves_its_ticker, True),
+    "a stopped broker leaves nothing": (leaves_its_check, True),
     "the suspended come back": (among(restores_nobody, faults.freeze, faults.stop), False),
     "those that are gone are not waited for": (says_that_all_are_silent, False),
     "the suspended are waited for": (says_that_all_are_gone, False),

@@ -258,7 +258,7 @@ def _errors_are_counted(world: World) -> None:
 def _nothing_waits_in_outboxes(world: World) -> None:
     """At rest every outbox is empty, in fact and by its own counters."""
     assert world.home.broker is not None
-    channels = [connection.channel for connection in world.home.broker._connections]
+    channels = [link.channel for link in world.home.broker._dispatcher.links]
     for channel in (*channels, *(member.node._context.link.channel for member in world.members)):
         assert channel is not None
         outbox = channel.outbox
@@ -279,8 +279,8 @@ def _broker_forgets(world: World) -> None:
     stats = world.home.broker.stats()
     if stats.connections or stats.endpoints or stats.queued or stats.pending_calls:
         world.complain(f"without nodes the broker has {stats}")
-    _is_empty(world, world.home.broker, "_connections", "_strangers", "_dirty")
-    for router, joined in world.home.broker._joined.items():
+    _is_empty(world, world.home.broker._dispatcher, "links", "strangers", "_unflushed")
+    for router, joined in world.home.broker._dispatcher.joined.items():
         if joined:
             world.complain(f"without nodes {len(joined)} links are joined")
         waiting = sum(not peer_queue.queue.empty for peer_queue in router.topics.peer_queues())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from tests.simulation.network import BROKER
 
 if TYPE_CHECKING:
-    from broker.connection import Connection
+    from broker.link import Link
     from proto.aio.channel import Channel
     from tests.simulation.member import Member
     from tests.simulation.world import World
@@ -39,11 +39,11 @@ async def silence(world: World, lasting: float, *, unheard: list[Member], unhear
     await asyncio.sleep(max(0.0, lasting - NOTICE_SEC))
 
 
-def _relied_on(world: World, member: Member) -> Connection | None:
+def _relied_on(world: World, member: Member) -> Link | None:
     """Return the broker's end of a member's link, if somebody is matched with the member."""
     broker = world.home.broker
     assert broker is not None
-    for router, joined in broker._joined.items():
+    for router, joined in broker._dispatcher.joined.items():
         record = router._names.get(member.node.get_fully_qualified_name())
         connection = None if record is None else joined.get(record.peer.id)
         if record is not None and connection is not None and connection.channel.connected:

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
-from broker.server import Broker
+from broker.dispatcher import Dispatcher
 from proto.aio.channel import Channel
 from proto.session import Role
 from tests.simulation import structure
@@ -23,9 +23,10 @@ from tests.simulation.talk import Talk
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from broker.deliveries import Delivery
     from broker.options import BrokerOptions
-    from broker.records import Delivery
     from broker.router import Router
+    from broker.server import Broker
     from proto.publisher_queue import PublisherQueue
     from tests.simulation.records import Heard, Told
     from tests.simulation.world import World
@@ -72,7 +73,7 @@ class Steps:
     @contextmanager
     def taken(self) -> Iterator[None]:
         """Look, while inside."""
-        flush, deliver = Channel.flush, Broker.deliver
+        flush, deliver = Channel.flush, Dispatcher.deliver
 
         def noting_flush(channel: Channel) -> None:
             if channel.session.role is Role.BROKER:
@@ -81,15 +82,15 @@ class Steps:
                 self._nodes_moved = True
             flush(channel)
 
-        def noting_deliver(broker: Broker, router: Router, deliveries: list[Delivery]) -> None:
+        def noting_deliver(dispatcher: Dispatcher, router: Router, deliveries: list[Delivery]) -> None:
             self._brokers_moved = True
-            deliver(broker, router, deliveries)
+            deliver(dispatcher, router, deliveries)
 
         self._world.loop.after_turn = self._turn_ended
         try:
             with (
                 mock.patch.object(Channel, "flush", noting_flush),
-                mock.patch.object(Broker, "deliver", noting_deliver),
+                mock.patch.object(Dispatcher, "deliver", noting_deliver),
                 self._talk.heard(),
             ):
                 yield
@@ -108,10 +109,10 @@ class Steps:
         if self._brokers_moved:
             self._brokers_moved = False
             for host, broker in self._brokers():
-                for router in broker._routers.values():
+                for router in broker._dispatcher.joined:
                     self._routed_is_accounted_for(host, router)
-                for connection in broker._connections:
-                    self._keeps_its_ceilings(host, connection.channel, broker.options)
+                for link in broker._dispatcher.links:
+                    self._keeps_its_ceilings(host, link.channel, broker.options)
                 self._complain(host, structure.of_suspensions(broker))
         if self._nodes_moved:
             self._nodes_moved = False

@@ -27,16 +27,16 @@ Wrongs: TypeAlias = "Iterator[str]"
 
 def of_broker(broker: Broker) -> Wrongs:
     """Look at a broker: its graphs, and what waits for its links."""
-    for router in broker._routers.values():
+    for router in broker._dispatcher.joined:
         yield from of_router(router)
-    for connection in broker._connections:
-        outbox = connection.channel.outbox
+    for link in broker._dispatcher.links:
+        outbox = link.channel.outbox
         yield from of_outbox(outbox)
         # In a broker no credit holds a lane back: each that is not empty waits for its turn.
         held = sum(queue.counted_bytes for queue in outbox._ready)
         if outbox.held_bytes != held:
             yield f"an outbox counts {outbox.held_bytes} bytes of messages, its lanes {held}"
-        if connection.channel.connected:
+        if link.channel.connected:
             for queue in outbox._ready:  # what its ceiling was compared with is what waits
                 if queue.counted_bytes != queue.held_bytes:
                     yield f"a lane counts for {queue.counted_bytes} bytes and holds {queue.held_bytes}"
@@ -44,11 +44,11 @@ def of_broker(broker: Broker) -> Wrongs:
 
 def of_suspensions(broker: Broker) -> Wrongs:
     """Look at who is suspended: in the graph as on its link."""
-    for router, joined in broker._joined.items():
-        for number, connection in joined.items():
+    for router, joined in broker._dispatcher.joined.items():
+        for number, link in joined.items():
             peer = router.peer(number)
-            if peer is not None and peer.suspended != (connection.suspended_at is not None):
-                yield f"{connection} is silent since {connection.suspended_at}, suspended: {peer.suspended}"
+            if peer is not None and peer.suspended != (link.suspended_at is not None):
+                yield f"{link} is silent since {link.suspended_at}, suspended: {peer.suspended}"
 
 
 def of_node(node: actors.Node) -> Wrongs:

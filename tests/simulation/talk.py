@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
 from actors.endpoints.context import NodeContext
+from broker.deliveries import Enqueue, Send
+from broker.dispatcher import Dispatcher
 from broker.drain import Drain
-from broker.records import Enqueue, Send, ServiceRecord
+from broker.records import ServiceRecord
 from broker.router import Router
 from proto import frames, limits
 from proto.aio.channel import Channel
@@ -24,8 +26,8 @@ from proto.session import State
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from broker.connection import Connection
-    from broker.records import Delivery
+    from broker.deliveries import Delivery
+    from broker.link import Link
     from proto.publisher_queue import PublisherQueue
     from tests.simulation.world import World
 
@@ -45,7 +47,7 @@ class Talk:
         """Servers whose RETIRE a broker has taken."""
         self._said_so: set[tuple[Channel, int]] = set()
         """Servers that have sent RETIRE."""
-        self._caught_up: set[Connection] = set()
+        self._caught_up: set[Link] = set()
         """Links that have answered that they know that they are held."""
         self._held: dict[Router, set[int]] = {}
         """The publishers that a stopping broker has held before it asked their links to catch up.
@@ -112,25 +114,25 @@ class Talk:
 
     @contextmanager
     def _drains_heard(self) -> Iterator[None]:
-        batch, hold, caught_up = Drain.run, Drain._hold, Drain.caught_up
+        run, hold, caught_up = Drain.run, Drain._hold, Dispatcher.caught_up
 
         def noting_hold(drain: Drain) -> None:
-            for router in drain._broker.routers():
+            for router in drain._dispatcher.joined:
                 self._held[router] = {publisher.key for publisher in router.topics.publishers()}
             hold(drain)
 
-        def noting_caught_up(drain: Drain, connection: Connection) -> None:
-            self._caught_up.add(connection)
-            caught_up(drain, connection)
+        def noting_caught_up(dispatcher: Dispatcher, link: Link) -> None:
+            self._caught_up.add(link)
+            caught_up(dispatcher, link)
 
         async def noting_run(drain: Drain, timeout_sec: float) -> None:
-            links = _whole(drain._connections)
-            await batch(drain, timeout_sec)
+            links = _whole(drain._dispatcher.links)
+            await run(drain, timeout_sec)
             self._goodbye_was_said(links)
 
         with (
             mock.patch.object(Drain, "_hold", noting_hold),
-            mock.patch.object(Drain, "caught_up", noting_caught_up),
+            mock.patch.object(Dispatcher, "caught_up", noting_caught_up),
             mock.patch.object(Drain, "run", noting_run),
         ):
             yield
@@ -199,22 +201,20 @@ class Talk:
         small = message_bytes(batch) < limits.FRAGMENT_BYTES
         departs = any(queue.publisher == batch.publisher for queue in self._departing)
         if batch.publisher in self._held.get(router, ()) and small and not departs:
-            for connection in self._caught_up:
-                if connection.router is router and connection.peer == peer:
-                    self._world.complain(f"{connection} has been held, and publishes {batch.first_sequence}")
+            for link in self._caught_up:
+                if link.router is router and link.peer == peer:
+                    self._world.complain(f"{link} has been held, and publishes {batch.first_sequence}")
 
-    def _goodbye_was_said(self, links: list[Connection]) -> None:
+    def _goodbye_was_said(self, links: list[Link]) -> None:
         """A stop leaves no link without a goodbye."""
-        for connection in links:
-            if connection.channel.connected and connection.channel.session.state is State.OPEN:
-                self._world.complain(f"{connection} is not told that the broker stops")
+        for link in links:
+            if link.channel.connected and link.channel.session.state is State.OPEN:
+                self._world.complain(f"{link} is not told that the broker stops")
 
 
-def _whole(connections: Iterable[Connection]) -> list[Connection]:
+def _whole(links: Iterable[Link]) -> list[Link]:
     """Return those that are open, and not silent."""
-    return [
-        each for each in connections if each.channel.session.state is State.OPEN and each.suspended_at is None
-    ]
+    return [each for each in links if each.channel.session.state is State.OPEN and each.suspended_at is None]
 
 
 def _is_suspended(router: Router, name: str) -> bool:

@@ -96,7 +96,7 @@ def watch_links(stage: Stage) -> Callable[[], int]:
 
     def look() -> None:
         nonlocal most
-        most = max(most, *(each.channel.outbox.held_bytes for each in stage.broker._connections), 0)
+        most = max(most, *(each.channel.outbox.held_bytes for each in stage.broker._dispatcher.links), 0)
 
     stage.loop.after_turn = look
     return lambda: most

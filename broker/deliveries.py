@@ -1,0 +1,123 @@
+"""What a router asks for on behalf of one peer: each delivery knows how it reaches the peer's channel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from proto.errors import ErrorCode, ProtocolError
+from proto.frames import Batch, Frame, Replay
+
+if TYPE_CHECKING:
+    from proto.outbox import Outbox
+    from proto.publisher_queue import PublisherQueue
+
+
+class Recipient(Protocol):
+    """What deliveries use of a channel."""
+
+    @property
+    def outbox(self) -> Outbox:
+        """What waits to be sent."""
+        ...
+
+    def send(self, frame: Frame) -> None:
+        """Queue a control frame."""
+        ...
+
+    def fail(self, error: ProtocolError) -> None:
+        """Tell the peer why, and close."""
+        ...
+
+
+@dataclass(slots=True)
+class Delivery:
+    """Something for the peer with this number."""
+
+    peer: int
+
+    def deliver(self, channel: Recipient) -> None:
+        """Hand it to the peer's channel; the caller flushes."""
+        raise NotImplementedError
+
+    def lose(self) -> None:
+        """Count the messages that are lost because the peer's connection has ended."""
+
+
+@dataclass(slots=True)
+class Send(Delivery):
+    """Send a control frame."""
+
+    frame: Frame
+
+    def deliver(self, channel: Recipient) -> None:
+        """Queue the frame ahead of calls and messages."""
+        channel.send(self.frame)
+
+
+@dataclass(slots=True)
+class SendCalls(Delivery):
+    """Send encoded requests or replies; `key` names a large one (see `Outbox.put_calls`)."""
+
+    raw: bytes
+    key: tuple[int, int]
+
+    def deliver(self, channel: Recipient) -> None:
+        """Queue the frame ahead of messages."""
+        channel.outbox.put_calls(self.raw, self.key)
+
+
+@dataclass(slots=True)
+class CancelCalls(Delivery):
+    """Cancel calls at their server; large requests that have not been sent yet are removed instead."""
+
+    endpoint: int
+    calls: list[int]
+
+    def deliver(self, channel: Recipient) -> None:
+        """Remove unsent requests, and queue a CANCEL for the others."""
+        channel.outbox.cancel_calls(self.endpoint, self.calls)
+
+
+@dataclass(slots=True)
+class Enqueue(Delivery):
+    """Send a batch, or latched messages or a control frame that keep their order with batches."""
+
+    queue: PublisherQueue
+    item: Batch | Replay | bytes
+
+    def deliver(self, channel: Recipient) -> None:
+        """Append the item to its publisher queue."""
+        channel.outbox.enqueue(self.queue, self.item)
+
+    def lose(self) -> None:
+        """Count the messages of a batch."""
+        if isinstance(self.item, Batch):
+            self.queue.mark_lost(self.item)
+
+
+@dataclass(slots=True)
+class Discard(Delivery):
+    """Drop everything in a publisher queue that has no reader any more."""
+
+    queue: PublisherQueue
+
+    def deliver(self, channel: Recipient) -> None:
+        """Remove the queue's content from the outbox."""
+        channel.outbox.discard_queue(self.queue)
+
+    def lose(self) -> None:
+        """Count the messages that are still in the queue."""
+        self.queue.mark_lost()
+
+
+@dataclass(slots=True)
+class Close(Delivery):
+    """Close a peer's connection with an error."""
+
+    code: ErrorCode
+    text: str
+
+    def deliver(self, channel: Recipient) -> None:
+        """Tell the peer why, and close."""
+        channel.fail(ProtocolError(self.code, self.text))

@@ -1,0 +1,170 @@
+"""The links and graphs of one broker: which links have joined which graph, and how deliveries reach them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from broker.link import logger
+from broker.presence_log import log_change
+from broker.router import Router
+from proto.errors import ErrorCode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from broker.capacity import Capacity
+    from broker.deliveries import Delivery
+    from broker.link import Link
+    from broker.options import BrokerOptions
+
+
+class Dispatcher:
+    """One run of a broker, from start to stop.
+
+    Args:
+        options: The broker's limits.
+        capacity: How many links it may have.
+        node_log_level: Level of the log lines about nodes that join and leave.
+
+    Attributes:
+        links: All links.
+        strangers: Those that have not finished their handshake.
+        joined: By graph, the links that have joined it, by peer.
+        draining: Whether the broker is stopping: no peer may join any more.
+        on_progress: Called after each delivery, write and end of a link; set while draining.
+        closed_bytes_received, closed_bytes_sent: Bytes of the links that are gone.
+    """
+
+    def __init__(self, options: BrokerOptions, capacity: Capacity, node_log_level: int) -> None:
+        self.options = options
+        self.capacity = capacity
+        self.links: dict[Link, None] = {}
+        self.strangers: dict[Link, None] = {}
+        self.joined: dict[Router, dict[int, Link]] = {}
+        self.draining = False
+        self.on_progress: Callable[[], None] | None = None
+        self.closed_bytes_received = self.closed_bytes_sent = 0
+        self._node_log_level = node_log_level
+        self._routers: dict[int, Router] = {}
+        self._unflushed: dict[Link, None] = {}
+
+    def open(self, link: Link) -> None:
+        """Add a new link, or refuse it if there are too many."""
+        self.links[link] = self.strangers[link] = None
+        if len(self.links) > self.capacity.most:
+            link.turn_away(ErrorCode.LIMIT, self.capacity.refuse(link.opened_at))
+
+    def close(self, link: Link) -> None:
+        """Remove a link whose connection has ended."""
+        self.leave(link)
+        self.closed_bytes_received += link.channel.bytes_received
+        self.closed_bytes_sent += link.channel.bytes_sent
+        self.links.pop(link, None)
+        self.strangers.pop(link, None)
+        self._unflushed.pop(link, None)
+        self.note_progress()
+
+    def join(self, link: Link, domain: int, instance: bytes, token: bytes) -> None:
+        """Add a link to the graph of its domain after its handshake."""
+        router = self._router(domain)
+        link.peer, deliveries = router.connect(instance, token)
+        link.router = router
+        self.strangers.pop(link, None)
+        self.joined[router][link.peer] = link
+        self.deliver(router, deliveries)
+
+    def _router(self, domain: int) -> Router:
+        router = self._routers.get(domain)
+        if router is None:
+            joined: dict[int, Link] = {}
+            router = self._routers[domain] = Router(
+                domain=domain,
+                max_endpoints=self.options.max_endpoints,
+                max_pending_calls=self.options.max_pending_calls,
+                max_message_bytes=self.options.max_message_bytes,
+                max_queue_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
+                report=lambda endpoint, reason: log_change(
+                    self._node_log_level, domain, joined.get(endpoint.peer.id), endpoint, reason
+                ),
+            )
+            self.joined[router] = joined
+        return router
+
+    def leave(self, link: Link) -> None:
+        """Take a link out of its graph, and close it."""
+        router, link.router = link.router, None
+        if router is not None:
+            self.note_ending(link, "")
+            deliveries = router.disconnect(link.peer)
+            self.joined[router].pop(link.peer, None)
+            self.deliver(router, deliveries)
+            self.flush()
+        link.channel.close()
+
+    def note_ending(self, link: Link, reason: str, *, left: bool = False) -> None:
+        """Record why a link ends; only the first reason counts.
+
+        Args:
+            link: The link.
+            reason: For the log; "" if the link just closes. While the broker stops, that is the reason.
+            left: Whether the client wants to stop, so that its nodes have not died.
+        """
+        if not link.ending:
+            link.left = left or self.draining
+            link.ending = "the broker is stopping" if self.draining else reason or "closed"
+
+    def suspend(self, link: Link, router: Router, now: float) -> None:
+        """Take a silent link's endpoints out of the graph until it is heard again."""
+        logger.warning("%s has been silent for %.1f s: suspended", link, now - link.liveness.heard_at)
+        link.suspended_at = now
+        self.deliver(router, router.suspend(link.peer))
+
+    def restore(self, link: Link) -> None:
+        """Put the endpoints of a suspended link that is heard again back into the graph."""
+        link.suspended_at = None
+        if link.router is not None:
+            logger.warning("%s is back", link)
+            self.deliver(link.router, link.router.restore(link.peer))
+
+    def caught_up(self, link: Link) -> None:
+        """Note that everything a link sent before the hold has arrived."""
+        link.behind = False
+        self.note_progress()
+
+    def note_progress(self) -> None:
+        """Let a drain look again."""
+        if self.on_progress is not None:
+            self.on_progress()
+
+    def deliver(self, router: Router, deliveries: list[Delivery]) -> None:
+        """Put deliveries into the outboxes of their links; `flush` sends them."""
+        joined, unflushed = self.joined[router], self._unflushed
+        most, most_bulk = self.options.max_queue_bytes, self.options.max_bulk_bytes
+        for delivery in deliveries:
+            link = joined.get(delivery.peer)
+            if link is None or not (channel := link.channel).connected:
+                delivery.lose()
+                continue
+            unflushed[link] = None
+            delivery.deliver(channel)
+            outbox = channel.outbox
+            if outbox.undroppable_bytes > most or outbox.bulk_bytes > most_bulk:
+                channel.flush()
+                link.fail_if_over_limit()
+
+    def flush(self) -> None:
+        """Write to every link with new deliveries; close those that are over their limits."""
+        while self._unflushed:
+            unflushed, self._unflushed = self._unflushed, {}
+            for link in unflushed:
+                channel = link.channel
+                channel.flush()
+                if channel.outbox.held_bytes > channel.outbox.max_held_bytes:
+                    link.fail_if_over_limit()
+        if self.on_progress is not None:
+            self.on_progress()
+
+    def descriptors(self) -> Iterator[int]:
+        """DescriptorOwner: those of all links."""
+        for link in tuple(self.links):
+            yield from link.channel.descriptors()

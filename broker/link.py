@@ -1,0 +1,124 @@
+"""One client's link, as all parts of a broker see it: its identity, state and limits."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING, Final
+
+from proto import frames
+from proto.errors import ErrorCode, ProtocolError
+from proto.liveness import Liveness
+from proto.session import State
+
+if TYPE_CHECKING:
+    from broker.options import BrokerOptions
+    from broker.router import Router
+    from proto.aio.channel import Channel
+
+logger: Final = logging.getLogger("callboard.broker")
+
+CATCH_UP: Final = 1
+"""The token of the PING that follows a hold: its PONG comes after all frames sent before the hold."""
+
+
+class Link:
+    """One client's link.
+
+    Args:
+        channel: Its bytes.
+        options: The broker's limits.
+        now: Loop time.
+
+    Attributes:
+        router: The router of the graph it has joined; None before the handshake and after it has left.
+        peer: Its number in that graph.
+        session: Its number in the broker; 0 before the handshake.
+        agent: The client's name for itself, safe to show.
+        address: Its host and port, or "unix socket".
+        opened_at: Loop time when it was opened.
+        check_at: Loop time of the next keepalive check, even if nothing relies on the link.
+        suspended_at: Loop time since which it is suspended for silence, or None.
+        was_relied_on: Whether something relied on the link at the last keepalive check.
+        behind: Whether frames that it sent before the broker's hold may still arrive.
+        left: Whether it ends because the client or the broker stops.
+        ending: Why it ends; "" until that is known.
+    """
+
+    def __init__(self, channel: Channel, options: BrokerOptions, now: float) -> None:
+        self.channel = channel
+        channel.outbox.max_held_bytes = options.max_link_bytes
+        self._options = options
+        self.router: Router | None = None
+        self.peer = 0
+        self.session = 0
+        self.agent = "?"
+        self.address = "?"
+        self.opened_at = now
+        self.check_at = 0.0
+        self.suspended_at: float | None = None
+        self.was_relied_on = False
+        self.behind = False
+        self.left = False
+        self.ending = ""
+        self.liveness = Liveness(now)
+
+    def fail(self, code: ErrorCode, text: str) -> None:
+        """Tell the peer why, and close."""
+        self.channel.fail(ProtocolError(code, text))
+
+    def fail_if_over_limit(self) -> None:
+        """Close the link if more waits for it than its limits allow and nothing of that may be dropped."""
+        outbox, options = self.channel.outbox, self._options
+        if outbox.bulk_bytes > options.max_bulk_bytes:  # however fast the peer reads: so much came at once
+            text = (
+                f"{outbox.bulk_bytes} bytes of latched messages and large calls wait for this link,"
+                f" and {options.max_bulk_bytes} may (the broker's --max-bulk-bytes)"
+            )
+        elif outbox.undroppable_bytes > options.max_queue_bytes:
+            text = _too_slow("calls and control frames", options.max_queue_bytes)
+        elif outbox.held_bytes > options.max_link_bytes:
+            text = _too_slow("messages that must not be dropped", options.max_link_bytes)
+        else:
+            return
+        self.fail(ErrorCode.LIMIT, text)
+
+    def turn_away(self, code: ErrorCode, text: str) -> None:
+        """Tell a peer without a session why it is refused, and close; log nothing for each of many."""
+        self.channel.send(frames.Error(code, text))
+        self.channel.flush()
+        self.channel.close()
+
+    def request_catch_up(self) -> None:
+        """Ask a peer with a session to confirm that it has received everything sent so far."""
+        if self.channel.session.state is State.OPEN:
+            self.behind = True
+            self.channel.send(frames.Ping(CATCH_UP))
+
+    @property
+    def has_unsent(self) -> bool:
+        """Whether anything waits for a peer that may still read it."""
+        if not self.channel.connected or self.suspended_at is not None:
+            return False
+        outbox = self.channel.outbox
+        return outbox.undroppable_bytes > 0 or outbox.has_more
+
+    def say_goodbye(self) -> None:
+        """Tell the peer that the broker stops; the peer closes when it has read everything."""
+        if self.channel.session.state is State.OPEN:
+            self.channel.send(frames.Goodbye("the broker is stopping"))
+            self.channel.flush()
+        else:
+            self.channel.close()
+
+    def silent_sec(self, now: float) -> float:
+        """Return for how long nothing has arrived, as far as the checks have noticed."""
+        return self.liveness.silent_s(now, self.channel.bytes_received)
+
+    def __str__(self) -> str:
+        nodes = [] if self.router is None else self.router.node_names(self.peer)
+        where = ", ".join((*nodes, self.address))
+        return f"link {self.peer or '(no handshake)'} [{self.agent}] ({where})"
+
+
+def _too_slow(what: str, limit: int) -> str:
+    return f"more than {limit} bytes of {what} wait for this link: it reads too slowly"

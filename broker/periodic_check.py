@@ -1,0 +1,106 @@
+"""The broker's periodic check: handshake timeouts, keepalive, suspension of silent links."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+from broker.link import logger
+from proto import frames
+from proto.errors import ErrorCode
+from proto.liveness import PeerState
+
+if TYPE_CHECKING:
+    from broker.dispatcher import Dispatcher
+    from broker.link import Link
+    from broker.router import Router
+    from proto.loop_lag import LoopLag
+
+CHECKS_PER_KEEPALIVE: Final = 6
+"""Checks of a link within the time that it may be silent."""
+
+
+class PeriodicCheck:
+    """Checks the links of one run of a broker; one task for all of them.
+
+    Args:
+        dispatcher: The links and graphs.
+        lag: Records how late each check is.
+    """
+
+    def __init__(self, dispatcher: Dispatcher, lag: LoopLag) -> None:
+        self._dispatcher = dispatcher
+        self._options = dispatcher.options
+        self._lag = lag
+        self._next_round = 0.0
+
+    async def run(self) -> None:
+        """Check until cancelled."""
+        loop = asyncio.get_running_loop()
+        options = self._options
+        period = min(options.keepalive_sec, options.handshake_timeout_sec) / CHECKS_PER_KEEPALIVE
+        expected = loop.time() + period
+        while True:
+            await asyncio.sleep(period)
+            now = loop.time()
+            self._lag.record(now, max(0.0, now - expected))
+            # After a stall of this process the sockets have not been read yet: check at the next time.
+            stalled, expected = now - expected > period, now + period
+            if not stalled:
+                self._check(now)
+                self._dispatcher.flush()
+
+    def _check(self, now: float) -> None:
+        """Check the links that something relies on, or all during a stop; the other links in rounds."""
+        dispatcher, options = self._dispatcher, self._options
+        all_due = dispatcher.draining or any(router.graph.watched for router in dispatcher.joined)
+        due = dict(dispatcher.strangers)
+        for router, joined in dispatcher.joined.items():
+            due.update((joined[peer], None) for peer in router.relied_on if peer in joined)
+        if all_due or now >= self._next_round:
+            shortest = min(options.idle_keepalive_sec, options.suspend_close_sec)
+            self._next_round = now + shortest / CHECKS_PER_KEEPALIVE
+            due.update((each, None) for each in dispatcher.links if all_due or each.check_at <= now)
+        for link in due:
+            try:
+                self.check_link(link, now, all_due=all_due)
+            except Exception:  # noqa: BLE001 - a bug; the other links must be checked all the same
+                logger.exception("Closing %s: its periodic check failed", link)
+                link.channel.abort()
+
+    def check_link(self, link: Link, now: float, *, all_due: bool) -> None:
+        """Check one link's handshake, keepalive and suspension.
+
+        Args:
+            link: The link.
+            now: Loop time.
+            all_due: Whether the short keepalive applies even if nothing relies on the link.
+        """
+        options, router = self._options, link.router
+        if router is None:
+            if now - link.opened_at > options.handshake_timeout_sec:
+                text = f"no finished handshake within {options.handshake_timeout_sec:g} s"
+                link.fail(ErrorCode.TIMEOUT, text)
+        elif link.suspended_at is None:
+            self._check_keepalive(link, router, now, all_due=all_due)
+        elif now - link.suspended_at > options.suspend_close_sec:
+            link.fail(ErrorCode.TIMEOUT, f"silent for {now - link.liveness.heard_at:.0f} s")
+            link.channel.abort()
+
+    def _check_keepalive(self, link: Link, router: Router, now: float, *, all_due: bool) -> None:
+        limit = self._options.keepalive_sec
+        relied_on = link.peer in router.relied_on
+        if not (all_due or relied_on):
+            limit = max(limit, self._options.idle_keepalive_sec)
+        finding = link.liveness.look(now, link.channel.bytes_received, limit)
+        # Bytes that came before somebody asked for the peer do not show that it is alive now.
+        if link.was_relied_on and link.liveness.heard_at == now:
+            router.heard(link.peer)
+        link.was_relied_on = link.peer in router.relied_on
+        link.check_at = now
+        if finding is PeerState.ASK:
+            link.channel.send(frames.Ping(0))
+        elif finding is PeerState.SILENT:
+            self._dispatcher.suspend(link, router, now)
+        else:
+            link.check_at = now + limit / CHECKS_PER_KEEPALIVE
