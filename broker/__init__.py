@@ -1,4 +1,4 @@
-"""The standalone broker: routes frames by topic and service name and knows who is there.
+"""The standalone broker: routes frames by topic and service name, and keeps the graph. May import `proto`.
 
 The names below load their modules when they are first used.
 """

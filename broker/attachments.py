@@ -1,7 +1,7 @@
-"""Who hears whom, as links are told of it: many pairs that come or go at once cost few frames.
+"""Batches ATTACHED and DETACHED frames, so that many pairs that come or go at once cost few frames.
 
-A link that is suspended or back may have tens of thousands of subscriptions. Both ATTACHED and DETACHED name
-any number of them for one publisher; so the pairs are put together, by publisher and link, until `flush`.
+A link that is suspended or restored may have tens of thousands of subscriptions. Both frames name any number
+of subscriptions to one publisher, so pairs are collected by publisher and link until `flush`.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class Attachments:
         emit: Takes each delivery.
 
     Attributes:
-        pending: Whether there is something to tell: `flush` does, before a run is routed to those that came,
-            and before a lane is discarded that something is to be told in.
+        pending: Whether anything is to be sent. Call `flush` before the next batch is routed, and before a
+            queue is discarded that a DETACHED must go through.
     """
 
     def __init__(self, emit: Callable[[Delivery], None]) -> None:
@@ -43,13 +43,13 @@ class Attachments:
         self._attached: dict[
             tuple[int, int, int], tuple[PublisherRecord, Route, list[SubscriptionRecord]]
         ] = {}
-        """By publisher, peer, and the number from which on runs are for them."""
+        """By publisher, peer, and the first number that is for them."""
         self._detached: dict[tuple[int, int, PublisherQueue | None, DetachReason], list[int]] = {}
-        """By publisher, peer, the lane to say it in, and why."""
+        """By publisher, peer, the queue to send it through, and the reason."""
         self.pending = False
 
     def attach(self, publisher: PublisherRecord, route: Route, subscription: SubscriptionRecord) -> None:
-        """A publisher's runs are for this subscription, too."""
+        """Note that a subscription is attached to a publisher."""
         if self._detached:
             self.flush()
         self.pending = True
@@ -64,14 +64,14 @@ class Attachments:
         reason: DetachReason,
         queue: PublisherQueue | None = None,
     ) -> None:
-        """A publisher's runs are for these subscriptions of a peer no longer.
+        """Note that subscriptions of a peer are detached from a publisher.
 
         Args:
-            publisher: Its id, or that of one of its earlier lives.
-            peer: Whose subscriptions they are.
-            readers: Their ids.
+            publisher: Its id, or one of its earlier ids.
+            peer: The subscriptions' peer.
+            readers: The subscriptions' ids.
             reason: Why.
-            queue: Say it behind what waits there; None: before everything else.
+            queue: Send it behind what waits in this queue; None: before everything else.
         """
         if self._attached:
             self.flush()
@@ -79,7 +79,7 @@ class Attachments:
         self._detached.setdefault((publisher, peer, queue, reason), []).extend(readers)
 
     def flush(self) -> None:
-        """Tell the links."""
+        """Send the frames."""
         detached, self._detached = self._detached, {}
         for (number, peer, queue, reason), readers in detached.items():
             for part in _slices(readers):
@@ -88,10 +88,10 @@ class Attachments:
         attached, self._attached = self._attached, {}
         for (*_, first), (publisher, route, subscriptions) in attached.items():
             for some in _slices(subscriptions):
-                self._tell_attached(publisher, route, some, first)
+                self._send_attached(publisher, route, some, first)
         self.pending = False
 
-    def _tell_attached(
+    def _send_attached(
         self, publisher: PublisherRecord, route: Route, subscriptions: list[SubscriptionRecord], first: int
     ) -> None:
         frame = frames.Attached(

@@ -1,7 +1,7 @@
-"""How many connections a broker takes, and what it says when there are more.
+"""How many connections a broker takes, and how it refuses others.
 
-A broker without free descriptors cannot even refuse: depending on the loop, callers wait unanswered or are
-cut off without a word, and the log fills. So some descriptors stay free, and who is too many is told why.
+A broker without free descriptors cannot even refuse: depending on the loop, clients wait or are disconnected
+without an error, and the log fills. So some descriptors stay free, and each refused client is told why.
 """
 
 from __future__ import annotations
@@ -14,26 +14,26 @@ from proto.aio import process
 logger: Final = logging.getLogger("callboard.broker")
 
 RESERVED_FILES: Final = 2048
-"""Descriptors for what is no link: the standard ones, the loop's, the listening socket, and connections that
-are being refused. Of a small limit, half."""
+"""Descriptors for everything except links: standard streams, the loop, the listening socket, and connections
+that are being refused. At most half of the limit."""
 
 COMPLAINT_PERIOD_S: Final = 10.0
-"""However many are refused, the log says so once in this time."""
+"""Refusals are logged at most once in this time, with their number."""
 
 MAX_BACKLOG: Final = 1024
-"""Connections that the kernel holds for us until we accept them."""
+"""Connections that the kernel holds until the broker accepts them."""
 
 
 class Capacity:
-    """How full a broker may get.
+    """The limit on a broker's connections.
 
     Args:
         wanted: Connections that its options allow.
 
     Attributes:
-        most: Connections that it takes.
-        backlog: Connections that the kernel may hold for it. asyncio's own loop accepts as many in a row,
-            before any of them can be refused: so they must fit, twice, as a refused one takes a while to go.
+        most: Connections that the broker takes.
+        backlog: Connections that the kernel may hold for it. asyncio's own loop accepts as many in a row
+            before any of them can be refused, so twice as many must fit: refused ones take a while to close.
         refused: Connections turned away so far.
     """
 
@@ -43,20 +43,23 @@ class Capacity:
         self.most = min(wanted, files - reserved)
         self.backlog = min(MAX_BACKLOG, max(1, reserved // 2))
         self.refused = 0
-        self._said_at: float | None = None
-        self._unsaid = 0
+        self._logged_at: float | None = None
+        self._unlogged = 0
         self._remedy = "--max-connections" if self.most == wanted else "the limit of open files (ulimit -n)"
 
     def refuse(self, now: float) -> str:
-        """Count one that is turned away; log it if nothing has been logged for a while.
+        """Count a refused connection; log it if nothing has been logged for a while.
+
+        Args:
+            now: Loop time.
 
         Returns:
-            What to tell it.
+            The text for the client.
         """
         self.refused += 1
-        self._unsaid += 1
-        if self._said_at is None or now - self._said_at >= COMPLAINT_PERIOD_S:
+        self._unlogged += 1
+        if self._logged_at is None or now - self._logged_at >= COMPLAINT_PERIOD_S:
             text = "Refused %d connections: %d are open, and %s allows no more"
-            logger.warning(text, self._unsaid, self.most, self._remedy)
-            self._said_at, self._unsaid = now, 0
+            logger.warning(text, self._unlogged, self.most, self._remedy)
+            self._logged_at, self._unlogged = now, 0
         return f"this broker takes {self.most} connections"

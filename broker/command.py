@@ -27,7 +27,7 @@ LEVELS = ("debug", "info", "warning", "error")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the daemon's flags: one for each option, and where to say what."""
+    """Add the daemon's flags: one for each option, and those of its output."""
     for option in fields(BrokerOptions):
         default: object = option.default
         kind: Callable[[str], object] = Path if default is None else type(default)
@@ -56,9 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
             runner.run(_serve(options, arguments.url_file, json_logs=arguments.json_logs))
     except CallboardError as error:
         if arguments.json_logs:
-            logger.error("%s", error)  # noqa: TRY400 - its text says it all
+            logger.error("%s", error)  # noqa: TRY400 - its text is complete
         else:
-            print(error, file=sys.stderr)  # noqa: T201 - what people read when it does not start
+            print(error, file=sys.stderr)  # noqa: T201 - for people
         return 1
     except (asyncio.CancelledError, KeyboardInterrupt):
         pass
@@ -89,11 +89,11 @@ async def _serve(options: BrokerOptions, url_file: Path | None, *, json_logs: bo
 
 
 def _announce(url: str) -> None:
-    """Say where the broker listens: scripts wait for this line."""
+    """Print where the broker listens: scripts wait for this line."""
     try:
         print(f"callboard broker listening on {url}", flush=True)  # noqa: T201
     except OSError as error:
-        # What could not be written is not to be tried again at the interpreter's exit.
+        # The interpreter would try to write the line again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         reason = error.strerror or str(error)
         raise CallboardError(f"Cannot write to stdout: {reason}") from error
@@ -111,15 +111,15 @@ def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], 
 
 
 def _handle_hangup(loop: asyncio.AbstractEventLoop, stop: Callable[[], object]) -> None:
-    """Let SIGHUP stop a broker that was started on a terminal: the terminal is gone.
+    """Let SIGHUP stop a broker that was started on a terminal, because the terminal is gone.
 
-    Without a terminal it asks for a reload, and there is nothing to reload yet. If it is ignored (nohup), it
-    stays ignored.
+    Without a terminal SIGHUP requests a reload, and there is nothing to reload yet. If it is ignored (nohup),
+    it stays ignored.
     """
     number = getattr(signal, "SIGHUP", None)  # not on Windows
     if number is None or signal.getsignal(number) is signal.SIG_IGN:
         return
-    if _has_terminal():  # looked at now: when the signal comes the terminal may be gone
+    if _has_terminal():  # checked now: when the signal comes the terminal may be gone
         loop.add_signal_handler(number, stop)
     else:
         loop.add_signal_handler(number, logger.info, "SIGHUP: there is nothing to reload")
@@ -134,7 +134,7 @@ def _has_terminal() -> bool:
 
 
 def _write_atomically(path: Path, text: str) -> None:
-    """Write a file that nobody ever sees half, or nothing."""
+    """Write a file so that readers see all of it or nothing."""
     written: Path | None = None
     try:
         with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=path.name, delete=False) as file:

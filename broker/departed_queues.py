@@ -1,7 +1,7 @@
-"""Lanes that have lost their publisher or their reader, and what has become of everything put into lanes.
+"""Publisher queues that have lost their publisher or their reader, and the sums of what queues have carried.
 
-What a publisher has sent before it went still goes out; so its lanes live on until they are empty. Then they
-are forgotten, and their numbers stay.
+What a publisher sent before it went is still delivered, so its queues stay until they are empty. Then they
+are forgotten, and their counts are kept.
 """
 
 from __future__ import annotations
@@ -18,124 +18,117 @@ if TYPE_CHECKING:
     from proto.publisher_queue import PublisherQueue
 
 FORGET_QUEUES: Final = 1000
-"""Lanes without a publisher or a reader, before those that are empty are forgotten."""
+"""Departed queues that are kept before the empty ones are forgotten."""
 
-
-MAX_LIVES: Final = 100
-"""Earlier lives of a publisher that are remembered while its lane never gets empty: the latest."""
+MAX_EARLIER_IDS: Final = 100
+"""Earlier ids of a publisher that are remembered while its queue never gets empty: the latest."""
 
 
 class PeerQueue(NamedTuple):
-    """A lane, the topic that it counts for, and the peer that it leads to.
+    """A publisher queue, the topic that it counts for, and the peer that reads it.
 
-    `lives` are the ids under which its publisher has gone and come back: their DETACHED may still be in it.
+    `earlier_ids` are ids under which its publisher has gone and come back: their DETACHED may still be in it.
     """
 
     queue: PublisherQueue
     topic: TopicRecord
     peer: int
-    lives: tuple[int, ...] = ()
+    earlier_ids: tuple[int, ...] = ()
 
 
 class DepartedQueues:
-    """The lanes of one graph that no run is put into any more."""
+    """The queues of one graph that get no batches any more."""
 
     def __init__(self) -> None:
-        self._left: dict[int, dict[tuple[bytes, str], PeerQueue]] = {}
-        """By peer, and publisher gid and topic, what publishers that have gone have left to be sent."""
-        self._retired: dict[int, list[PeerQueue]] = {}
-        """By peer, lanes that nobody will go on with."""
+        self._resumable: dict[int, dict[tuple[bytes, str], PeerQueue]] = {}
+        """By peer, and publisher gid and topic: queues whose publisher is gone."""
+        self._final: dict[int, list[PeerQueue]] = {}
+        """By peer: queues that no publisher will resume."""
         self._count = 0
-        self._settle_at = FORGET_QUEUES
-        self._settled = Tally()
+        self._forget_at = FORGET_QUEUES
+        self._forgotten = Tally()
 
-    def leave(self, gid: bytes, publisher: int, peer_queue: PeerQueue) -> None:
-        """A publisher, of this gid and id, has gone; what is in its lane is still wanted."""
+    def add(self, gid: bytes, publisher: int, peer_queue: PeerQueue) -> None:
+        """Add a queue whose publisher, of this gid and id, is gone; its content is still wanted."""
         peer = peer_queue.peer
-        queues = self._left.setdefault(peer, {})
+        queues = self._resumable.setdefault(peer, {})
         key = gid, peer_queue.topic.name
         if key in queues:
-            self._retired.setdefault(peer, []).append(queues[key])
-        lives = (*(life for life in peer_queue.lives if life != publisher), publisher)
-        queues[key] = peer_queue._replace(lives=lives[-MAX_LIVES:])
+            self._final.setdefault(peer, []).append(queues[key])
+        ids = (*(each for each in peer_queue.earlier_ids if each != publisher), publisher)
+        queues[key] = peer_queue._replace(earlier_ids=ids[-MAX_EARLIER_IDS:])
         self._count += 1
 
-    def retire(self, peer: int, queue: PublisherQueue, topic: TopicRecord) -> None:
-        """Nobody wants what is in a lane any more; the caller has it discarded."""
-        self._retired.setdefault(peer, []).append(PeerQueue(queue, topic, peer))
+    def add_unwanted(self, peer_queue: PeerQueue) -> None:
+        """Add a queue whose reader is gone; the caller discards its content."""
+        self._final.setdefault(peer_queue.peer, []).append(peer_queue)
         self._count += 1
 
-    def last(self, peer: int, gid: bytes, topic: str) -> PublisherQueue | None:
-        """Return the lane of a publisher's latest life that is over; None if it is empty and forgotten.
+    def latest(self, peer: int, gid: bytes, topic: str) -> PublisherQueue | None:
+        """Return the queue that a publisher left last, or None if it is forgotten.
 
-        An empty one, too: what is being said to the peer in it may not have been put there yet.
+        It may be empty: a delivery to it may be under way.
         """
-        peer_queue = self._left.get(peer, {}).get((gid, topic))
+        peer_queue = self._resumable.get(peer, {}).get((gid, topic))
         return None if peer_queue is None else peer_queue.queue
 
-    def take_back(self, peer: int, gid: bytes, topic: str) -> PeerQueue | None:
-        """Return a lane with something in it for its publisher to go on with: it is not departed any more."""
-        queue = self.last(peer, gid, topic)
+    def resume(self, peer: int, gid: bytes, topic: str) -> PeerQueue | None:
+        """Give a publisher that is back the queue it left, unless that is empty."""
+        queue = self.latest(peer, gid, topic)
         if queue is None or queue.empty:
             return None
         self._count -= 1
-        return self._left[peer].pop((gid, topic))
+        return self._resumable[peer].pop((gid, topic))
 
-    def forget(self, peer: int) -> list[PublisherQueue]:
-        """Nothing can be sent to a peer any more; return its lanes, for the caller to have them discarded.
+    def remove_peer(self, peer: int) -> list[PublisherQueue]:
+        """Return the queues to a peer that is gone, for the caller to discard.
 
-        The empty ones, too: what the peer's own publishers have told it as they went may not be in them yet.
+        Also the empty ones: what the peer's own publishers caused as they went may not be in them yet.
         """
-        peer_queues = [*self._retired.pop(peer, ()), *self._left.pop(peer, {}).values()]
+        peer_queues = [*self._final.pop(peer, ()), *self._resumable.pop(peer, {}).values()]
         if peer_queues:
-            self._retired[peer] = peer_queues
+            self._final[peer] = peer_queues
         return [peer_queue.queue for peer_queue in peer_queues]
 
-    def settle_some(self) -> None:
-        """Forget what is empty, now and then. Not while something for such a lane is being delivered."""
-        if self._count > self._settle_at:
-            self._settle()
+    def prune(self) -> None:
+        """Forget the empty queues if there are many. Not while a delivery to one may be under way."""
+        if self._count > self._forget_at:
+            self._forget_empty()
 
-    def _settle(self) -> None:
-        for peer, queues in tuple(self._left.items()):
-            kept = {key: peer_queue for key, peer_queue in queues.items() if not self._is_over(peer_queue)}
-            if kept:
-                self._left[peer] = kept
-            else:
-                del self._left[peer]
-        for peer, peer_queues in tuple(self._retired.items()):
-            left = [peer_queue for peer_queue in peer_queues if not self._is_over(peer_queue)]
-            if left:
-                self._retired[peer] = left
-            else:
-                del self._retired[peer]
-        self._count = sum(map(len, self._left.values())) + sum(map(len, self._retired.values()))
-        # Twice what has stayed: asking too often would cost the square of it.
-        self._settle_at = max(FORGET_QUEUES, 2 * self._count)
+    def _forget_empty(self) -> None:
+        for peer, queues in tuple(self._resumable.items()):
+            self._resumable[peer] = {key: each for key, each in queues.items() if not self._is_over(each)}
+        for peer, peer_queues in tuple(self._final.items()):
+            self._final[peer] = [each for each in peer_queues if not self._is_over(each)]
+        self._resumable = {peer: queues for peer, queues in self._resumable.items() if queues}
+        self._final = {peer: queues for peer, queues in self._final.items() if queues}
+        self._count = sum(map(len, self._resumable.values())) + sum(map(len, self._final.values()))
+        # Twice what has stayed: checking too often would cost the square of it.
+        self._forget_at = max(FORGET_QUEUES, 2 * self._count)
 
     def _is_over(self, peer_queue: PeerQueue) -> bool:
         if not peer_queue.queue.empty:
             return False
-        self._settled.add(peer_queue.queue)
-        peer_queue.topic.settled.add(peer_queue.queue)
+        self._forgotten.add(peer_queue.queue)
+        peer_queue.topic.forgotten.add(peer_queue.queue)
         return True
 
     def all(self) -> Iterator[PeerQueue]:
-        """Return every lane, and what it belongs to."""
-        return chain(*(queues.values() for queues in self._left.values()), *self._retired.values())
+        """Return every departed queue."""
+        return chain(*(queues.values() for queues in self._resumable.values()), *self._final.values())
 
     def tallies(self, in_use: Iterable[PeerQueue]) -> tuple[Tally, dict[TopicRecord, Tally]]:
-        """Return what has become of all copies, and the same by topic, for topics that have lanes.
+        """Return what has become of all copies, in all and by topic for the topics that have queues.
 
         Args:
-            in_use: All lanes that are not here.
+            in_use: All queues that have not departed.
         """
-        total = self._settled.copy()
+        total = self._forgotten.copy()
         topics: dict[TopicRecord, Tally] = {}
         for queue, topic, *_ in chain(in_use, self.all()):
             tally = topics.get(topic)
             if tally is None:
-                tally = topics[topic] = topic.settled.copy()
+                tally = topics[topic] = topic.forgotten.copy()
             tally.add(queue)
             total.add(queue)
         return total, topics

@@ -64,7 +64,7 @@ class Drain:
             logger.warning("%d links did not close in time", len(dispatcher.links))
 
     def _pending_calls(self) -> int:
-        return sum(router.services.pending for router in self._dispatcher.joined)
+        return sum(router.calls.pending for router in self._dispatcher.joined)
 
     def _calls_answered(self) -> bool:
         return not self._pending_calls()

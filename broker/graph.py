@@ -1,4 +1,4 @@
-"""The graph: everybody who is there, and those who watch it."""
+"""The graph: all nodes and endpoints that are not suspended, and the links that watch it."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _TYPE_TEXT: Final = re.compile(rf"[A-Za-z0-9_/.-]{{0,{limits.MAX_TYPE_NAME}}}")
 
 MAX_DEFINITIONS: Final = 10_000
 MAX_DEFINITION_BYTES: Final = 16 * 1024 * 1024
-"""Definitions are kept by hash; the oldest are forgotten beyond either."""
+"""Definitions are kept by hash; beyond either limit the oldest are dropped."""
 
 
 class Graph:
-    """What is declared and alive, by key."""
+    """The entries of one graph, by key."""
 
     def __init__(self, emit: Callable[[Delivery], None]) -> None:
         self._emit = emit
@@ -41,20 +41,20 @@ class Graph:
         self._watches: dict[tuple[int, int], None] = {}
         self._added: dict[int, GraphEntry] = {}
         self._removed: dict[int, bool] = {}
-        """Keys, and whether they are only suspended."""
+        """Keys, and whether their endpoints are only suspended."""
         self._suspended: set[int] = set()
-        """Keys that watchers were told are only suspended."""
+        """Keys that watchers know as suspended."""
 
     def __len__(self) -> int:
         return len(self._entries)
 
     @property
     def watched(self) -> bool:
-        """Whether somebody is told of every change."""
+        """Whether any link watches for changes."""
         return bool(self._watches)
 
     def add(self, endpoint: Endpoint) -> None:
-        """Somebody is there."""
+        """Add an endpoint that is new or back."""
         entry = endpoint.entry()
         self._entries[endpoint.key] = entry
         self._suspended.discard(endpoint.key)
@@ -63,7 +63,7 @@ class Graph:
             self._removed.pop(endpoint.key, None)
 
     def remove(self, endpoint: Endpoint, *, suspended: bool = False) -> None:
-        """Somebody has gone, or is silent and may come back."""
+        """Remove an endpoint that is gone, or suspended and may come back."""
         key = endpoint.key
         known = self._entries.pop(key, None) is not None or key in self._suspended
         self._suspended.discard(key)
@@ -74,7 +74,7 @@ class Graph:
             self._removed[key] = suspended
 
     def watch(self, peer: Peer, frame: frames.Watch) -> None:
-        """Answer WATCH with the whole picture; remember it if it is to be kept.
+        """Answer WATCH with all entries; keep the watch if the frame says so.
 
         Raises:
             ProtocolError: The id is in use, or the link has too many watches.
@@ -87,7 +87,7 @@ class Graph:
             if sum(owner == peer.id for owner, _ in self._watches) >= MAX_WATCHES:
                 raise ProtocolError(ErrorCode.LIMIT, f"more than {MAX_WATCHES} watches on one link")
             self._watches[key] = None
-        self._tell(key, list(self._entries.values()), {})
+        self._send(key, list(self._entries.values()), {})
 
     def unwatch(self, peer: Peer, watch: int) -> None:
         """End a kept watch; an unknown one is ignored."""
@@ -99,16 +99,16 @@ class Graph:
             del self._watches[key]
 
     def flush(self) -> None:
-        """Tell the watchers what has changed since the last call."""
+        """Send the watchers the changes since the last call."""
         if not self._added and not self._removed:
             return
         added, removed = list(self._added.values()), self._removed
         self._added = {}
         self._removed = {}
         for key in self._watches:
-            self._tell(key, added, removed)
+            self._send(key, added, removed)
 
-    def _tell(self, key: tuple[int, int], added: list[GraphEntry], removed: dict[int, bool]) -> None:
+    def _send(self, key: tuple[int, int], added: list[GraphEntry], removed: dict[int, bool]) -> None:
         keys = list(removed)
         pieces = [
             (tuple(added[start : start + ENTRIES_PER_FRAME]), ())
@@ -124,7 +124,7 @@ class Graph:
 
 
 class Definitions:
-    """Definitions of types, by hash, as they came with declarations: `size_bytes` in all."""
+    """Definitions of types, by hash, as declarations brought them; `size_bytes` is their total size."""
 
     def __init__(self) -> None:
         self._known: OrderedDict[str, bytes] = OrderedDict()
@@ -149,5 +149,5 @@ class Definitions:
 
 
 def is_type_text(text: str) -> bool:
-    """Tell whether a type's name or hash can be shown to people as it is; "" stands for any type."""
+    """Return whether a type's name or hash is valid; "" means any type."""
     return _TYPE_TEXT.fullmatch(text) is not None

@@ -1,4 +1,4 @@
-"""Latched messages: what a TRANSIENT_LOCAL publisher's late joiners get (docs/protocol.md §6.6)."""
+"""Latched messages: those of TRANSIENT_LOCAL publishers, kept for late joiners (docs/protocol.md §6.6)."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ if TYPE_CHECKING:
     from proto.frames import Batch
 
 LATCHED_MESSAGES: Final = 1000
-"""What is kept for late joiners of a KEEP_ALL + TRANSIENT_LOCAL publisher."""
+"""Messages kept of a KEEP_ALL + TRANSIENT_LOCAL publisher."""
 
 LATCHED_BYTES: Final = 64 * 1024 * 1024
-"""What is kept for late joiners of one publisher: beyond it the oldest go, whatever the depth."""
+"""Bytes kept of one publisher; beyond it the oldest messages are dropped, whatever the depth."""
 
 LATCHED_BYTES_PER_LINK: Final = 256 * 1024 * 1024
-"""The same for all publishers of one link: beyond it the oldest go of whoever publishes."""
+"""Bytes kept of all publishers of one link; beyond it the one that publishes loses its oldest messages."""
 
 
 def latched_depth(qos: Qos) -> int:
-    """Return how many messages of a publisher are kept for late joiners."""
+    """Return how many messages of a publisher with this QoS are kept."""
     if not qos.latched:
         return 0
     return LATCHED_MESSAGES if qos.history == KEEP_ALL else qos.depth
 
 
 def latch(publisher: PublisherRecord, batch: Batch) -> int:
-    """Keep a run; the oldest messages go beyond the limits.
+    """Keep a batch; drop the oldest messages beyond the limits.
 
     Returns:
-        How many late joiners will miss: those that the depth had room for, and a limit in bytes had not.
+        How many messages late joiners will miss: those within the depth but beyond a limit in bytes.
     """
     keep = publisher.keep
     publisher.latched.append(batch)
@@ -52,7 +52,7 @@ def latch(publisher: PublisherRecord, batch: Batch) -> int:
 
 
 def _unlatch_oldest(publisher: PublisherRecord, most: int) -> int:
-    """Forget the oldest run, but no more than so many messages; return how many."""
+    """Drop messages of the oldest batch, at most `most`; return how many."""
     oldest = publisher.latched.popleft()
     gone = min(oldest.length, most)
     publisher.latched_messages -= gone
@@ -65,7 +65,7 @@ def _unlatch_oldest(publisher: PublisherRecord, most: int) -> int:
 
 
 def unlatch(publisher: PublisherRecord) -> None:
-    """Forget everything: the publisher has gone for good."""
+    """Drop all messages of a publisher that is gone for good."""
     _count(publisher, -publisher.latched_bytes)
     publisher.latched_messages = 0
     publisher.latched.clear()
@@ -77,7 +77,7 @@ def _count(publisher: PublisherRecord, size: int) -> None:
 
 
 def replays(publisher: PublisherRecord, subscription: SubscriptionRecord) -> Iterator[frames.Replay]:
-    """Return what a late joiner would have if it had been there, to its depth."""
+    """Return the latched messages for a late joiner, up to its depth."""
     skip = 0
     if subscription.depth is not None:
         skip = max(0, publisher.latched_messages - subscription.depth)

@@ -1,4 +1,4 @@
-"""What endpoints are told of counterparts that do not fit: each pair once, a newcomer not of hundreds."""
+"""Reports about matching: NOTICE frames for pairs that do not fit, and MATCHED frames with counts."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING, Final
 
 from broker.deliveries import Send
 from proto import frames, limits
+from proto.codes import NoticeKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
     from broker.records import Endpoint
-    from proto.codes import NoticeKind
 
 MAX_NOTICES: Final = 16
-"""Misfits that one declaration is told of one by one; one NOTICE more of each kind sums up the others.
-Each of them is told of it in any case."""
+"""Mismatches reported one by one to an endpoint that is being matched; one more NOTICE of each kind counts
+the others. Each of the counterparts gets its own NOTICE in any case."""
 
 
 def type_difference(one: str, other: str) -> str:
-    """Say how two types with these names, which do not match, differ, and how to mend a frequent mistake."""
+    """Return how two types with these names, which do not match, differ, and how to fix a common mistake."""
     if one == other:
         return "the definitions of the type differ"
     if one.rpartition("/")[2] != other.rpartition("/")[2]:
@@ -32,7 +32,7 @@ def type_difference(one: str, other: str) -> str:
 
 
 class Notices:
-    """The NOTICEs of one graph's topics, or of its services.
+    """The reports about matching in one graph.
 
     Args:
         emit: Takes each delivery.
@@ -41,31 +41,55 @@ class Notices:
     def __init__(self, emit: Callable[[Delivery], None]) -> None:
         self._emit = emit
         self._newcomer: Endpoint | None = None
-        self._told = 0
-        self._untold: dict[NoticeKind, frames.Notice] = {}
-        """What sums up the notices that are too many for the newcomer."""
+        self._reported = 0
+        self._unreported: dict[NoticeKind, frames.Notice] = {}
+        """Summaries of the notices beyond MAX_NOTICES."""
+        self._changed: dict[Endpoint, None] = {}
 
     def begin(self, newcomer: Endpoint) -> None:
-        """An endpoint that is new or back is going to be matched."""
-        self._newcomer, self._told = newcomer, 0
+        """Begin to match an endpoint that is new or back."""
+        self._newcomer, self._reported = newcomer, 0
 
-    def tell(self, endpoint: Endpoint, kind: NoticeKind, text: str, policy: int = 0) -> None:
-        """One of the two of a pair is to be told of the other."""
+    def report(self, endpoint: Endpoint, kind: NoticeKind, text: str, policy: int = 0) -> None:
+        """Tell one endpoint of a pair about a mismatch."""
         text = text[: limits.MAX_ERROR_TEXT]
         newcomer = endpoint is self._newcomer
-        self._told += newcomer
-        if not newcomer or self._told <= MAX_NOTICES:
+        self._reported += newcomer
+        if not newcomer or self._reported <= MAX_NOTICES:
             self._emit(Send(endpoint.peer.id, frames.Notice(endpoint.id, kind, text, policy, 1)))
             return
-        before = self._untold.get(kind)
+        before = self._unreported.get(kind)
         count = 1 if before is None else before.peers + 1
         text = f"'{endpoint.name}': the same with {count} more"
-        self._untold[kind] = frames.Notice(endpoint.id, kind, text, policy, count)
+        self._unreported[kind] = frames.Notice(endpoint.id, kind, text, policy, count)
+
+    def report_types(self, one: Endpoint, one_role: str, other: Endpoint, other_role: str) -> None:
+        """Tell both endpoints of a pair that they are not connected because their types differ."""
+        text = (
+            f"'{one.name}' is not connected between the {one_role} {one.node_name} ({one.type_name})"
+            f" and the {other_role} {other.node_name} ({other.type_name}):"
+            f" {type_difference(one.type_name, other.type_name)}"
+        )
+        for endpoint in (one, other):
+            self.report(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text)
 
     def end(self) -> None:
-        """The newcomer has been matched: tell it how many others there are."""
+        """End the matching of the newcomer: report how many other mismatches there are."""
         assert self._newcomer is not None
-        for notice in self._untold.values():
+        for notice in self._unreported.values():
             self._emit(Send(self._newcomer.peer.id, notice))
-        self._untold.clear()
+        self._unreported.clear()
         self._newcomer = None
+
+    def set_count(self, endpoint: Endpoint, count: int) -> None:
+        """Set an endpoint's number of counterparts, to be reported by `flush`."""
+        if endpoint.peers != count:
+            endpoint.set_peers(count)
+            self._changed[endpoint] = None
+
+    def flush(self) -> None:
+        """Send MATCHED to every endpoint whose number of counterparts has changed."""
+        if self._changed:
+            changed, self._changed = self._changed, {}
+            for endpoint in changed:
+                self._emit(Send(endpoint.peer.id, endpoint.matched_frame()))

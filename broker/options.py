@@ -1,4 +1,4 @@
-"""Everything a broker can be told, in one place. The command line's flags are made from this."""
+"""The options of a broker. The daemon's command line flags derive from them."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BrokerOptions:
-    """How a broker listens and what it allows.
+    """Where a broker listens and what it allows.
 
-    Each option's meaning, unit and range stand beside it, once: the command line shows the same.
+    The metadata of each field has its meaning, unit and range; the command line shows the same.
 
     Raises:
         InvalidOptionError: A value is out of range.
@@ -34,7 +34,7 @@ class BrokerOptions:
     keepalive_sec: float = field(
         default=limits.DEFAULT_KEEPALIVE_SEC,
         metadata={
-            "help": "seconds of silence after which a peer is taken for frozen",
+            "help": "seconds of silence after which a peer counts as frozen",
             "least": 0.1,
             "most": 3600,
         },
@@ -42,7 +42,7 @@ class BrokerOptions:
     idle_keepalive_sec: float = field(
         default=limits.IDLE_KEEPALIVE_SEC,
         metadata={
-            "help": "the same for a link that nobody relies on: none of its endpoints is matched",
+            "help": "the same for a link without matched endpoints",
             "least": 0.1,
             "most": 86_400,
         },
@@ -62,7 +62,7 @@ class BrokerOptions:
     drain_timeout_sec: float = field(
         default=5.0,
         metadata={
-            "help": "seconds a stopping broker gives its links to take what waits",
+            "help": "seconds a stopping broker waits for answers and unsent messages",
             "least": 0,
             "most": 3600,
         },

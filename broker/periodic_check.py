@@ -92,15 +92,15 @@ class PeriodicCheck:
         relied_on = link.peer in router.relied_on
         if not (all_due or relied_on):
             limit = max(limit, self._options.idle_keepalive_sec)
-        finding = link.liveness.look(now, link.channel.bytes_received, limit)
+        state = link.liveness.check(now, link.channel.bytes_received, limit)
         # Bytes that came before somebody asked for the peer do not show that it is alive now.
         if link.was_relied_on and link.liveness.heard_at == now:
             router.heard(link.peer)
         link.was_relied_on = link.peer in router.relied_on
         link.check_at = now
-        if finding is PeerState.ASK:
+        if state is PeerState.PING_DUE:
             link.channel.send(frames.Ping(0))
-        elif finding is PeerState.SILENT:
+        elif state is PeerState.SILENT:
             self._dispatcher.suspend(link, router, now)
         else:
             link.check_at = now + limit / CHECKS_PER_KEEPALIVE

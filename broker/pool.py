@@ -1,7 +1,7 @@
-"""The servers that share the requests of one service: the one with the fewest calls pending is found at once.
+"""The servers that share the requests of one service; finds the one with the fewest pending calls in O(1).
 
-They stand on levels, by how many calls each owes an answer; of those on the lowest level the one that has
-stood there longest is next, so ties rotate. A lone server needs no levels, and that is the usual case.
+Servers are kept on levels by their number of pending calls. Of the lowest level the server that has been
+there longest is next, so that ties rotate. A lone server, the usual case, needs no levels.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Pool:
-    """Servers of one type at one service name. A server's `pending` says how many calls it owes."""
+    """The servers of one type at one service name. Their `pending` are the calls they have not answered."""
 
     __slots__ = ("_levels", "_lowest", "_servers")
 
@@ -32,7 +32,7 @@ class Pool:
         return iter(self._servers)
 
     def add(self, server: ServiceRecord) -> None:
-        """Let a server take part."""
+        """Add a server."""
         self._servers[server] = 0
         if len(self._servers) == 2:
             for each in self._servers:
@@ -41,25 +41,25 @@ class Pool:
             self._put(server)
 
     def remove(self, server: ServiceRecord) -> None:
-        """Let it take part no longer."""
+        """Remove a server."""
         level = self._servers.pop(server)
         if self._levels:
-            self._take_off(server, level)
+            self._take(server, level)
             if len(self._servers) == 1:
                 self._levels.clear()
 
     def least_busy(self) -> ServiceRecord | None:
-        """Return the server that is next, None without any."""
+        """Return the server for the next request, None if there is none."""
         if not self._levels:
             return next(iter(self._servers), None)
         while self._lowest not in self._levels:
             self._lowest += 1
         return next(iter(self._levels[self._lowest]))
 
-    def moved(self, server: ServiceRecord) -> None:
-        """A server has got a call, or has ended one."""
+    def update(self, server: ServiceRecord) -> None:
+        """Note that a server has got a call, or has ended one."""
         if self._levels and server in self._servers:
-            self._take_off(server, self._servers[server])
+            self._take(server, self._servers[server])
             self._put(server)
 
     def _put(self, server: ServiceRecord) -> None:
@@ -67,7 +67,7 @@ class Pool:
         self._levels.setdefault(level, {})[server] = None
         self._lowest = min(self._lowest, level)
 
-    def _take_off(self, server: ServiceRecord, level: int) -> None:
+    def _take(self, server: ServiceRecord, level: int) -> None:
         on_level = self._levels[level]
         del on_level[server]
         if not on_level:

@@ -1,4 +1,4 @@
-"""A look at what listens where this broker cannot: another callboard broker, or something else."""
+"""Finds out what listens at an address in use: another callboard broker, or something else."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ PROBE_TIMEOUT_SEC: Final = 1.0
 
 
 async def find_broker(url: BrokerUrl) -> str | None:
-    """Greet what listens at `url`.
+    """Return which callboard broker listens at `url`.
 
     Returns:
-        What the broker there calls itself, such as "callboard-broker/0.1.0"; None if nothing answers as a
-        callboard broker within PROBE_TIMEOUT_SEC.
+        Its agent, such as "callboard-broker/0.1.0"; None if nothing answers as a callboard broker within
+        PROBE_TIMEOUT_SEC.
     """
     try:
         async with asyncio.timeout(PROBE_TIMEOUT_SEC):

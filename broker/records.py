@@ -1,12 +1,12 @@
-"""What the router remembers: one record per peer, node and endpoint, and how they hang together."""
+"""The router's data: one record per peer, node and endpoint, and the references between them."""
 
 from __future__ import annotations
 
 from collections import Counter, deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from broker.credit_limits import CreditLimits
+from broker.flow_control import PublisherCredit
 from proto.frames import GraphEntry, Matched, Options, Scalar
 
 if TYPE_CHECKING:
@@ -27,22 +27,22 @@ class Peer:
     endpoints: dict[int, Endpoint] = field(default_factory=dict["int", "Endpoint"])
     suspended: bool = False
     pending_calls: int = 0
-    """Calls of its clients that have no answer yet."""
+    """Unanswered calls of its clients."""
     owed_calls: int = 0
     """Calls that its servers, retired ones included, have not answered."""
     latched_bytes: int = 0
     """Bytes kept for late joiners of its publishers."""
     matched: int = 0
-    """Endpoints with counterparts: somebody must be told soon when this peer is not there any more."""
+    """Endpoints with counterparts, which must learn soon when this peer is gone."""
     relied_on: set[int] = field(default_factory=set[int])
-    """The ids of the graph's peers that somebody relies on or has asked about; all of them share it."""
+    """Ids of the peers that others rely on or have asked about; one set, shared by all peers of the graph."""
 
 
 @dataclass(slots=True, eq=False, kw_only=True)
 class Endpoint:
-    """What all declared things have.
+    """Anything declared.
 
-    `key` is its number in the graph; `peers` how many counterparts it has now.
+    `key` is its number in the graph; `peers` is its current number of counterparts.
     """
 
     key: int
@@ -56,7 +56,7 @@ class Endpoint:
     qos: Options = field(default_factory=dict[str, Scalar])
     peers: int = 0
     total: int = 0
-    """Counterparts it has had in all."""
+    """Number of counterparts it has had since its declaration."""
 
     @property
     def node_name(self) -> str:
@@ -64,7 +64,7 @@ class Endpoint:
         return self.node.name if self.node is not None else self.name
 
     def set_peers(self, peers: int) -> None:
-        """It has this many counterparts now."""
+        """Set the number of counterparts."""
         peer = self.peer
         change = (peers > 0) - (self.peers > 0)
         peer.matched += change
@@ -74,11 +74,11 @@ class Endpoint:
         self.peers = peers
 
     def matched_frame(self) -> Matched:
-        """Return what it is told about its counterparts."""
+        """Return the MATCHED frame that reports its counterparts."""
         return Matched(self.id, self.peers, self.total)
 
     def entry(self) -> GraphEntry:
-        """Return it as everybody may see it."""
+        """Return its entry in the graph."""
         return GraphEntry(
             self.key, self.kind, self.node_name, self.name, self.type_name, self.type_hash, self.qos
         )
@@ -91,7 +91,7 @@ class NodeRecord(Endpoint):
     endpoints: dict[int, Endpoint] = field(default_factory=dict["int", "Endpoint"])
 
     def entry(self) -> GraphEntry:
-        """Return it as everybody may see it."""
+        """Return its entry in the graph."""
         return GraphEntry(self.key, self.kind, self.name, "", "", "", {})
 
 
@@ -103,30 +103,22 @@ class PublisherRecord(Endpoint):
     gid: bytes
     next_sequence: int
     live_sequence: int
-    """Messages below it are latched ones that come again."""
-    bytes: int = 0
-    """Bytes of messages since the declaration: what credit counts."""
+    """Messages with smaller numbers are latched ones that it sends again."""
+    credit: PublisherCredit = field(default_factory=PublisherCredit)
     topic: TopicRecord = field(init=False, repr=False)
-    """What it publishes on, from its first matching on."""
+    """Its topic; set when it is first matched."""
     routes: dict[int, Route] = field(default_factory=dict["int", "Route"])
     matched: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
     awaited_by: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
-    """Subscriptions that have been told that it is suspended, and are to be told how that ends."""
+    """Subscriptions that know that it is suspended, and are to be told how that ends."""
     keep: int = 0
     """Messages kept for late joiners; 0 for a VOLATILE publisher."""
     latched: deque[Batch] = field(default_factory=deque["Batch"])
     latched_messages: int = 0
     latched_bytes: int = 0
-    credits: CreditLimits = field(default_factory=CreditLimits)
-    limit: tuple[int, int] | None = None
-    """The credit that has been sent: (sequence limit, byte limit)."""
-    promised: tuple[int, int] | None = None
-    """The greatest credit that has been sent since it was unlimited; None while unlimited."""
-    echoes_owed: int = 0
-    """How many CREDIT frames that ended an unlimited time it has not confirmed yet."""
 
     def first_for(self, subscription: SubscriptionRecord) -> int:
-        """Return the number from which on its runs are for a subscription that is attached now."""
+        """Return the first number whose batch goes to a subscription that is attached now."""
         if subscription.wants.latched:
             return self.next_sequence
         return max(self.next_sequence, self.live_sequence)
@@ -138,49 +130,49 @@ class SubscriptionRecord(Endpoint):
 
     wants: Qos
     depth: int | None
-    """None: KEEP_ALL with RELIABLE, which needs credit."""
+    """None for KEEP_ALL with RELIABLE, which grants credit."""
     window_messages: int
     window_bytes: int
     matched: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
     awaits: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
-    """Publishers whose `awaited_by` it is in."""
+    """Publishers whose `awaited_by` contains it."""
 
 
 @dataclass(slots=True, eq=False)
 class Route:
-    """The way of one publisher's runs to one peer."""
+    """The route of one publisher's batches to one peer."""
 
     peer: Peer
     queue: PublisherQueue
     topic: TopicRecord
     subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
     depths: Counter[int | None] = field(default_factory=Counter["int | None"])
-    """How many of the subscriptions have which depth: the lane has the greatest."""
-    lives: tuple[int, ...] = ()
-    """Ids of the publisher's earlier lives whose DETACHED may wait in the lane."""
+    """How many of the subscriptions have which depth: the queue has the greatest."""
+    earlier_ids: tuple[int, ...] = ()
+    """Earlier ids of the publisher whose DETACHED may wait in the queue."""
 
     def add(self, subscription: SubscriptionRecord) -> None:
-        """The runs are for this subscription, too."""
+        """Send the batches to this subscription, too."""
         self.subscriptions[subscription.id] = subscription
         self.depths[subscription.depth] += 1
-        self._deepen()
+        self._update_depth()
 
     def remove(self, subscription: SubscriptionRecord) -> None:
-        """The runs are no longer for this subscription."""
+        """Stop sending the batches to this subscription."""
         del self.subscriptions[subscription.id]
         self.depths[subscription.depth] -= 1
         if not self.depths[subscription.depth]:
             del self.depths[subscription.depth]
-        self._deepen()
+        self._update_depth()
 
-    def _deepen(self) -> None:
+    def _update_depth(self) -> None:
         keep_all = None in self.depths
         self.queue.depth = None if keep_all else max((d for d in self.depths if d is not None), default=1)
 
 
 @dataclass(slots=True, eq=False)
 class Tally:
-    """What has become of copies: messages, counted once for each link they were routed to."""
+    """What has become of copies: messages, counted once for each link to which they were routed."""
 
     delivered: int = 0
     dropped: int = 0
@@ -192,19 +184,11 @@ class Tally:
     leaving: int = 0
 
     def copy(self) -> Tally:
-        """Return another with the same counts."""
-        return Tally(
-            self.delivered,
-            self.dropped,
-            self.dropped_for_bytes,
-            self.abandoned,
-            self.lost_on_break,
-            self.queued,
-            self.leaving,
-        )
+        """Return another tally with the same counts."""
+        return replace(self)
 
     def add(self, queue: PublisherQueue) -> None:
-        """Count what has become of a lane's messages so far."""
+        """Add what has become of a queue's messages so far."""
         self.delivered += queue.sent
         self.dropped += queue.dropped
         self.dropped_for_bytes += queue.dropped_for_bytes
@@ -216,41 +200,41 @@ class Tally:
 
 @dataclass(slots=True, eq=False)
 class TopicRecord:
-    """A topic: everybody who has declared something on it and is not suspended."""
+    """A topic, and its endpoints that are not suspended."""
 
     name: str
     messages: int = 0
-    """Messages that its publishers have sent, but for those that had been seen."""
+    """Messages that its publishers have sent, without those whose numbers had been seen."""
     bytes: int = 0
-    """Their size."""
-    settled: Tally = field(default_factory=Tally)
-    """What became of the messages of lanes that are forgotten."""
+    """Size of these messages."""
+    forgotten: Tally = field(default_factory=Tally)
+    """What became of the messages of forgotten queues."""
     latched_dropped: int = 0
-    """Messages that late joiners do not get, because what is latched was more than may be."""
+    """Messages that late joiners do not get, because more bytes were latched than allowed."""
     publishers: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
     subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
 
 
 @dataclass(slots=True, eq=False, kw_only=True)
 class ServiceRecord(Endpoint):
-    """A server of a service; `pending` are the calls it owes an answer."""
+    """A server of a service; `pending` are the calls that it has not answered, by the broker's call ids."""
 
     pending: dict[int, PendingCall] = field(default_factory=dict["int", "PendingCall"])
     pool: Pool | None = None
-    """Who it shares the requests with, while it takes part."""
+    """The servers with which it shares requests; None if it gets none."""
     retired: bool = False
-    """It only answers what it has."""
+    """Whether it gets no more requests and only answers pending ones."""
 
 
 @dataclass(slots=True, eq=False, kw_only=True)
 class ClientRecord(Endpoint):
-    """A client of a service; `pending` by its own call ids."""
+    """A client of a service; `pending` are its unanswered calls, by its own call ids."""
 
     pending: dict[int, PendingCall] = field(default_factory=dict["int", "PendingCall"])
 
 
 class PendingCall(NamedTuple):
-    """A call that has no answer yet: whose it is, and who was chosen to answer."""
+    """A call without an answer yet: its client, and the server chosen for it."""
 
     call: int
     client: ClientRecord
@@ -260,10 +244,10 @@ class PendingCall(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class ServiceGroup:
-    """Everybody at one service name."""
+    """All endpoints of one service name."""
 
     name: str
     servers: dict[int, ServiceRecord] = field(default_factory=dict["int", "ServiceRecord"])
     clients: dict[int, ClientRecord] = field(default_factory=dict["int", "ClientRecord"])
     pools: dict[tuple[str, str], Pool] = field(default_factory=dict["tuple[str, str]", "Pool"])
-    """The servers of each type and hash: who may answer whom."""
+    """The servers of each type name and hash."""

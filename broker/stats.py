@@ -89,16 +89,16 @@ class Statistics:
 def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
     """Return the numbers of all graphs together, without those of links and of the clock."""
     graphs = list(routers)
-    topics = [router.topics for router in graphs]
-    services = [router.services for router in graphs]
-    tallies = [topic.tallies()[0] for topic in topics]
-    publishers = [publisher for topic in topics for publisher in topic.publishers()]
+    routes = [router.routes for router in graphs]
+    calls = [router.calls for router in graphs]
+    tallies = [each.tallies()[0] for each in routes]
+    publishers = [publisher for each in routes for publisher in each.publishers()]
     return BrokerStats(
         connections=connections,
         endpoints=sum(len(router.graph) for router in graphs),
-        topics=sum(len(topic.records()) for topic in topics),
-        routed=sum(topic.routed for topic in topics),
-        copies=sum(topic.copies for topic in topics),
+        topics=sum(len(router.topics.records()) for router in graphs),
+        routed=sum(each.routed for each in routes),
+        copies=sum(each.copies for each in routes),
         delivered=sum(tally.delivered for tally in tallies),
         dropped=sum(tally.dropped for tally in tallies),
         dropped_for_bytes=sum(tally.dropped_for_bytes for tally in tallies),
@@ -108,23 +108,23 @@ def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
         queued=sum(tally.queued for tally in tallies),
         latched=sum(publisher.latched_messages for publisher in publishers),
         latched_bytes=sum(publisher.latched_bytes for publisher in publishers),
-        latched_dropped=sum(topic.latched_dropped for topic in topics),
-        unmatched=sum(topic.unmatched for topic in topics),
-        stale=sum(topic.stale for topic in topics),
-        calls=sum(service.calls for service in services),
-        refused_calls=sum(service.refused for service in services),
-        pending_calls=sum(service.pending for service in services),
-        late_replies=sum(service.late for service in services),
-        definitions=sum(len(router.definitions) for router in graphs),
-        definition_bytes=sum(router.definitions.size_bytes for router in graphs),
+        latched_dropped=sum(each.latched_dropped for each in routes),
+        unmatched=sum(each.unmatched for each in routes),
+        stale=sum(each.stale for each in routes),
+        calls=sum(each.routed for each in calls),
+        refused_calls=sum(each.refused for each in calls),
+        pending_calls=sum(each.pending for each in calls),
+        late_replies=sum(each.late for each in calls),
+        definitions=sum(len(router.declarations.definitions) for router in graphs),
+        definition_bytes=sum(router.declarations.definitions.size_bytes for router in graphs),
     )
 
 
 def topic_stats(router: Router) -> Iterator[TopicStats]:
     """Return the numbers of each topic of a graph."""
-    _, tallies = router.topics.tallies()
+    _, tallies = router.routes.tallies()
     for topic in router.topics.records():
-        tally = tallies.get(topic, topic.settled)
+        tally = tallies.get(topic, topic.forgotten)
         yield TopicStats(
             domain=router.domain,
             name=topic.name,
@@ -152,7 +152,7 @@ def link_stats(now: float, router: Router, joined: Mapping[int, Link]) -> Iterat
     """
     queued: Counter[int] = Counter()
     queued_bytes: Counter[int] = Counter()
-    for queue, _, number, _ in router.topics.peer_queues():
+    for queue, _, number, _ in router.routes.peer_queues():
         queued[number] += queue.pending
         queued_bytes[number] += queue.pending_bytes
     for number, link in joined.items():

@@ -115,7 +115,7 @@ def test_what_comes_and_what_goes_is_told_in_the_order_in_which_it_was_noted(*, 
     """A pair that goes and is back, or comes and goes again, before anybody is told: the last word holds."""
     switch = Switch()
     _, _, number = talk(switch)
-    publisher = next(each for each in switch.router.topics.publishers() if each.key == number)
+    publisher = next(each for each in switch.router.routes.publishers() if each.key == number)
     (route,) = publisher.routes.values()
     (subscription,) = route.subscriptions.values()
     told: list[Delivery] = []

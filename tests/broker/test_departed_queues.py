@@ -1,4 +1,4 @@
-"""Lanes without a publisher or a reader are forgotten when they are empty, and their numbers stay."""
+"""Queues without a publisher or a reader are forgotten when they are empty, and their counts are kept."""
 
 from __future__ import annotations
 
@@ -37,23 +37,23 @@ def come_and_go(switch: Switch, who: str, *, read: bool) -> None:
 
 
 @pytest.mark.parametrize("who", ["reader", "publisher"])
-def test_empty_lanes_are_forgotten_and_their_messages_stay_counted(who: str) -> None:
-    """However many come and go, about SETTLE_LANES lanes are held; each message is delivered in the sums."""
+def test_empty_queues_are_forgotten_and_their_messages_stay_counted(who: str) -> None:
+    """However many come and go, about FORGET_QUEUES queues are kept; sums count each message as delivered."""
     switch = Switch()
     come_and_go(switch, who, read=True)
-    topics = switch.router.topics
-    assert len(topics.peer_queues()) <= FORGET_QUEUES + 2
-    total, by_topic = topics.tallies()
-    assert total.delivered == topics.copies == ROUNDS
+    routes = switch.router.routes
+    assert len(routes.peer_queues()) <= FORGET_QUEUES + 2
+    total, by_topic = routes.tallies()
+    assert total.delivered == routes.copies == ROUNDS
     assert [tally.delivered for tally in by_topic.values()] == [ROUNDS]
 
 
-def test_lanes_that_hold_something_are_not_forgotten() -> None:
-    """What publishers that have gone have said still goes out, all of it."""
+def test_queues_with_messages_are_not_forgotten() -> None:
+    """All messages of publishers that are gone are still delivered."""
     switch = Switch()
     come_and_go(switch, "publisher", read=False)
-    topics = switch.router.topics
-    assert len(topics.peer_queues()) == ROUNDS
-    assert topics.tallies()[0].queued == ROUNDS
+    routes = switch.router.routes
+    assert len(routes.peer_queues()) == ROUNDS
+    assert routes.tallies()[0].queued == ROUNDS
     assert len(switch.read(2, frames.Batch)) == ROUNDS
-    assert topics.tallies()[0].delivered == ROUNDS
+    assert routes.tallies()[0].delivered == ROUNDS

@@ -13,7 +13,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64, String
 from broker import Broker, BrokerOptions
 from broker.drain import LAST_STEP_SEC
-from broker.topics import Topics
+from broker.routes import Routes
 from proto import frames
 from tests.actors.meeting import KEEP_ALL
 from tests.broker.rawclient import link
@@ -172,7 +172,7 @@ def test_a_slow_reader_gets_what_waits_for_it() -> None:
         await publisher.flush()
         assert len(heard) < 100
         # Looked at in each turn of the loop: adding up all lanes there would cost a large broker its stop.
-        with mock.patch.object(Topics, "tallies", side_effect=AssertionError("queues are added up")):
+        with mock.patch.object(Routes, "tallies", side_effect=AssertionError("queues are added up")):
             await stage.stop_broker()
         assert len(heard) == 100
 

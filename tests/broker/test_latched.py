@@ -33,7 +33,7 @@ def test_the_depth_counts_messages_and_misses_none() -> None:
     number = switch.publisher(talker, make.publisher(1, qos={**make.LATCHED, "depth": 5}))
     switch.send(talker, make.batch(number, 0, 4), make.batch(number, 4, 3))
     assert heard_late(switch) == [2, 3, 4, 5, 6]
-    assert switch.router.topics.latched_dropped == 0
+    assert switch.router.routes.latched_dropped == 0
 
 
 def test_the_bytes_of_a_publisher_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -44,11 +44,11 @@ def test_the_bytes_of_a_publisher_have_a_limit(monkeypatch: pytest.MonkeyPatch) 
     number = switch.publisher(talker, make.publisher(1, qos=MANY))
     switch.send(talker, *(make.batch(number, first, 4) for first in (0, 4, 8)))
     assert heard_late(switch) == [4, 5, 6, 7, 8, 9, 10, 11]
-    topics = switch.router.topics
-    assert [topic.latched_dropped for topic in topics.records()] == [4]
-    assert topics.latched_dropped == 4
+    routes = switch.router.routes
+    assert [topic.latched_dropped for topic in switch.router.topics.records()] == [4]
+    assert routes.latched_dropped == 4
     switch.send(talker, make.batch(number, 12, 11))
-    assert (heard_late(switch, node="/later"), topics.latched_dropped) == ([], 4 + 8 + 11)
+    assert (heard_late(switch, node="/later"), routes.latched_dropped) == ([], 4 + 8 + 11)
 
 
 def test_the_bytes_of_a_link_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,6 +60,6 @@ def test_the_bytes_of_a_link_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> No
     second = switch.publisher(talker, make.publisher(2, "/b", qos=MANY))
     switch.send(talker, make.batch(first, 0, 7), make.batch(second, 0, 2), make.batch(second, 2, 2))
     assert heard_late(switch, "/a") == list(range(7))
-    assert (heard_late(switch, "/b", "/later"), switch.router.topics.latched_dropped) == ([2, 3], 2)
+    assert (heard_late(switch, "/b", "/later"), switch.router.routes.latched_dropped) == ([2, 3], 2)
     switch.send(talker, frames.Undeclare(1), make.batch(second, 4, 8))
     assert heard_late(switch, "/b", "/last") == [2, 3, *range(4, 12)]

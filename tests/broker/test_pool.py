@@ -18,7 +18,7 @@ def owe(pool: Pool, server: ServiceRecord, count: int) -> None:
     """Let a server owe this many answers."""
     server.pending.clear()
     server.pending.update(dict.fromkeys(range(count)))  # type: ignore[arg-type]
-    pool.moved(server)
+    pool.update(server)
 
 
 def test_an_empty_pool_has_nobody() -> None:

@@ -200,7 +200,7 @@ def test_no_lane_outlives_its_link() -> None:
     switch.leave(listener)
     stats = collect(0, [switch.router])
     assert (stats.queued, stats.lost_on_break, stats.accounted) == (0, 7, 7)
-    assert all(peer_queue.queue.empty for peer_queue in switch.router.topics.peer_queues())
+    assert all(peer_queue.queue.empty for peer_queue in switch.router.routes.peer_queues())
 
 
 def test_a_gid_names_a_publisher_of_one_topic() -> None:
@@ -213,7 +213,7 @@ def test_a_gid_names_a_publisher_of_one_topic() -> None:
     another = switch.join("/another")
     second = switch.publisher(another, make.publisher(1, "/other"))
     switch.send(another, make.batch(second, 0))
-    _, topics = switch.router.topics.tallies()
+    _, topics = switch.router.routes.tallies()
     assert {topic.name: tally.queued for topic, tally in topics.items()} == {"/t": 5, "/other": 1}
 
 

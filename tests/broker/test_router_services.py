@@ -47,7 +47,7 @@ def test_a_call_goes_there_and_back_under_another_id() -> None:
     switch.send(server, frames.Reply(1, (answer,)))
     (reply,) = switch.read(asker, frames.Reply)
     assert reply == frames.Reply(1, (answer._replace(call=70),))
-    assert switch.router.services.pending == 0
+    assert switch.router.calls.pending == 0
 
 
 def test_calls_without_a_server_end_at_once() -> None:
@@ -144,7 +144,7 @@ def test_a_server_that_goes_ends_its_calls(how: str) -> None:
     if how != "leave":
         switch.send(server, make.reply(1, *calls))
         assert ends_of(switch, asker) == []
-        assert switch.router.services.late == 2
+        assert switch.router.calls.late == 2
 
 
 @pytest.mark.parametrize("how", ["leave", "undeclare"])
@@ -161,8 +161,8 @@ def test_a_client_that_goes_cancels_its_calls(how: str) -> None:
     cancelled = [call for frame in switch.read(server, frames.Cancel) for call in frame.calls]
     assert cancelled == calls
     switch.send(server, make.reply(1, *calls))
-    assert switch.router.services.late == 2
-    assert switch.router.services.pending == 0
+    assert switch.router.calls.late == 2
+    assert switch.router.calls.pending == 0
 
 
 def test_a_cancelled_call_is_over_for_the_broker() -> None:
@@ -233,7 +233,7 @@ def test_nobody_answers_for_another_server() -> None:
     right = 1 if holder == server else 2
     switch.send(holder, make.reply(3 - right, call))
     assert ends_of(switch, asker) == []
-    assert switch.router.services.late == 4
+    assert switch.router.calls.late == 4
     switch.send(holder, make.reply(right, call))
     assert ends_of(switch, asker) == [(5, Status.OK)]
 
@@ -266,9 +266,9 @@ def test_a_hundred_thousand_unanswered_calls_vanish_with_their_asker() -> None:
     asker, server = pair(switch)
     for start in range(0, 100_000, 1000):
         switch.send(asker, make.request(1, *range(start, start + 1000)))
-    assert switch.router.services.pending == 100_000
+    assert switch.router.calls.pending == 100_000
     switch.leave(asker)
-    assert switch.router.services.pending == 0
+    assert switch.router.calls.pending == 0
     assert len({call for frame in switch.read(server, frames.Cancel) for call in frame.calls}) == 100_000
 
 
@@ -309,6 +309,6 @@ def test_a_retired_server_that_goes_ends_its_calls(*, silent: bool) -> None:
     else:
         switch.leave(old)
     assert [entry.status for reply in switch.read(asker, frames.Reply) for entry in reply.entries] == [2]
-    assert switch.router.services.pending == 0
+    assert switch.router.calls.pending == 0
     switch.send(asker, make.request(1, 6))
     assert [entry.status for reply in switch.read(asker, frames.Reply) for entry in reply.entries] == [2]

@@ -329,7 +329,14 @@ class Routing(RuleBasedStateMachine):
         self.everything_adds_up()
         router = self.switch.router
         assert not router.relied_on
-        for part in (router, router.topics, router.services, router.graph):
+        for part in (
+            router,
+            router.declarations,
+            router.routes,
+            router.topics,
+            router.services,
+            router.graph,
+        ):
             held = {
                 name: value for name, value in vars(part).items() if isinstance(value, dict | set) and value
             }

@@ -39,7 +39,7 @@ def test_a_link_with_many_subscriptions_gets_a_run_once() -> None:
     number = switch.publisher(talker, make.publisher(1))
     switch.send(talker, make.batch(number, 0))
     assert len(switch.read(listener, frames.Batch)) == 1
-    assert switch.router.topics.copies == 1
+    assert switch.router.routes.copies == 1
 
 
 def test_nobody_to_hear_counts_as_unmatched() -> None:
@@ -48,8 +48,8 @@ def test_nobody_to_hear_counts_as_unmatched() -> None:
     talker = switch.join("/talker")
     number = switch.publisher(talker, make.publisher(1))
     switch.send(talker, make.batch(number, 0, 5))
-    assert switch.router.topics.unmatched == 5
-    assert switch.router.topics.copies == 0
+    assert switch.router.routes.unmatched == 5
+    assert switch.router.routes.copies == 0
 
 
 def test_what_was_seen_is_discarded_and_a_gap_is_not() -> None:
@@ -60,7 +60,7 @@ def test_what_was_seen_is_discarded_and_a_gap_is_not() -> None:
     switch.send(talker, make.batch(number, 9, 1))
     heard = switch.read(listener, frames.Batch)
     assert [(batch.first_sequence, batch.length) for batch in heard] == [(0, 4), (4, 2), (9, 1)]
-    assert switch.router.topics.stale == 6
+    assert switch.router.routes.stale == 6
 
 
 def test_a_busy_link_keeps_the_greatest_depth_of_its_subscriptions() -> None:
@@ -74,7 +74,7 @@ def test_a_busy_link_keeps_the_greatest_depth_of_its_subscriptions() -> None:
     heard = switch.read(listener, frames.Batch)
     assert sum(batch.length for batch in heard) == 5
     assert heard[-1].first_sequence + heard[-1].length == 20
-    assert switch.router.topics.tallies()[0].dropped == 15
+    assert switch.router.routes.tallies()[0].dropped == 15
 
 
 def test_the_depth_shrinks_when_the_deeper_subscription_leaves() -> None:
@@ -279,7 +279,7 @@ def test_a_suspended_subscriber_leaves_and_comes_back_at_the_present() -> None:
     switch.suspend(listener)
     assert switch.read(talker, frames.Matched) == [frames.Matched(1, 0, 1)]
     switch.send(talker, make.batch(number, 0, 5))
-    assert switch.router.topics.unmatched == 5
+    assert switch.router.routes.unmatched == 5
     switch.restore(listener)
     switch.send(talker, make.batch(number, 5))
     attached, heard = None, []
@@ -434,9 +434,9 @@ def test_a_link_that_leaves_leaves_nothing() -> None:
     switch.leave(listener)
     switch.leave(talker)
     assert len(switch.router.graph) == 0
-    tally = switch.router.topics.tallies()[0]
+    tally = switch.router.routes.tallies()[0]
     assert (tally.queued, tally.leaving) == (0, 0)
-    assert switch.router.services.pending == 0
+    assert switch.router.calls.pending == 0
 
 
 def test_readers_of_a_suspended_publisher_hear_how_that_ends() -> None:

@@ -41,7 +41,7 @@ def test_a_large_call_is_taken_back_without_its_neighbours() -> None:
     switch.send(asker, ask(LARGE + b"a", LARGE + b"b", b"small"), frames.Cancel(1, (0,)))
     asked = [body for frame in bodies_of(switch.read(server, frames.Request)) for body in frame]
     assert sorted(asked) == [LARGE + b"b", b"small"]
-    assert switch.router.services.pending == 2
+    assert switch.router.calls.pending == 2
 
 
 def test_small_calls_of_a_large_frame_stay_together() -> None:
@@ -91,7 +91,7 @@ def test_a_call_that_is_too_large_does_not_cost_its_neighbours() -> None:
     switch.send(server, frames.Reply(1, answers))
     ends = [entry for frame in switch.read(asker, frames.Reply) for entry in frame.entries]
     assert [(entry.call, entry.status) for entry in ends] == [(0, Status.UNAVAILABLE), (2, Status.OK)]
-    assert switch.router.services.pending == 0
+    assert switch.router.calls.pending == 0
 
 
 @pytest.mark.parametrize("how", ["answer", "cancel", "undeclare", "suspend", "takeover", "leave", "asker"])
@@ -129,7 +129,7 @@ def test_a_link_knows_how_many_answers_it_owes(how: str) -> None:
         case _:
             switch.leave(asker)
     assert owing.owed_calls == 0
-    assert switch.router.services.pending == 0
+    assert switch.router.calls.pending == 0
 
 
 def test_a_suspended_client_hears_that_its_calls_have_ended() -> None:

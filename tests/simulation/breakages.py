@@ -11,7 +11,7 @@ from unittest import mock
 
 import broker.attachments
 import broker.latched
-import broker.topics
+import broker.routes
 from actors.callbacks.deadlines import Deadlines
 from actors.endpoints.client.client import Client
 from actors.endpoints.context import NodeContext
@@ -19,12 +19,15 @@ from actors.endpoints.flow_control.credit import CreditGrants
 from actors.endpoints.publisher.publisher import Publisher
 from actors.endpoints.service.service import Service
 from actors.endpoints.subscription.subscription import Subscription
+from broker.calls import Calls
+from broker.declarations import Declarations
 from broker.deliveries import Discard, Enqueue
 from broker.departed_queues import DepartedQueues
 from broker.drain import Drain
 from broker.graph import Graph
 from broker.link import Link
-from broker.records import Route
+from broker.notices import Notices
+from broker.records import ClientRecord, PublisherRecord, Route, ServiceRecord, SubscriptionRecord
 from broker.router import Router
 from broker.server import Broker
 from broker.services import Services
@@ -49,6 +52,18 @@ if TYPE_CHECKING:
 def does_nothing(owner: Any, name: str) -> Callable[[], AbstractContextManager[object]]:
     """Return a breakage: this method does nothing."""
     return lambda: mock.patch.object(owner, name, return_value=None)
+
+
+def keeps_counts_to_itself(*kinds: type[Endpoint]) -> Callable[[], AbstractContextManager[object]]:
+    """Return a breakage: endpoints of these kinds do not hear how many counterparts they have."""
+    set_count = Notices.set_count
+
+    def silent(notices: Notices, endpoint: Endpoint, count: int) -> None:
+        set_count(notices, endpoint, count)
+        if isinstance(endpoint, kinds):
+            notices._changed.pop(endpoint, None)
+
+    return lambda: mock.patch.object(Notices, "set_count", silent)
 
 
 def among(
@@ -120,14 +135,14 @@ def takes_what_it_has_seen() -> Iterator[None]:
 @contextmanager
 def answers_somebody_else() -> Iterator[None]:
     """Of two replies that come together, each gets the other's body."""
-    reply = Services.reply
+    reply = Calls.reply
 
-    def mixed(services: Services, server: Any, entries: tuple[ReplyEntry, ...]) -> None:
+    def mixed(calls: Calls, server: Any, entries: tuple[ReplyEntry, ...]) -> None:
         bodies = [entry.body for entry in entries]
         swapped = zip(entries, [*bodies[1:], *bodies[:1]], strict=True)
-        reply(services, server, tuple(entry._replace(body=body) for entry, body in swapped))
+        reply(calls, server, tuple(entry._replace(body=body) for entry, body in swapped))
 
-    with mock.patch.object(Services, "reply", mixed):
+    with mock.patch.object(Calls, "reply", mixed):
         yield
 
 
@@ -189,7 +204,7 @@ def keeps_all_like_one() -> Iterator[None]:
     def shallow(route: Route) -> None:
         route.queue.depth = 1
 
-    with mock.patch.object(Route, "_deepen", shallow):
+    with mock.patch.object(Route, "_update_depth", shallow):
         yield
 
 
@@ -215,13 +230,13 @@ def runs_beside() -> Iterator[None]:
 @contextmanager
 def takes_any_name() -> Iterator[None]:
     """The broker lets two nodes have one name."""
-    make = Router._make_node
+    make = Declarations._make_node
 
-    def forgetful(router: Router, peer: Any, frame: Any) -> Any:
-        router._names.pop(frame.name, None)
-        return make(router, peer, frame)
+    def forgetful(declarations: Declarations, peer: Any, frame: Any) -> Any:
+        declarations._names.pop(frame.name, None)
+        return make(declarations, peer, frame)
 
-    with mock.patch.object(Router, "_make_node", forgetful):
+    with mock.patch.object(Declarations, "_make_node", forgetful):
         yield
 
 
@@ -328,14 +343,14 @@ def stops_in_silence() -> Iterator[None]:
 @contextmanager
 def says_that_all_are_gone() -> Iterator[None]:
     """Readers of a suspended publisher are told that it has gone for good."""
-    with mock.patch.object(broker.topics, "DetachReason", mock.Mock(SUSPENDED=0, GONE=0)):
+    with mock.patch.object(broker.routes, "DetachReason", mock.Mock(SUSPENDED=0, GONE=0)):
         yield
 
 
 @contextmanager
 def says_that_all_are_silent() -> Iterator[None]:
     """Readers of a publisher that has gone for good are told that it is suspended."""
-    with mock.patch.object(broker.topics, "DetachReason", mock.Mock(SUSPENDED=1, GONE=1)):
+    with mock.patch.object(broker.routes, "DetachReason", mock.Mock(SUSPENDED=1, GONE=1)):
         yield
 
 
@@ -355,16 +370,16 @@ def forgets_its_own() -> Iterator[None]:
 @contextmanager
 def keeps_names_of_the_silent() -> Iterator[None]:
     """A broker keeps a name for a node that is suspended."""
-    make = Router._make_node
+    make = Declarations._make_node
 
-    def loyal(router: Router, peer: Peer, frame: Any) -> Any:
-        holder = router._names.get(frame.name)
+    def loyal(declarations: Declarations, peer: Peer, frame: Any) -> Any:
+        holder = declarations._names.get(frame.name)
         if holder is None:
-            return make(router, peer, frame)
+            return make(declarations, peer, frame)
         with mock.patch.object(holder.peer, "suspended", new=False):
-            return make(router, peer, frame)
+            return make(declarations, peer, frame)
 
-    with mock.patch.object(Router, "_make_node", loyal):
+    with mock.patch.object(Declarations, "_make_node", loyal):
         yield
 
 
@@ -382,7 +397,7 @@ def stops_without_drain() -> Iterator[None]:
 BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], bool]]] = {
     "order of latched messages": (latches_backwards, True),
     "latched messages come": (latches_too_little, True),
-    "latched messages are kept": (does_nothing(broker.topics, "latch"), True),
+    "latched messages are kept": (does_nothing(broker.routes, "latch"), True),
     "latched messages outlive a broker": (
         among(does_nothing(Publisher, "_resend_retained"), faults.drop, faults.crash_broker),
         False,
@@ -406,12 +421,12 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "requests come once": (answers_twice, True),
     "deadlines end calls": (does_nothing(Deadlines, "_ring"), True),
     "handlers of callers that give up are cancelled": (does_nothing(Client, "_withdraw"), True),
-    "calls to a server that goes end": (does_nothing(Services, "_fail_pending"), True),
+    "calls to a server that goes end": (does_nothing(Calls, "server_left"), True),
     "the silent are noticed": (never_judges, False),
     "names are unique": (takes_any_name, True),
     "the graph is right": (does_nothing(Graph, "remove"), False),
-    "matching is pushed": (does_nothing(Topics, "flush"), True),
-    "servers are pushed": (does_nothing(Services, "flush"), True),
+    "matching is pushed": (keeps_counts_to_itself(PublisherRecord, SubscriptionRecord), True),
+    "servers are pushed": (keeps_counts_to_itself(ServiceRecord, ClientRecord), True),
     "callbacks run one at a time": (runs_beside, True),
     "errors of callbacks are counted": (does_nothing(NodeContext, "callback_failed"), True),
     "links that are gone are forgotten": (relies_on_the_gone, True),

@@ -283,12 +283,13 @@ def _broker_forgets(world: World) -> None:
     for router, joined in world.home.broker._dispatcher.joined.items():
         if joined:
             world.complain(f"without nodes {len(joined)} links are joined")
-        waiting = sum(not peer_queue.queue.empty for peer_queue in router.topics.peer_queues())
+        waiting = sum(not peer_queue.queue.empty for peer_queue in router.routes.peer_queues())
         if waiting:
             world.complain(f"without nodes something waits in {waiting} lanes")
-        departed = router.topics._departed
-        departed._settle()  # it may wait with that for more of them
-        for part in (router, router.topics, router.services, router.graph, departed):
+        departed = router.routes._departed
+        departed._forget_empty()  # it may wait with that for more of them
+        parts = (router.declarations, router.routes, router.topics, router.services, router.graph)
+        for part in (router, *parts, departed):
             _is_empty(world, part, *(name for name in vars(part) if name != "_handlers"))
 
 

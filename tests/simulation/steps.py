@@ -146,13 +146,13 @@ class Steps:
 
     def _routed_is_accounted_for(self, host: str, router: Router) -> None:
         """Each copy is delivered, dropped, abandoned, lost with its link, on its way or queued."""
-        topics = router.topics
-        tally, _ = topics.tallies()
-        for queue, *_ in topics.peer_queues():
+        routes = router.routes
+        tally, _ = routes.tallies()
+        for queue, *_ in routes.peer_queues():
             self._keeps_its_depth(host, queue)
         known = tally.delivered + tally.dropped + tally.abandoned + tally.lost_on_break
-        if topics.copies != known + tally.leaving + tally.queued:
-            self._world.complain(f"{host}: {topics.copies} copies were made, and there are {tally}")
+        if routes.copies != known + tally.leaving + tally.queued:
+            self._world.complain(f"{host}: {routes.copies} copies were made, and there are {tally}")
 
     def _keeps_its_depth(self, host: str, queue: PublisherQueue) -> None:
         """What waits is no more than the depth, or the depth it had when that came."""

@@ -70,7 +70,7 @@ def of_router(router: Router) -> Wrongs:
     for peer in peers:
         yield from _of_peer(peer)
     yield from _of_calls(router, endpoints)
-    for queue, *_ in router.topics.peer_queues():
+    for queue, *_ in router.routes.peer_queues():
         yield from of_queue(queue)
 
 
@@ -110,8 +110,8 @@ def _of_peer(peer: Peer) -> Wrongs:
 def _of_calls(router: Router, endpoints: list[Endpoint]) -> Wrongs:
     asked = sum(len(each.pending) for each in endpoints if isinstance(each, ClientRecord))
     owed = sum(len(each.pending) for each in endpoints if isinstance(each, ServiceRecord))
-    if not asked == owed == router.services.pending:
-        yield f"{router.services.pending} calls are pending: clients know of {asked}, servers of {owed}"
+    if not asked == owed == router.calls.pending:
+        yield f"{router.calls.pending} calls are pending: clients know of {asked}, servers of {owed}"
 
 
 def of_queue(queue: PublisherQueue) -> Wrongs:

@@ -118,7 +118,7 @@ class Talk:
 
         def noting_hold(drain: Drain) -> None:
             for router in drain._dispatcher.joined:
-                self._held[router] = {publisher.key for publisher in router.topics.publishers()}
+                self._held[router] = {publisher.key for publisher in router.routes.publishers()}
             hold(drain)
 
         def noting_caught_up(dispatcher: Dispatcher, link: Link) -> None:
@@ -170,7 +170,7 @@ class Talk:
             self._retired.add(server)
 
     def _note_reached(self, router: Router, batch: frames.Batch) -> None:
-        publisher = router.topics._publishers.get(batch.publisher)
+        publisher = router.routes._publishers.get(batch.publisher)
         if publisher is not None:
             reached = self._world.journal.reached
             reached[publisher.gid] = max(reached.get(publisher.gid, 0), publisher.next_sequence)
@@ -181,7 +181,7 @@ class Talk:
             frame = _detached(delivery)
             if frame is None:
                 continue
-            publisher = router.topics._publishers.get(frame.publisher)
+            publisher = router.routes._publishers.get(frame.publisher)
             silent = publisher is not None and publisher.peer.suspended
             reader = router._peers.get(delivery.peer)
             if frame.reason == DetachReason.SUSPENDED and not silent:
@@ -219,7 +219,7 @@ def _whole(links: Iterable[Link]) -> list[Link]:
 
 def _is_suspended(router: Router, name: str) -> bool:
     """Tell whether the holder of a name is suspended."""
-    holder = router._names.get(name)
+    holder = router.declarations._names.get(name)
     return holder is not None and holder.peer.suspended
 
 

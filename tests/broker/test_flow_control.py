@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from broker.credit_limits import CreditLimits
+from broker.flow_control import CreditLimits
 
 Step = tuple[str, int, int, int]
 

@@ -1,0 +1,200 @@
+"""Calls: requests to a server, replies to their clients, and the calls without an answer.
+
+The broker gives each call an id of its own, so that no client can guess another's, and accepts a reply only
+from the server it chose: the one with the fewest pending calls; ties rotate. It has no timer: clients own
+deadlines.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, TypeVar
+
+from broker.deliveries import CancelCalls, SendCalls
+from broker.records import ClientRecord, PendingCall, ServiceRecord
+from proto import frames, limits
+from proto.codec import encode
+from proto.codes import Status
+from proto.errors import ErrorCode, ProtocolError
+from proto.fragments import is_large
+from proto.frames import ReplyEntry, RequestEntry
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from broker.deliveries import Delivery
+    from broker.pool import Pool
+
+EntryT = TypeVar("EntryT", RequestEntry, ReplyEntry)
+
+TOO_LARGE: Final = "with the broker's call id it is larger than a message may be"
+SERVER_GONE: Final = "the server has gone"
+CLIENT_SILENT: Final = "this link was silent for too long"
+STOPPING: Final = "the broker is stopping"
+NO_SERVER: Final = "no server; wait for one with wait_for_service()"
+
+
+class Calls:
+    """All calls of one graph.
+
+    Args:
+        emit: Takes each delivery.
+        max_pending: Unanswered calls of one link.
+        max_bytes: Size of a frame that a link takes; the broker's call ids may make one longer than it came.
+
+    Attributes:
+        closed: Whether new calls are refused, except those that the answer to another may need.
+        pending: Calls without an answer.
+        routed: Requests routed to a server.
+        refused: Requests that the broker answered: there was no server, or too many calls were pending.
+        late: Replies to calls that were no longer pending.
+    """
+
+    def __init__(self, emit: Callable[[Delivery], None], *, max_pending: int, max_bytes: int) -> None:
+        self._emit = emit
+        self._max_bytes = max_bytes
+        self._max_pending = max_pending
+        self._last_call = 0
+        self.closed = False
+        self.pending = self.routed = self.refused = self.late = 0
+
+    def request(self, client: ClientRecord, pool: Pool | None, entries: tuple[RequestEntry, ...]) -> None:
+        """Route a client's requests.
+
+        Args:
+            client: Who calls.
+            pool: The servers of its service and type; None if there are none.
+            entries: The requests.
+
+        Raises:
+            ProtocolError: A call id is in use.
+        """
+        routed: dict[ServiceRecord, list[RequestEntry]] = {}
+        refused: list[ReplyEntry] = []
+        closed = self.closed and not client.peer.owed_calls
+        for entry in entries:
+            if entry.call in client.pending:
+                raise ProtocolError(ErrorCode.UNEXPECTED, f"REQUEST: the call id {entry.call} is in use")
+            if client.peer.pending_calls >= self._max_pending:
+                text = f"{self._max_pending} calls of this link wait already"
+                refused.append(answer(entry.call, Status.OVERLOADED, text))
+                continue
+            server = None if pool is None or closed else pool.least_busy()
+            if pool is None or server is None:
+                refused.append(answer(entry.call, Status.UNAVAILABLE, STOPPING if closed else NO_SERVER))
+                continue
+            call = self._open(client, entry.call, server)
+            pool.update(server)
+            routed.setdefault(server, []).append(RequestEntry(call, *entry[1:]))
+        self.refused += len(refused)
+        if refused:
+            self._send_replies(client, refused)
+        for server, chosen in routed.items():
+            self.routed += len(chosen)
+            self._send_requests(server, chosen)
+
+    def _send_requests(self, server: ServiceRecord, entries: list[RequestEntry]) -> None:
+        raw = encode(frames.Request(server.id, tuple(entries)))
+        if len(entries) > 1 and self._must_split(raw):
+            for part in _split(entries, len(raw)):
+                self._send_requests(server, part)
+        elif len(raw) > self._max_bytes:
+            pending = server.pending[entries[0].call]
+            self._close(pending)
+            refusal = answer(pending.client_call, Status.UNAVAILABLE, TOO_LARGE)
+            self._send_replies(pending.client, [refusal])
+        else:
+            self._emit(SendCalls(server.peer.id, raw, (server.id, entries[0].call)))
+
+    def _must_split(self, raw: bytes) -> bool:
+        """Return whether to split a frame: a large call travels alone, so that it can be removed alone."""
+        return is_large(raw) or len(raw) > self._max_bytes
+
+    def _open(self, client: ClientRecord, client_call: int, server: ServiceRecord) -> int:
+        call = self._last_call = self._last_call + 1
+        pending = PendingCall(call, client, client_call, server)
+        self.pending += 1
+        server.pending[call] = pending
+        client.pending[client_call] = pending
+        client.peer.pending_calls += 1
+        server.peer.owed_calls += 1
+        return call
+
+    def _close(self, pending: PendingCall) -> None:
+        server = pending.server
+        del server.pending[pending.call]
+        server.peer.owed_calls -= 1
+        if server.pool is not None:
+            server.pool.update(server)
+        self.pending -= 1
+        del pending.client.pending[pending.client_call]
+        pending.client.peer.pending_calls -= 1
+
+    def reply(self, server: ServiceRecord, entries: tuple[ReplyEntry, ...]) -> None:
+        """Route a server's replies; count and drop those to calls that are no longer pending."""
+        answered: dict[ClientRecord, list[ReplyEntry]] = {}
+        for entry in entries:
+            pending = server.pending.get(entry.call)
+            if pending is None:
+                self.late += 1
+                continue
+            self._close(pending)
+            answered.setdefault(pending.client, []).append(ReplyEntry(pending.client_call, *entry[1:]))
+        for client, chosen in answered.items():
+            self._send_replies(client, chosen)
+
+    def _send_replies(self, client: ClientRecord, entries: list[ReplyEntry]) -> None:
+        for start in range(0, len(entries), limits.MAX_CALLS_PER_FRAME):
+            self._send_reply(client, entries[start : start + limits.MAX_CALLS_PER_FRAME])
+
+    def _send_reply(self, client: ClientRecord, entries: list[ReplyEntry]) -> None:
+        raw = encode(frames.Reply(client.id, tuple(entries)))
+        if len(entries) > 1 and self._must_split(raw):
+            for part in _split(entries, len(raw)):
+                self._send_reply(client, part)
+            return
+        if len(raw) > self._max_bytes:
+            refusal = answer(entries[0].call, Status.UNAVAILABLE, TOO_LARGE)
+            raw = encode(frames.Reply(client.id, (refusal,)))
+        self._emit(SendCalls(client.peer.id, raw, (client.id, entries[0].call)))
+
+    def cancel(self, client: ClientRecord, calls: tuple[int, ...]) -> None:
+        """Cancel calls of a client at their servers; unknown ones have just been answered."""
+        unwanted: dict[ServiceRecord, list[int]] = {}
+        for client_call in calls:
+            pending = client.pending.get(client_call)
+            if pending is not None:
+                self._close(pending)
+                unwanted.setdefault(pending.server, []).append(pending.call)
+        for server, server_calls in unwanted.items():
+            self._emit(CancelCalls(server.peer.id, server.id, server_calls))
+
+    def client_left(self, client: ClientRecord) -> None:
+        """Cancel all calls of a client; if it is only suspended, tell it that they have failed."""
+        calls = tuple(client.pending)
+        self.cancel(client, calls)
+        if client.peer.suspended:
+            self._send_replies(client, [answer(call, Status.UNAVAILABLE, CLIENT_SILENT) for call in calls])
+
+    def server_left(self, server: ServiceRecord) -> None:
+        """Answer all calls of a server with an error."""
+        if server.pending and server.peer.suspended:  # if it comes back, it should not work on them any more
+            self._emit(CancelCalls(server.peer.id, server.id, list(server.pending)))
+        failed: dict[ClientRecord, list[ReplyEntry]] = {}
+        for pending in tuple(server.pending.values()):
+            self._close(pending)
+            entry = answer(pending.client_call, Status.UNAVAILABLE, SERVER_GONE)
+            failed.setdefault(pending.client, []).append(entry)
+        for client, entries in failed.items():
+            self._send_replies(client, entries)
+
+
+def _split(entries: list[EntryT], size: int) -> list[list[EntryT]]:
+    """Return entries, of this size together, in parts of half a frame, assuming that all have one size."""
+    half = min(size, limits.MAX_FRAME_BYTES) // 2
+    count = max(1, len(entries) * half // size)
+    return [entries[start : start + count] for start in range(0, len(entries), count)]
+
+
+def answer(call: int, status: Status, text: str) -> ReplyEntry:
+    """Return the broker's own answer to a call."""
+    return ReplyEntry(call, status, more=False, attributes=None, body=text.encode())

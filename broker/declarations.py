@@ -1,0 +1,225 @@
+"""Declarations: makes records of nodes and endpoints, and takes them into and out of the graph."""
+
+from __future__ import annotations
+
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+from broker.deliveries import Send
+from broker.graph import Definitions, Graph, is_type_text
+from broker.latched import latched_depth
+from broker.records import (
+    ClientRecord,
+    Endpoint,
+    NodeRecord,
+    Peer,
+    PublisherRecord,
+    ServiceRecord,
+    SubscriptionRecord,
+)
+from broker.topics import Topics, subscription_depth
+from proto import frames
+from proto.codes import EntryKind
+from proto.errors import ErrorCode, InvalidNameError, ProtocolError
+from proto.names import (
+    full_node_name,
+    split_node_name,
+    validate_full_service_name,
+    validate_full_topic_name,
+    validate_namespace,
+    validate_node_name,
+)
+from proto.qos import Refusal, parse_qos
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from broker.deliveries import Delivery
+    from broker.services import Services
+
+
+class Declarations:
+    """The declared nodes and endpoints of one graph.
+
+    Args:
+        emit: Takes each delivery.
+        max_endpoints: Nodes and endpoints that one peer may declare.
+        topics, services, graph: The parts that match and publish endpoints.
+        replace_peer: Removes a suspended peer whose node's name another node takes; with the reason.
+        report: See `Router`.
+    """
+
+    def __init__(
+        self,
+        emit: Callable[[Delivery], None],
+        *,
+        max_endpoints: int,
+        topics: Topics,
+        services: Services,
+        graph: Graph,
+        replace_peer: Callable[[Peer, str], None],
+        report: Callable[[Endpoint, str | None], None],
+    ) -> None:
+        self._emit = emit
+        self._max_endpoints = max_endpoints
+        self._topics = topics
+        self._services = services
+        self._graph = graph
+        self._replace_peer = replace_peer
+        self._report = report
+        self._keys = count(1)
+        self._names: dict[str, NodeRecord] = {}
+        self.definitions = Definitions()
+
+    def declare(self, peer: Peer, frame: Any) -> None:
+        """Take a declaration, or refuse it.
+
+        Raises:
+            ProtocolError: The id is in use.
+        """
+        if frame.id in peer.endpoints:
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"the id {frame.id} is in use")
+        try:
+            if len(peer.endpoints) >= self._max_endpoints:
+                text = f"one connection may declare {self._max_endpoints} endpoints"
+                raise Refusal(ErrorCode.LIMIT, text)
+            endpoint = self._make(peer, frame)
+        except (Refusal, InvalidNameError) as error:
+            code = error.code if isinstance(error, Refusal) else ErrorCode.INVALID_NAME
+            self._emit(Send(peer.id, frames.Refused(frame.id, code, str(error))))
+            return
+        peer.endpoints[endpoint.id] = endpoint
+        if endpoint.node is not None:
+            endpoint.node.endpoints[endpoint.id] = endpoint
+        number = endpoint.key if isinstance(endpoint, PublisherRecord) else 0
+        self._emit(Send(peer.id, frames.Accepted(endpoint.id, number)))
+        self._report(endpoint, None)
+        if not peer.suspended:
+            self.join(endpoint)
+
+    def _make(self, peer: Peer, frame: Any) -> Endpoint:
+        if isinstance(frame, frames.Node):
+            return self._make_node(peer, frame)
+        node = peer.endpoints.get(frame.node)
+        if not isinstance(node, NodeRecord):
+            raise Refusal(ErrorCode.UNKNOWN_ID, f"this link has no node with the id {frame.node}")
+        common: dict[str, Any] = {
+            "key": next(self._keys),
+            "id": frame.id,
+            "peer": peer,
+            "node": node,
+            "type_name": frame.type_name or "",
+            "type_hash": frame.type_hash or "",
+        }
+        if not (is_type_text(common["type_name"]) and is_type_text(common["type_hash"])):
+            text = "a type's name and hash are at most 255 letters, digits and /_.-"
+            raise Refusal(ErrorCode.MALFORMED, text)
+        if isinstance(frame, frames.Publisher | frames.Subscription):
+            validate_full_topic_name(frame.topic)
+            return self._make_on_topic(frame, common)
+        validate_full_service_name(frame.name)
+        if isinstance(frame, frames.Service):
+            self.definitions.learn(frame.type_hash, frame.definition)
+            return ServiceRecord(kind=EntryKind.SERVICE, name=frame.name, **common)
+        return ClientRecord(kind=EntryKind.CLIENT, name=frame.name, **common)
+
+    def _make_node(self, peer: Peer, frame: frames.Node) -> NodeRecord:
+        namespace, name = split_node_name(frame.name)
+        validate_namespace(namespace)
+        validate_node_name(name)
+        if frame.name != full_node_name(namespace, name):
+            raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
+        holder = self._names.get(frame.name)
+        if holder is not None and holder.peer.suspended:  # a node that is alive has priority
+            text = f"another node '{frame.name}' has come while this link was silent"
+            self._replace_peer(holder.peer, text)
+        elif holder is not None:
+            holder.peer.relied_on.add(holder.peer.id)
+            text = f"A node named '{frame.name}' is there already; give this one another name"
+            raise Refusal(ErrorCode.NAME_TAKEN, text)
+        record = NodeRecord(
+            key=next(self._keys), id=frame.id, peer=peer, kind=EntryKind.NODE, node=None, name=frame.name
+        )
+        self._names[frame.name] = record
+        return record
+
+    def _make_on_topic(
+        self, frame: frames.Publisher | frames.Subscription, common: dict[str, Any]
+    ) -> Endpoint:
+        qos = parse_qos(frame.qos)
+        common |= {"name": frame.topic, "qos": qos.shown(), "wants": qos}
+        if isinstance(frame, frames.Publisher):
+            self.definitions.learn(frame.type_hash, frame.definition)
+            return PublisherRecord(
+                kind=EntryKind.PUBLISHER,
+                gid=frame.gid,
+                next_sequence=frame.next_sequence,
+                live_sequence=frame.live_sequence,
+                keep=latched_depth(qos),
+                **common,
+            )
+        return SubscriptionRecord(
+            kind=EntryKind.SUBSCRIPTION,
+            depth=subscription_depth(qos),
+            window_messages=frame.window_messages,
+            window_bytes=frame.window_bytes,
+            **common,
+        )
+
+    def join(self, endpoint: Endpoint) -> None:
+        """Take an endpoint that is new or back into the graph, and match it."""
+        if isinstance(endpoint, ServiceRecord) and endpoint.retired:
+            return
+        self._graph.add(endpoint)
+        if isinstance(endpoint, PublisherRecord):
+            self._topics.join_publisher(endpoint)
+        elif isinstance(endpoint, SubscriptionRecord):
+            self._topics.join_subscription(endpoint)
+        elif isinstance(endpoint, ServiceRecord | ClientRecord):
+            self._services.join(endpoint)
+
+    def leave(self, endpoint: Endpoint) -> None:
+        """Take an endpoint that is gone or suspended out of the graph, and unmatch it."""
+        if not (isinstance(endpoint, ServiceRecord) and endpoint.retired):  # a retired one has left the graph
+            suspended = endpoint.peer.suspended and endpoint.id in endpoint.peer.endpoints
+            self._graph.remove(endpoint, suspended=suspended)
+        if isinstance(endpoint, PublisherRecord):
+            self._topics.leave_publisher(endpoint)
+        elif isinstance(endpoint, SubscriptionRecord):
+            self._topics.leave_subscription(endpoint)
+        elif isinstance(endpoint, ServiceRecord | ClientRecord):
+            self._services.leave(endpoint)
+
+    def undeclare(self, peer: Peer, frame: frames.Undeclare) -> None:
+        """Remove what a peer declared under an id; ignore an unknown one."""
+        endpoint = peer.endpoints.get(frame.id)
+        if endpoint is not None:
+            self.remove(endpoint, "undeclared")
+
+    def describe(self, peer: Peer, frame: frames.Describe) -> None:
+        """Answer a peer's question for the definition of a type."""
+        definition = self.definitions.get(frame.type_hash)
+        self._emit(Send(peer.id, frames.Definition(frame.type_hash, definition)))
+
+    def retire(self, peer: Peer, frame: frames.Retire) -> None:
+        """Take a server out of the graph; it still answers pending calls."""
+        server = peer.endpoints.get(frame.id)
+        if isinstance(server, ServiceRecord) and not server.retired:
+            self._graph.remove(server)
+            self._services.retire(server)
+
+    def remove(self, endpoint: Endpoint, reason: str) -> None:
+        """Remove a node or an endpoint for good; a node with all its endpoints."""
+        if endpoint.peer.endpoints.pop(endpoint.id, None) is None:
+            return
+        self._report(endpoint, reason)
+        if isinstance(endpoint, NodeRecord):
+            for child in tuple(endpoint.endpoints.values()):
+                self.remove(child, reason)
+            if self._names.get(endpoint.name) is endpoint:
+                del self._names[endpoint.name]
+        elif endpoint.node is not None:
+            endpoint.node.endpoints.pop(endpoint.id, None)
+        self.leave(endpoint)
+        if isinstance(endpoint, PublisherRecord):
+            self._topics.remove_publisher(endpoint)

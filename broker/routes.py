@@ -1,0 +1,225 @@
+"""Routes: on which links a publisher's batches go out. Decided at attachment, never per message.
+
+A publisher has one route to each link with matched subscriptions: a batch goes there once, byte for byte.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from broker.attachments import Attachments
+from broker.deliveries import Close, Discard, Enqueue, Send
+from broker.departed_queues import DepartedQueues, PeerQueue
+from broker.latched import latch, unlatch
+from broker.records import PublisherRecord, Route, SubscriptionRecord, Tally, TopicRecord
+from proto.batches import message_bytes, slice_batch
+from proto.codes import DetachReason
+from proto.errors import ErrorCode, ProtocolError
+from proto.limits import MAX_U64
+from proto.publisher_queue import PublisherQueue
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterator
+
+    from broker.deliveries import Delivery
+    from broker.records import Peer
+    from proto import frames
+    from proto.frames import Batch
+
+
+class Routes:
+    """The publishers of one graph, and their routes.
+
+    Args:
+        emit: Takes each delivery.
+        max_queue_bytes: Bytes that may wait in one publisher queue for a KEEP_ALL subscription.
+
+    Attributes:
+        routed: Messages that reached at least one link.
+        copies: Messages times links they were routed to: `tallies` says what has become of them.
+        unmatched: Messages without a subscription.
+        stale: Messages discarded because their numbers had been seen.
+        latched_dropped: Messages that late joiners will miss: too many bytes are latched.
+    """
+
+    def __init__(self, emit: Callable[[Delivery], None], *, max_queue_bytes: int) -> None:
+        self._emit = emit
+        self._max_queue_bytes = max_queue_bytes
+        self._publishers: dict[int, PublisherRecord] = {}
+        self._departed = DepartedQueues()
+        self._attachments = Attachments(emit)
+        self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
+
+    # Publishers
+
+    def add_publisher(self, publisher: PublisherRecord) -> None:
+        """Accept batches of a publisher that is new or back."""
+        self._publishers[publisher.key] = publisher
+
+    def remove_publisher(self, publisher: PublisherRecord) -> None:
+        """Accept no more batches of a publisher that is gone for good."""
+        self._publishers.pop(publisher.key, None)
+        unlatch(publisher)
+
+    def publishers(self) -> Collection[PublisherRecord]:
+        """Return all publishers, suspended ones included."""
+        return self._publishers.values()
+
+    def publisher(self, peer: Peer, number: int) -> PublisherRecord:
+        """Return a publisher of this peer.
+
+        Raises:
+            ProtocolError: The peer has none with this id.
+        """
+        publisher = self._publishers.get(number)
+        if publisher is None or publisher.peer is not peer:
+            text = f"this link has no publisher with the id {number}"
+            raise ProtocolError(ErrorCode.UNKNOWN_ID, text)
+        return publisher
+
+    # Routes
+
+    def attach(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+        """Route a publisher's batches to a subscription, too."""
+        peer = subscription.peer
+        route = publisher.routes.get(peer.id)
+        if route is None:
+            route = publisher.routes[peer.id] = self._new_route(peer, publisher, subscription.depth)
+        route.add(subscription)
+        self._attachments.attach(publisher, route, subscription)
+
+    def _new_route(self, peer: Peer, publisher: PublisherRecord, depth: int | None) -> Route:
+        """Return a route to a peer.
+
+        A publisher that is back resumes the queue it left if that is not empty yet: its messages must not
+        overtake those it sent before.
+        """
+        left = self._departed.resume(peer.id, publisher.gid, publisher.name)
+        if left is None:
+            return Route(peer, PublisherQueue(publisher.key, depth), publisher.topic)
+        left.queue.publisher = 0
+        return Route(peer, left.queue, publisher.topic, earlier_ids=left.earlier_ids)
+
+    def detach(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+        """Stop routing to a subscription that leaves; discard what waits for no other one on its link."""
+        peer = subscription.peer
+        route = publisher.routes[peer.id]
+        if peer.suspended:
+            # It will not be told again if the publisher goes before it is back. Messages of the publisher's
+            # earlier ids in the queue are not read either.
+            for number in dict.fromkeys((*route.earlier_ids, publisher.key)):
+                self._attachments.detach(number, peer.id, (subscription.id,), DetachReason.GONE)
+        route.remove(subscription)
+        if route.subscriptions:
+            return
+        del publisher.routes[peer.id]
+        self._departed.add_unwanted(PeerQueue(route.queue, route.topic, peer.id))
+        self._emit(Discard(peer.id, route.queue))
+
+    def detach_all(self, publisher: PublisherRecord) -> None:
+        """End the routes of a publisher that leaves; its readers get what is queued, and then DETACHED."""
+        reason = DetachReason.SUSPENDED if publisher.peer.suspended else DetachReason.GONE
+        for route in publisher.routes.values():
+            self._attachments.detach(publisher.key, route.peer.id, route.subscriptions, reason, route.queue)
+            peer_queue = PeerQueue(route.queue, route.topic, route.peer.id, route.earlier_ids)
+            self._departed.add(publisher.gid, publisher.key, peer_queue)
+        publisher.routes.clear()
+
+    def report_gone(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+        """Tell a subscription that a publisher known to it as suspended will not come back."""
+        peer = subscription.peer.id
+        # Behind the publisher's messages and behind the DETACHED that says it is suspended.
+        queue = self._departed.latest(peer, publisher.gid, publisher.name)
+        self._attachments.detach(publisher.key, peer, (subscription.id,), DetachReason.GONE, queue)
+
+    def remove_peer(self, peer: int) -> None:
+        """Discard what waits for a peer that is gone."""
+        self._attachments.flush()
+        for queue in self._departed.remove_peer(peer):
+            self._emit(Discard(peer, queue))
+
+    def prune(self) -> None:
+        """Forget empty queues if there are many. Only between the handling of two frames."""
+        self._departed.prune()
+
+    def flush(self) -> None:
+        """Send ATTACHED and DETACHED frames."""
+        if self._attachments.pending:
+            self._attachments.flush()
+
+    # Messages
+
+    def route(self, peer: Peer, batch: Batch) -> None:
+        """Route a batch.
+
+        Raises:
+            ProtocolError: The publisher is not this peer's, or exceeds its credit or the greatest number.
+        """
+        publisher = self.publisher(peer, batch.publisher)
+        after = batch.first_sequence + batch.length
+        if after > MAX_U64:
+            raise ProtocolError(ErrorCode.MALFORMED, "BATCH: the number after its last one is above 2^64 - 1")
+        credit = publisher.credit
+        if credit.limit is not None:
+            credit.check(publisher.name, publisher.next_sequence, batch)
+        seen = publisher.next_sequence - batch.first_sequence
+        size = message_bytes(batch)
+        credit.bytes += size
+        if seen > 0:
+            self.stale += min(seen, batch.length)
+            if seen >= batch.length:
+                return
+            batch = slice_batch(batch, seen, batch.length)
+            size = message_bytes(batch)
+        publisher.next_sequence = after
+        topic = publisher.topic
+        topic.messages += batch.length
+        topic.bytes += size
+        if publisher.keep:
+            missed = latch(publisher, batch)
+            topic.latched_dropped += missed
+            self.latched_dropped += missed
+        routes = publisher.routes
+        if not routes:
+            self.unmatched += batch.length
+            return
+        self.routed += batch.length
+        self.copies += batch.length * len(routes)
+        for route in routes.values():
+            queue = route.queue
+            self._emit(Enqueue(route.peer.id, queue, batch))
+            if queue.depth is None and queue.pending_bytes > self._max_queue_bytes:
+                self._overflow(publisher, route)
+
+    def _overflow(self, publisher: PublisherRecord, route: Route) -> None:
+        """Close the link that ignores flow control, which should have prevented this."""
+        if publisher.credit.unconfirmed:
+            text = f"the publisher on '{publisher.name}' does not confirm its credit"
+            self._emit(Close(publisher.peer.id, ErrorCode.CREDIT, text))
+        else:
+            text = f"a subscription to '{publisher.name}' grants credit without reading"
+            self._emit(Close(route.peer.id, ErrorCode.LIMIT, text))
+
+    def assert_liveliness(self, peer: Peer, frame: frames.Assert) -> None:
+        """Forward a publisher's ASSERT to its readers.
+
+        Raises:
+            ProtocolError: The publisher is not this peer's.
+        """
+        for route in self.publisher(peer, frame.publisher).routes.values():
+            self._emit(Send(route.peer.id, frame))
+
+    # Statistics
+
+    def tallies(self) -> tuple[Tally, dict[TopicRecord, Tally]]:
+        """Return what has become of all copies: their sum is always `copies`; and the same by topic."""
+        return self._departed.tallies(self._queues_in_use())
+
+    def peer_queues(self) -> list[PeerQueue]:
+        """Return all publisher queues, departed ones included."""
+        return [*self._queues_in_use(), *self._departed.all()]
+
+    def _queues_in_use(self) -> Iterator[PeerQueue]:
+        for publisher in self._publishers.values():
+            for route in publisher.routes.values():
+                yield PeerQueue(route.queue, route.topic, route.peer.id)
