@@ -147,7 +147,7 @@ class Declarations:
         self, frame: frames.Publisher | frames.Subscription, common: dict[str, Any]
     ) -> Endpoint:
         qos = parse_qos(frame.qos)
-        common |= {"name": frame.topic, "qos": qos.shown(), "wants": qos}
+        common |= {"name": frame.topic, "qos": qos.to_map(), "wants": qos}
         if isinstance(frame, frames.Publisher):
             self.definitions.learn(frame.type_hash, frame.definition)
             return PublisherRecord(
