@@ -1,4 +1,4 @@
-"""What goes into an outbox, and comes out of it; for the tests of outboxes."""
+"""Helpers for tests of outboxes: frames to put in, and functions to take frames out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def make_batch(first: int, parts: list[bytes], publisher: int = 1) -> Batch:
-    """Build a run of these messages."""
+    """Build a batch of these messages."""
     builder = BatchBuilder(first)
     for part in parts:
         builder.add(part)
@@ -33,7 +33,7 @@ def take_one(outbox: Outbox) -> bytes | None:
 
 
 def drain(outbox: Outbox) -> list[bytes]:
-    """Take everything that may go."""
+    """Take all frames that may be sent."""
     found: list[bytes] = []
     while (raw := take_one(outbox)) is not None:
         found.append(raw)

@@ -1,4 +1,4 @@
-"""Runs against a plain list of messages: building, cutting, addressing and splitting change nothing else."""
+"""Batches compared with plain lists of messages."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MESSAGES = st.lists(st.binary(min_size=1, max_size=30), min_size=1, max_size=12)
 
 
 def build(parts: list[bytes], *, first: int = 100, publisher: int = 7) -> Batch:
-    """Build a run of these messages."""
+    """Build a batch of these messages."""
     builder = BatchBuilder(first)
     for part in parts:
         builder.add(part)
@@ -33,7 +33,7 @@ def build(parts: list[bytes], *, first: int = 100, publisher: int = 7) -> Batch:
 
 
 def parts_of(batch: Batch) -> list[bytes]:
-    """Return a run's messages, after a trip over the wire."""
+    """Return the messages of a batch after encoding and decoding it."""
     back = decode(bytes(batch.raw))
     assert isinstance(back, Batch)
     assert back[:6] == batch[:6]
@@ -43,8 +43,8 @@ def parts_of(batch: Batch) -> list[bytes]:
 
 @MODEST
 @given(MESSAGES)
-def test_a_run_holds_what_was_put_in(parts: list[bytes]) -> None:
-    """§6: count, bytes and messages of a run are those of the list it was built from."""
+def test_a_batch_has_the_added_messages(parts: list[bytes]) -> None:
+    """§6: count, bytes and messages of a batch are those of the list it was built from."""
     batch = build(parts)
     assert parts_of(batch) == parts
     assert batch.length == len(parts)
@@ -53,8 +53,8 @@ def test_a_run_holds_what_was_put_in(parts: list[bytes]) -> None:
 
 @MODEST
 @given(MESSAGES, st.data())
-def test_cut_is_a_slice(parts: list[bytes], data: st.DataObject) -> None:
-    """§6: a cut run holds the slice, numbered on from its first message."""
+def test_a_slice_has_the_sliced_messages(parts: list[bytes], data: st.DataObject) -> None:
+    """§6: a sliced batch has the messages of the slice under their numbers."""
     start = data.draw(st.integers(0, len(parts) - 1))
     stop = data.draw(st.integers(start + 1, len(parts)))
     piece = slice_batch(build(parts), start, stop)
@@ -65,8 +65,10 @@ def test_cut_is_a_slice(parts: list[bytes], data: st.DataObject) -> None:
 
 @MODEST
 @given(MESSAGES, st.data())
-def test_fitting_stops_where_the_room_ends(parts: list[bytes], data: st.DataObject) -> None:
-    """§6: every message taken begins within the room, and the next one would not."""
+def test_a_fitting_stop_is_the_first_message_beyond_the_limit(
+    parts: list[bytes], data: st.DataObject
+) -> None:
+    """§6: every message before it begins within the limit, and it does not."""
     start = data.draw(st.integers(0, len(parts) - 1))
     room = data.draw(st.integers(1, 200))
     stop = fitting_stop(build(parts), start, room)
@@ -76,8 +78,8 @@ def test_fitting_stops_where_the_room_ends(parts: list[bytes], data: st.DataObje
 
 @MODEST
 @given(MESSAGES, st.integers(0, limits.MAX_U64))
-def test_readdress_changes_only_the_publisher(parts: list[bytes], publisher: int) -> None:
-    """§6: a run under a new id is otherwise the same; under its own id it is the same object."""
+def test_with_publisher_changes_only_the_publisher(parts: list[bytes], publisher: int) -> None:
+    """§6: a batch with a new id is otherwise equal; with its own id it is the same object."""
     batch = build(parts)
     moved = with_publisher(batch, publisher)
     assert moved.publisher == publisher
@@ -87,7 +89,7 @@ def test_readdress_changes_only_the_publisher(parts: list[bytes], publisher: int
 
 
 def test_nothing_is_copied_without_need() -> None:
-    """A whole cut is the run itself, and messages and payload are views into its encoded bytes."""
+    """A slice of everything is the batch itself, and messages are views into its encoded bytes."""
     batch = build([b"a", b"bc"])
     assert slice_batch(batch, 0, 2) is batch
     assert isinstance(batch.payload, memoryview)
@@ -96,7 +98,7 @@ def test_nothing_is_copied_without_need() -> None:
 
 
 def test_messages_of_a_replay() -> None:
-    """A REPLAY is split as a run is."""
+    """A REPLAY is split like a batch."""
     batch = build([b"a", b"bc"])
     replay = decode(encode(Replay(3, *batch[:7])))
     assert isinstance(replay, Replay)
@@ -104,8 +106,8 @@ def test_messages_of_a_replay() -> None:
     assert message_bytes(replay) == 3
 
 
-def test_the_builder_goes_on_after_take() -> None:
-    """Numbers continue, and what was taken is not in the next run."""
+def test_the_builder_continues_after_take() -> None:
+    """Numbers continue, and the next batch has new messages only."""
     builder = BatchBuilder(10)
     for part in (b"a", b"b", b"c"):
         builder.add(part)
@@ -117,8 +119,8 @@ def test_the_builder_goes_on_after_take() -> None:
     assert (builder.length, builder.next_sequence) == (0, 14)
 
 
-def test_the_builder_says_when_a_run_is_full() -> None:
-    """§6: a run goes at RUN_FLUSH_BYTES or RUN_FLUSH_COUNT, whichever comes first."""
+def test_the_builder_reports_a_full_batch() -> None:
+    """§6: a batch is due at BATCH_FLUSH_BYTES or BATCH_FLUSH_COUNT, whichever is reached first."""
     builder = BatchBuilder(0)
     assert not builder.add(bytes(limits.BATCH_FLUSH_BYTES - 1))
     assert builder.add(b"x")
@@ -128,14 +130,14 @@ def test_the_builder_says_when_a_run_is_full() -> None:
 
 
 def test_with_raw_keeps_the_fields() -> None:
-    """Encoding a run fills `raw` and leaves the rest alone."""
+    """Encoding a batch sets `raw` and changes nothing else."""
     batch = build([b"a"])
     again = with_raw(batch._replace(raw=b""))
     assert again.raw == batch.raw
 
 
 @pytest.mark.parametrize("number", [0, limits.MAX_U64 - 10])
-def test_a_single_large_message_is_a_run_of_its_own(number: int) -> None:
+def test_a_single_large_message_is_a_batch(number: int) -> None:
     """§6: it is numbered like any other, and it is not copied; the longest head still fits before it."""
     builder = BatchBuilder(number)
     builder.add(b"a")

@@ -167,7 +167,7 @@ def test_a_stock_msgpack_library_reads_the_stream() -> None:
     assert msgpack.unpackb(msgpack.unpackb(raw)) == [Op.ERROR, ErrorCode.LIMIT, "too many"]
 
 
-def test_a_run_keeps_its_bytes_and_copies_no_payload() -> None:
+def test_a_batch_keeps_its_bytes_and_copies_no_payload() -> None:
     """§6: `raw` is the very object that came in, and the payload is a view into it."""
     raw = encode(frames.Batch(1, 2, 3, 1, None, None, array_head(1) + bytes(1000), b""))
     batch = decode(raw)
@@ -177,7 +177,7 @@ def test_a_run_keeps_its_bytes_and_copies_no_payload() -> None:
     assert batch.payload.obj is raw
 
 
-def test_decoding_a_large_run_allocates_next_to_nothing() -> None:
+def test_decoding_a_large_batch_allocates_little() -> None:
     """A 16 MiB payload is not copied into the unpacker to read a header of 30 bytes."""
     raw = encode(frames.Batch(1, 2, 3, 1, None, None, array_head(1) + bytes(16 << 20), b""))
     tracemalloc.start()
@@ -308,7 +308,7 @@ def test_hostile_bytes(raw: bytes) -> None:
 
 
 def test_hostile_claims_cost_no_memory() -> None:
-    """Hostile case 10: claims in a stranger's frame make the decoder allocate less than 2 MiB."""
+    """Hostile case 10: announced sizes make the decoder allocate less than 2 MiB."""
     tracemalloc.start()
     try:
         for raw in HOSTILE.values():
@@ -349,7 +349,7 @@ BATCH_PARTS: tuple[int, bytes | None, bytes] = (2, ends_to_bytes(array("I", [1, 
     ],
 )
 @pytest.mark.parametrize("op", [Op.BATCH, Op.REPLAY])
-def test_runs_that_could_not_be_cut(op: int, count: int, ends: bytes | None, payload: bytes) -> None:
+def test_batches_that_could_not_be_split(op: int, count: int, ends: bytes | None, payload: bytes) -> None:
     """§6: count, ends and payload that do not fit together are MALFORMED."""
     head: list[object] = [1] if op == Op.REPLAY else []
     refused(header_of(op, [*head, 1, 2, 3, count, ends, None], payload))

@@ -1,4 +1,4 @@
-"""Large frames come back whole, in any mixture, and memory follows what came, not what was said."""
+"""Fragments: interleaved transfers are reassembled, and memory follows the received bytes."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def test_interleaved_transfers_come_back_whole(sizes: list[int], random: object)
     assert done == frames
 
 
-def test_only_the_first_piece_says_the_total() -> None:
-    """§6: exactly the first piece has the total, and all but the last have `more`."""
+def test_only_the_first_fragment_has_the_total() -> None:
+    """§6: exactly the first fragment has the total, and all but the last have `more`."""
     found = pieces(1, bytes(2 * limits.FRAGMENT_BYTES + 1))
     assert [(piece.total, piece.more) for piece in found] == [
         (2 * limits.FRAGMENT_BYTES + 1, True),
@@ -78,8 +78,8 @@ def test_only_the_first_piece_says_the_total() -> None:
     ],
     ids=["total twice", "unknown transfer", "empty", "too early an end", "no end", "too much"],
 )
-def test_pieces_that_do_not_fit(second: Fragment) -> None:
-    """§6: pieces that do not add up are MALFORMED."""
+def test_inconsistent_fragments(second: Fragment) -> None:
+    """§6: fragments that do not add up to the total are MALFORMED."""
     reassembler = Reassembler()
     assert reassembler.add(Fragment(1, 10, True, b"x")) is None
     assert refused(reassembler, second) is ErrorCode.MALFORMED
@@ -91,8 +91,8 @@ def test_the_limit_exactly_and_one_byte_more() -> None:
     assert refused(Reassembler(100), Fragment(1, 101, True, b"x")) is ErrorCode.TOO_LARGE
 
 
-def test_transfers_at_a_time_are_limited() -> None:
-    """§6: one more than MAX_TRANSFERS at a time is LIMIT; after an ABORT there is room again."""
+def test_open_transfers_are_limited() -> None:
+    """§6: one more than MAX_TRANSFERS at a time is LIMIT; after an ABORT another may start."""
     reassembler = Reassembler()
     for index in range(limits.MAX_TRANSFERS):
         reassembler.add(Fragment(index, 10, True, b"x"))

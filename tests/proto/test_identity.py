@@ -1,4 +1,4 @@
-"""The version is said in one way everywhere."""
+"""The version is the same everywhere."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 
 
 def test_the_version_is_the_distributions() -> None:
-    """What goes over the wire is what pyproject.toml says."""
+    """The version on the wire is that of pyproject.toml."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert project["version"] == VERSION
 
 
 def test_an_agent_names_its_version() -> None:
-    """It can be told apart from the implementation; who says none has none."""
+    """It can be split from the implementation's name; without one it is empty."""
     assert agent("callboard-broker") == f"callboard-broker/{VERSION}"
     assert version_of(agent("callboard-broker")) == VERSION
     assert version_of("somebody") == ""

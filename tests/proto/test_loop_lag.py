@@ -5,8 +5,8 @@ from __future__ import annotations
 from proto.loop_lag import LoopLag
 
 
-def test_nothing_noted_is_no_lag() -> None:
-    """Before the first look both are zero."""
+def test_without_records_there_is_no_lag() -> None:
+    """Before the first record both values are zero."""
     lag = LoopLag()
     assert lag.last_sec == 0
     assert lag.longest_sec(5.0) == 0
@@ -25,7 +25,7 @@ def test_the_longest_of_the_last_minute() -> None:
 
 
 def test_it_does_not_grow() -> None:
-    """However long it lasts, a few numbers are kept."""
+    """However long it is used, it keeps a few numbers only."""
     lag = LoopLag()
     for second in range(10_000):
         lag.record(float(second), 1.0 / (second + 1))

@@ -212,7 +212,7 @@ def test_error_text_is_harmless(name: str, quoted: str, caret: int) -> None:
 
 
 def test_caret_counts_escapes_before_it() -> None:
-    """The caret is right although what stands before it was widened by escaping."""
+    """The caret is right although escaping has widened the text before it."""
     text = str(InvalidTopicNameError("topic name", "\x00\x00?", "reason", 2))
     assert text.splitlines()[1:] == [r"  '\x00\x00?'", " " * 11 + "^"]
 
@@ -296,7 +296,7 @@ def test_expansion_can_validate_its_result() -> None:
 
 @pytest.mark.parametrize(("topic", "index"), [("{doesnotexist}", 0), ("{ns}/{bad_sub}", 5), ("~/{}", 2)])
 def test_unknown_substitution(topic: str, index: int) -> None:
-    """C09: the error names the substitution and where it stands in what was written."""
+    """C09: the error names the substitution and its index in the given name."""
     with pytest.raises(InvalidTopicNameError, match="unknown substitution") as caught:
         expand_topic_name(topic, "node", "/ns")
     assert (caught.value.name, caught.value.index) == (topic, index)

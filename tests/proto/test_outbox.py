@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 
-def test_control_goes_before_calls_and_calls_before_runs() -> None:
+def test_control_precedes_calls_and_calls_precede_batches() -> None:
     """§6: on one link control frames go first, then requests and replies, then publishers."""
     outbox, queue = Outbox(), PublisherQueue(1, None)
     batch = make_batch(0, [b"a"])
@@ -44,8 +44,8 @@ def test_control_goes_before_calls_and_calls_before_runs() -> None:
     assert drain(outbox) == [encode(Ping(1)), request(1, 1), batch.raw]
 
 
-def test_lanes_take_turns_and_large_frames_hold_up_nobody() -> None:
-    """§6: while a large message leaves in pieces, other publishers' runs go between them."""
+def test_queues_take_turns_and_large_frames_block_none() -> None:
+    """§6: batches of other publishers are sent between the fragments of a large message."""
     outbox, big, small = Outbox(), PublisherQueue(1, None), PublisherQueue(2, None)
     outbox.enqueue(big, make_batch(0, [bytes(4 * limits.FRAGMENT_BYTES)], 1))
     for sequence in range(3):
@@ -54,8 +54,8 @@ def test_lanes_take_turns_and_large_frames_hold_up_nobody() -> None:
     assert kinds == [Fragment, Batch, Fragment, Batch, Fragment, Batch, Fragment, Fragment]
 
 
-def test_the_newest_message_stays_while_an_old_one_leaves() -> None:
-    """§6: a message that has begun to leave does not count against the depth: the newest is kept."""
+def test_the_newest_message_stays_while_an_old_one_is_partly_sent() -> None:
+    """§6: a partly sent message does not count for the depth: the newest is kept."""
     outbox, queue = Outbox(), PublisherQueue(1, 1)
     outbox.enqueue(queue, make_batch(0, [bytes(limits.MAX_FRAME_BYTES)]))
     assert take_one(outbox) is not None
@@ -68,8 +68,8 @@ def test_the_newest_message_stays_while_an_old_one_leaves() -> None:
     assert last.first_sequence == 3
 
 
-def test_a_run_is_forwarded_without_a_copy() -> None:
-    """§6: an uncut run under its own id leaves as the very bytes that came."""
+def test_a_batch_is_forwarded_without_a_copy() -> None:
+    """§6: a whole batch under its own id is sent as the bytes that were received."""
     outbox, queue = Outbox(), PublisherQueue(1, 10)
     batch = make_batch(0, [b"a", b"b"])
     outbox.enqueue(queue, batch)
@@ -77,8 +77,8 @@ def test_a_run_is_forwarded_without_a_copy() -> None:
     assert parts[0] is batch.raw
 
 
-def test_a_long_run_is_trimmed_to_its_last_messages() -> None:
-    """§6: a run longer than the depth keeps its last `depth` messages; with room, all go."""
+def test_a_long_batch_is_trimmed_to_its_last_messages() -> None:
+    """§6: of a batch longer than the depth, the last `depth` messages stay."""
     outbox, queue = Outbox(), PublisherQueue(1, 2)
     outbox.enqueue(queue, make_batch(0, [b"a", b"b", b"c"]))
     outbox.trim()
@@ -87,8 +87,8 @@ def test_a_long_run_is_trimmed_to_its_last_messages() -> None:
     assert (frame.first_sequence, frame.length, queue.dropped) == (1, 2, 1)
 
 
-def test_a_keep_last_lane_out_of_credit_is_trimmed() -> None:
-    """§6: what credit holds back is bounded by the depth, too."""
+def test_a_keep_last_queue_without_credit_is_trimmed() -> None:
+    """§6: the depth also limits messages that wait for credit."""
     outbox, queue = Outbox(), PublisherQueue(1, 2)
     queue.sequence_limit = 0
     for sequence in range(5):
@@ -98,8 +98,8 @@ def test_a_keep_last_lane_out_of_credit_is_trimmed() -> None:
     assert (queue.pending, queue.dropped) == (2, 3)
 
 
-def test_what_stood_behind_dropped_messages_leaves() -> None:
-    """A control frame that comes to the front as messages without credit are dropped may go."""
+def test_a_frame_behind_dropped_messages_is_sent() -> None:
+    """A control frame that becomes the first one because messages are dropped is sent."""
     outbox, queue = Outbox(), PublisherQueue(1, 1)
     queue.sequence_limit = 0
     detached = encode(Detached(1, (1,), 0))
@@ -113,7 +113,7 @@ def test_what_stood_behind_dropped_messages_leaves() -> None:
 
 
 def test_credit_beyond_a_gap_lets_one_message_through() -> None:
-    """§6: messages dropped for want of credit cannot leave the next one out of every limit's reach."""
+    """§6: messages dropped for lack of credit do not put the next one beyond every limit."""
     outbox, queue = Outbox(), PublisherQueue(1, 1)
     outbox.enqueue(queue, make_batch(0, [b"a"]))
     assert take_one(outbox) is not None
@@ -130,7 +130,7 @@ def test_credit_beyond_a_gap_lets_one_message_through() -> None:
 
 
 def test_byte_credit_is_overrun_by_less_than_one_message() -> None:
-    """§6: of a waiting run only the messages leave that begin below the byte limit."""
+    """§6: of a waiting batch, only the messages that begin below the byte limit are sent."""
     outbox, queue = Outbox(), PublisherQueue(1, None)
     queue.byte_limit = 25
     outbox.enqueue(queue, make_batch(0, [bytes(10)] * 9))
@@ -139,8 +139,8 @@ def test_byte_credit_is_overrun_by_less_than_one_message() -> None:
     assert (queue.sent_bytes, queue.pending, queue.pending_bytes) == (30, 6, 60)
 
 
-def test_transfers_at_a_time_are_limited() -> None:
-    """§6: at most MAX_TRANSFERS fragmented frames are under way; the others wait whole."""
+def test_open_transfers_are_limited() -> None:
+    """§6: at most MAX_TRANSFERS frames are being sent in fragments; the others wait."""
     outbox = Outbox()
     for call in range(limits.MAX_TRANSFERS + 3):
         outbox.put_calls(request(call, 2 * limits.MAX_FRAME_BYTES), (1, call))
@@ -162,7 +162,7 @@ def test_large_calls_under_one_key_are_counted_each() -> None:
 
 
 def test_cancelling_calls_takes_back_the_large_and_names_the_others() -> None:
-    """What has not left whole is dropped; the rest is cancelled in frames that are not too long."""
+    """Queued large calls are removed; the others are cancelled in frames of limited length."""
     outbox = Outbox()
     outbox.put_calls(request(1, limits.MAX_FRAME_BYTES), (1, 1))
     outbox.cancel_calls(1, range(1, 2 * limits.MAX_CALLS_PER_FRAME + 2))
@@ -175,8 +175,8 @@ def test_cancelling_calls_takes_back_the_large_and_names_the_others() -> None:
     assert len(cancels) == 2
 
 
-def test_a_large_call_is_forgotten_as_soon_as_it_has_left() -> None:
-    """Its bytes stop counting with its last piece, not when the link falls idle."""
+def test_a_large_call_is_forgotten_with_its_last_fragment() -> None:
+    """Its bytes stop counting then, not when the link becomes idle."""
     outbox, queue = Outbox(), PublisherQueue(1, None)
     outbox.put_calls(request(1, limits.MAX_FRAME_BYTES), (1, 1))
     for sequence in range(20):
@@ -193,7 +193,7 @@ def reply(call: int, size: int) -> bytes:
 
 
 def arrived(raws: list[bytes]) -> list[Frame]:
-    """Return frames in the order in which they have come whole."""
+    """Return the frames in the order in which they are complete."""
     reassembler, found = Reassembler(), list[Frame]()
     for frame in map(decode, raws):
         if isinstance(frame, Abort):
@@ -205,8 +205,8 @@ def arrived(raws: list[bytes]) -> list[Frame]:
     return found
 
 
-def test_the_last_word_of_an_endpoint_comes_behind_its_large_calls() -> None:
-    """§7.5: with its UNDECLARE before them, replies that have been made would count for nothing."""
+def test_the_last_frame_of_an_endpoint_follows_its_large_calls() -> None:
+    """§7.5: after its UNDECLARE the broker would ignore its replies."""
     outbox = Outbox()
     sizes = (9 * limits.MAX_FRAME_BYTES, limits.MAX_FRAME_BYTES, 1, 5 * limits.MAX_FRAME_BYTES)
     for call, size in enumerate(sizes):  # of different sizes: the last that comes is not the last put
@@ -222,8 +222,8 @@ def test_the_last_word_of_an_endpoint_comes_behind_its_large_calls() -> None:
 
 
 @pytest.mark.parametrize("begun", [False, True])
-def test_the_last_word_goes_when_its_large_calls_are_taken_back(*, begun: bool) -> None:
-    """It waits for what is to come, and that will not come any more; meanwhile it counts as waiting."""
+def test_the_last_frame_is_sent_when_its_large_calls_are_removed(*, begun: bool) -> None:
+    """It waits for them only while they are queued; meanwhile its bytes count."""
     outbox = Outbox()
     outbox.put_calls(request(1, limits.MAX_FRAME_BYTES), (1, 1))
     outbox.put_calls(request(2, limits.MAX_FRAME_BYTES), (1, 2))
@@ -253,7 +253,7 @@ def test_transfer_ids_wrap_around_those_in_use(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_latched_messages_go_before_what_waits() -> None:
-    """A run put to the front of a trimmed lane leaves first, and the trim keeps its effect."""
+    """A batch put to the front of a trimmed queue is sent first, and the trim keeps its effect."""
     outbox, queue = Outbox(), PublisherQueue(1, 2)
     queue.put(make_batch(5, [b"f", b"g", b"h"]))
     queue.trim()
@@ -264,7 +264,7 @@ def test_latched_messages_go_before_what_waits() -> None:
 
 
 def test_a_restart_resends_the_half_sent_and_not_the_dropped() -> None:
-    """§6: a run half of which had left goes whole on the next link, and what was dropped stays dropped."""
+    """§6: a partly sent batch is sent whole on the next link, and dropped messages stay dropped."""
     outbox, queue = Outbox(), PublisherQueue(1, 2)
     outbox.enqueue(queue, make_batch(0, [bytes(limits.MAX_FRAME_BYTES), b"b"]))
     take_one(outbox)
@@ -297,7 +297,7 @@ def test_frames_between_dropped_runs_stay_in_order() -> None:
 
 
 def test_the_fullest_lanes_give_way() -> None:
-    """§6.4.3: above the ceiling the fullest KEEP_LAST lanes lose their oldest runs, the others nothing."""
+    """§6.4.3: above the limit only the fullest KEEP_LAST queues lose their oldest batches."""
     outbox, queues = Outbox(), [PublisherQueue(number, 1000) for number in range(3)]
     keep_all = PublisherQueue(9, None)
     outbox.max_held_bytes = 100_000
@@ -327,7 +327,7 @@ def test_the_fullest_lanes_give_way() -> None:
 def test_no_ceiling_takes_a_last_message(
     queues: list[tuple[int | None, list[int]]], ceiling: int, size: int
 ) -> None:
-    """§6.4.3: what is left is below the ceiling, or is KEEP_ALL's and the last message of each other lane."""
+    """§6.4.3: the rest is below the limit, or KEEP_ALL messages and the last one of each queue."""
     outbox = Outbox()
     outbox.max_held_bytes = ceiling
     made = []
@@ -369,7 +369,7 @@ def test_a_restarted_lane_counts_on_its_new_link_only() -> None:
 
 
 def test_many_small_runs_reach_the_ceiling_by_what_holds_them() -> None:
-    """§6.4.3: a message of one byte takes hundreds while it waits: fifty KiB are no room for a thousand."""
+    """§6.4.3: the overhead of each waiting batch counts, not only its one byte."""
     outbox, queue = Outbox(), PublisherQueue(1, 10_000)
     outbox.max_held_bytes = 100 * 512
     for sequence in range(1000):
@@ -379,8 +379,8 @@ def test_many_small_runs_reach_the_ceiling_by_what_holds_them() -> None:
     assert queue.dropped_for_bytes == 1000 - queue.pending
 
 
-def test_what_a_waiting_run_takes_is_about_what_is_counted() -> None:
-    """Measured: neither half as much nor thrice."""
+def test_the_estimated_overhead_of_a_batch_is_realistic() -> None:
+    """The measured memory is between a third of the estimate and twice as much."""
     raws = [make_batch(sequence, [b"x"]).raw for sequence in range(2000)]
     queue = PublisherQueue(1, 10_000)
     tracemalloc.start()
@@ -395,8 +395,8 @@ def test_what_a_waiting_run_takes_is_about_what_is_counted() -> None:
     assert limits.BATCH_OVERHEAD_BYTES / 3 < taken < 2 * limits.BATCH_OVERHEAD_BYTES
 
 
-def test_only_runs_count_for_the_ceiling() -> None:
-    """§6.4.3: what waits between runs counts elsewhere: a link with room never holds more than before."""
+def test_only_batches_count_for_the_limit_of_a_link() -> None:
+    """§6.4.3: frames between batches count elsewhere."""
     outbox, queue = Outbox(), PublisherQueue(1, None)
     outbox.enqueue(queue, make_batch(0, [b"x"]))
     outbox.trim()
@@ -411,8 +411,8 @@ def test_only_runs_count_for_the_ceiling() -> None:
     assert outbox.held_bytes == queue.held_bytes == 0
 
 
-def test_latched_messages_and_large_calls_count_apart() -> None:
-    """They may be a few of the largest that there are: a limit for small frames would cut off any reader."""
+def test_latched_messages_and_large_calls_count_separately() -> None:
+    """A few of the largest would exceed the limit for small frames with any reader."""
     outbox, queue = Outbox(), PublisherQueue(1, 1)
     outbox.put_control(encode(Ping(1)))
     small = outbox.undroppable_bytes
@@ -430,7 +430,7 @@ def test_latched_messages_and_large_calls_count_apart() -> None:
 
 
 def test_latched_messages_wait_for_a_free_transfer() -> None:
-    """A ninth large one is not begun, nor encoded, before one of eight has left."""
+    """The ninth large one is neither started nor encoded before one of eight is sent."""
     outbox = Outbox()
     replay = Replay(1, *make_batch(0, [bytes(limits.MAX_FRAME_BYTES)])[:-1])
     for number in range(limits.MAX_TRANSFERS + 3):
@@ -443,8 +443,8 @@ def test_latched_messages_wait_for_a_free_transfer() -> None:
     assert whole == limits.MAX_TRANSFERS + 3
 
 
-def test_a_drop_does_not_pass_the_frames_before_it_again() -> None:
-    """However many frames stand before a lane's runs, each drop looks at its run only."""
+def test_a_drop_does_not_move_the_frames_before_it_again() -> None:
+    """However many frames precede the batches of a queue, each drop moves one batch only."""
     outbox, queue = Outbox(), PublisherQueue(1, 1)
     ahead = [encode(Detached(1, (number,), 0)) for number in range(50)]
     for raw in ahead:
@@ -467,7 +467,7 @@ def test_a_drop_does_not_pass_the_frames_before_it_again() -> None:
 
 
 class _CountingDeque(deque[Batch | Replay | bytes]):
-    """Counts what is taken from its left and put there."""
+    """Counts the items taken from the left and put there."""
 
     moves = 0
 

@@ -23,7 +23,7 @@ from tests.proto.outboxes import make_batch, request, take_one
 from tests.simulation.structure import of_queue
 
 SIZES = st.lists(st.one_of(st.integers(1, 20), st.integers(100, 250)), min_size=1, max_size=5)
-"""Of the messages of a run."""
+"""Sizes of the messages of a batch."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def _size(item: Message | bytes) -> int:
 
 @dataclass
 class ModelQueue:
-    """What a lane must hold: messages, and encoded frames in order with them."""
+    """The expected content of a queue: messages, and encoded frames in order with them."""
 
     index: int
     queue: PublisherQueue
@@ -66,7 +66,7 @@ class ModelQueue:
     """Those below have left, or were dropped, on earlier links: losing them again is no loss."""
 
     def make(self, first: int, sizes: list[int]) -> tuple[Batch, list[Message | bytes]]:
-        """Return a run of messages that are going to be put, and those."""
+        """Return a batch to put, and its messages."""
         parts = [bytes([(first + index) % 251]) * size for index, size in enumerate(sizes)]
         self.put += len(parts)
         new: list[Message | bytes] = [Message(first + index, part) for index, part in enumerate(parts)]
@@ -117,7 +117,7 @@ class ModelQueue:
         self.trim()
 
     def drop_larger(self, most: int) -> None:
-        """Drop the runs with more bytes. Only the lane knows how it has cut what had begun to leave."""
+        """Drop the larger batches. Only the queue knows how it has split a partly sent one."""
         gone: set[int] = set()
         for batch in self.queue._queue:
             if isinstance(batch, Batch):
@@ -156,7 +156,7 @@ class ModelQueue:
             sent += len(message.body)
 
     def arrive(self, batch: Batch) -> None:
-        """A run has come whole: it holds what began to leave, in order and once."""
+        """Check that a received batch has the messages being sent, in order and once."""
         assert batch.publisher == self.queue.publisher
         got = [
             Message(batch.first_sequence + index, bytes(body))
@@ -198,9 +198,9 @@ class OutboxMachine(RuleBasedStateMachine):
         self.behind: dict[int, bytes] = {}
         """Last words that wait for large calls."""
         self.transfers: dict[int, tuple[int, Any]] = {}
-        """By id: its opcode, and what is leaving: the call, or the lane's place in `models`."""
+        """By id: the opcode, and the call or the index of the queue in `models`."""
         self.counted: set[int] = set()
-        """The lanes that got runs on this link."""
+        """The queues that got batches on this link."""
 
     def teardown(self) -> None:
         """Lift all credit and take everything: nothing is left and the counts are even."""
@@ -233,7 +233,7 @@ class OutboxMachine(RuleBasedStateMachine):
 
     @rule(which=st.integers(0, 2), size=st.sampled_from([0, 0, 20, 300]), first=st.booleans())
     def put_ordered(self, which: int, size: int, first: bool) -> None:
-        """Queue a frame, or latched messages, in order with the runs, or ahead of what has not begun."""
+        """Queue a frame or latched messages, in order with the batches or before them."""
         self.next_token += 1
         item: Replay | bytes = encode(Detached(which, (self.next_token,), 0))
         if size:
@@ -264,7 +264,7 @@ class OutboxMachine(RuleBasedStateMachine):
 
     @rule()
     def put_last_word(self) -> None:
-        """An endpoint goes: its UNDECLARE stands behind its calls."""
+        """Remove an endpoint: its UNDECLARE follows its calls."""
         raw = encode(Undeclare(self.endpoint))
         waits = any(endpoint == self.endpoint for endpoint, _ in self.large.values())
         assert self.outbox.put_after_calls(self.endpoint, raw) != waits
@@ -293,7 +293,7 @@ class OutboxMachine(RuleBasedStateMachine):
 
     @rule(which=st.integers(0, 2))
     def drop_queue(self, which: int) -> None:
-        """Nobody wants any more what waits in a lane."""
+        """Discard a queue."""
         model = self.models[which]
         assert self.outbox.discard_queue(model.queue) == len(model.messages)
         model.abandoned += sum(isinstance(item, Message) for item in (*model.leaving, *model.waiting))
@@ -310,7 +310,7 @@ class OutboxMachine(RuleBasedStateMachine):
 
     @rule(which=st.integers(0, 2), ahead=st.integers(0, 6), room=st.integers(0, 300))
     def grant(self, which: int, ahead: int, room: int) -> None:
-        """Set a lane's credit, which may also end."""
+        """Set the credit of a queue, possibly to unlimited."""
         model = self.models[which]
         model.queue.sequence_limit = model.next_sent + ahead if ahead else None
         model.queue.byte_limit = model.queue.sent_bytes + room if room else None
@@ -318,7 +318,7 @@ class OutboxMachine(RuleBasedStateMachine):
 
     @rule()
     def trim(self) -> None:
-        """The transport is full, or nothing more may go."""
+        """Trim, as after a flush."""
         self.outbox.trim()
         for model in self.models:
             model.trim()
@@ -327,7 +327,7 @@ class OutboxMachine(RuleBasedStateMachine):
     @precondition(lambda self: self.links < 3)
     @rule(largest=st.none() | st.integers(0, 400), again=st.just([]) | SIZES)
     def restart(self, largest: int | None, again: list[int]) -> None:
-        """The link breaks; the lanes go on with another, and say the last messages again if they are to."""
+        """Continue on a new link, possibly with the last messages again."""
         self.links += 1
         self.connect()
         for index, model in enumerate(self.models):
@@ -341,7 +341,7 @@ class OutboxMachine(RuleBasedStateMachine):
 
     @rule(count=st.integers(1, 6))
     def pull_some(self, count: int) -> None:
-        """The transport has room for some frames."""
+        """Take some frames."""
         for _ in range(count):
             if not self.pull():
                 break
@@ -374,14 +374,14 @@ class OutboxMachine(RuleBasedStateMachine):
         return True
 
     def begin_batch(self, publisher: int, count: int) -> ModelQueue:
-        """A run begins to leave."""
+        """Check the first fragment of a batch."""
         model = next(model for model in self.models if model.queue.publisher == publisher)
         assert not model.leaving
         model.leave(count)
         return model
 
     def take_fragment(self, frame: Fragment) -> None:
-        """Put a piece of a large frame together with its others."""
+        """Reassemble a fragment of a large frame."""
         if frame.total is not None:
             unpacker: Any = msgpack.Unpacker()
             unpacker.feed(frame.payload[5:])
@@ -412,7 +412,7 @@ class OutboxMachine(RuleBasedStateMachine):
             assert self.end_large(key) == whole
 
     def check_idle(self) -> None:
-        """Nothing may go now: what waits, waits for credit."""
+        """Check that everything that waits has no credit."""
         assert not self.large
         assert not self.behind
         for model in self.models:
@@ -426,7 +426,7 @@ class OutboxMachine(RuleBasedStateMachine):
 
     @invariant()
     def counts_are_right(self) -> None:
-        """Every number an owner looks at is the model's."""
+        """All counts equal those of the model."""
         for model in self.models:
             assert model.queue.pending == len(model.messages)
             assert model.queue.dropped == model.dropped

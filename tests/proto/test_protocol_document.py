@@ -121,7 +121,7 @@ def frames_block() -> str:
 
 
 def default_text(frame: Any, name: str) -> str:
-    """Say what a field is when it is missing, if it may be."""
+    """Describe the default of a field, if it has one."""
     defaults = frame._field_defaults
     return f"; {defaults[name]!r} if missing" if name in defaults else ""
 
@@ -213,7 +213,7 @@ def block_pattern(name: str) -> re.Pattern[str]:
 
 
 def block_text(name: str) -> str:
-    """Return what stands between a block's markers in the document."""
+    """Return the text between a block's markers in the document."""
     match = block_pattern(name).search(DOCUMENT.read_text(encoding="utf-8"))
     assert match, f"docs/protocol.md has no block {name}"
     return match[2].strip()
@@ -266,7 +266,7 @@ def paragraphs() -> list[str]:
 
 
 def test_paragraph_numbers_are_unique_and_rise() -> None:
-    """Tests can cite paragraphs: no number comes twice, and they stand in order."""
+    """Tests can cite paragraphs: their numbers are unique and in order."""
     keys = [tuple(map(int, number.split("."))) for number in paragraphs()]
     assert keys == sorted(set(keys))
 

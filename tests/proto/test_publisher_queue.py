@@ -1,4 +1,4 @@
-"""Lanes: depth in messages however they travel, ceilings in bytes, and counts of all that went in."""
+"""Publisher queues: depth in messages whatever the batches, limits in bytes, and complete counts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def numbers(raw: bytes) -> list[int]:
-    """Return the sequence numbers of a run's messages."""
+    """Return the sequence numbers of the messages of a batch."""
     batch = decode(raw)
     assert isinstance(batch, Batch)
     return list(range(batch.first_sequence, batch.first_sequence + batch.length))
@@ -29,10 +29,10 @@ def numbers(raw: bytes) -> list[int]:
     depth=st.integers(1, 12),
     turns=st.lists(st.tuples(st.lists(st.integers(1, 9), max_size=4), st.integers(0, 3)), max_size=20),
 )
-def test_what_cannot_leave_is_cut_to_exactly_the_newest(
+def test_a_full_link_keeps_exactly_the_newest_messages(
     depth: int, turns: list[tuple[list[int], int]]
 ) -> None:
-    """§6.4.1: in each turn some runs come and some frames leave; of the rest, `depth` messages stay."""
+    """§6.4.1: batches are queued and frames sent in turns; of the unsent messages, `depth` stay."""
     outbox, queue = Outbox(), PublisherQueue(1, depth)
     waiting: list[int] = []
     first = dropped = 0
@@ -54,8 +54,8 @@ def test_what_cannot_leave_is_cut_to_exactly_the_newest(
     assert queue.sent + queue.dropped == first
 
 
-def test_the_byte_ceiling_keeps_the_last_message(monkeypatch: pytest.MonkeyPatch) -> None:
-    """§11: beyond LANE_BYTES the oldest runs go, whatever the depth, but never the last message."""
+def test_the_byte_limit_keeps_the_last_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    """§11: beyond MAX_QUEUE_BYTES the oldest batches are dropped, but never the last message."""
     monkeypatch.setattr(limits, "MAX_QUEUE_BYTES", 100)
     queue = PublisherQueue(1, 1000)
     for sequence in range(5):
@@ -71,7 +71,7 @@ def test_the_byte_ceiling_keeps_the_last_message(monkeypatch: pytest.MonkeyPatch
 
 
 def test_keep_all_is_never_trimmed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """§6: a lane without depth drops nothing."""
+    """§6: a queue without a depth drops nothing."""
     monkeypatch.setattr(limits, "MAX_QUEUE_BYTES", 100)
     queue = PublisherQueue(1, None)
     queue.put(make_batch(0, [bytes(60)] * 3))
@@ -79,8 +79,8 @@ def test_keep_all_is_never_trimmed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (queue.pending, queue.dropped) == (3, 0)
 
 
-def test_what_is_sent_again_and_held_up_by_another_break_is_no_loss() -> None:
-    """§6.6.3: it goes from the lane and is not counted as dropped; what has never left stays."""
+def test_resent_messages_that_wait_at_another_break_are_not_dropped() -> None:
+    """§6.6.3: they are removed as abandoned; messages that were never sent stay."""
     outbox, queue = Outbox(), PublisherQueue(1, 10)
     outbox.enqueue(queue, make_batch(0, [b"\xc0"] * 6))
     assert [number for raw in drain(outbox) for number in numbers(raw)] == list(range(6))
@@ -96,8 +96,8 @@ def test_what_is_sent_again_and_held_up_by_another_break_is_no_loss() -> None:
     assert queue.sent + queue.pending + queue.abandoned == 9 + 6
 
 
-def test_what_is_sent_again_and_gives_way_to_newer_messages_is_no_loss() -> None:
-    """§6.4.2: the depth takes it out of the lane, and only what has never left counts as dropped."""
+def test_resent_messages_beyond_the_depth_are_not_dropped() -> None:
+    """§6.4.2: the depth removes them, and only messages that were never sent count as dropped."""
     queue = PublisherQueue(1, 4)
     outbox = Outbox()
     outbox.enqueue(queue, make_batch(0, [b"\xc0"] * 4))

@@ -1,4 +1,4 @@
-"""The broker's QoS: what a map may say, and which pairs do not agree."""
+"""QoS maps: valid values, and incompatible pairs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MS = 1_000_000
 
 
 def test_an_empty_map_is_the_default() -> None:
-    """Missing keys are KEEP_LAST, 10, RELIABLE, VOLATILE, AUTOMATIC, and no times; and are shown so."""
+    """Missing keys are KEEP_LAST, 10, RELIABLE, VOLATILE, AUTOMATIC, and no times, and are sent as such."""
     qos = parse_qos({})
     assert qos == (1, 10, 1, 2, 1, 0, 0, 0)
     assert qos.to_map() == {"history": 1, "depth": 10, "reliability": 1, "durability": 2}
@@ -61,5 +61,5 @@ def test_a_wrong_value_is_refused_by_name(options: dict[str, int | float]) -> No
 def test_what_a_publisher_must_offer(
     publisher: dict[str, int], subscription: dict[str, int], policy: PolicyKind | None
 ) -> None:
-    """G08 to G11: a subscription may not ask for more; the last policy that does not fit is named."""
+    """G08 to G11: the last policy for which a subscription requests more is returned."""
     assert incompatible_policy(parse_qos(publisher), parse_qos(subscription)) == policy

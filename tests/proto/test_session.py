@@ -24,7 +24,7 @@ def sample(frame: FrameType) -> Frame:
 
 
 def at(role: Role, state: State) -> Session:
-    """Make a session that stands in this state."""
+    """Make a session in this state."""
     session = Session(role)
     session._enter(state)
     return session
@@ -77,7 +77,7 @@ def test_what_one_end_may_send_the_other_takes(role: Role) -> None:
 
 
 def exchange(*moves: tuple[Role, Frame]) -> tuple[State, State]:
-    """Let both ends take note of frames sent in turn; return the client's and the broker's state."""
+    """Let both ends apply frames sent in turn; return the client's and the broker's state."""
     ends = {role: Session(role) for role in Role}
     for sender, frame in moves:
         ends[sender].sent(frame)

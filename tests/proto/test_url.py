@@ -78,7 +78,7 @@ def test_lists_keep_their_order() -> None:
             parse_urls(text)
 
 
-def test_secrets_do_not_stand_in_the_error_text() -> None:
+def test_secrets_are_not_in_the_error_text() -> None:
     """Hostile case 33: a password in a URL is not repeated."""
     with pytest.raises(InvalidUrlError) as caught:
         parse_url("callboard://user:hunter2@host")

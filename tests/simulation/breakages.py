@@ -85,7 +85,7 @@ def among(
 
 @contextmanager
 def drops_in_silence() -> Iterator[None]:
-    """A lane does not count what it drops."""
+    """A publisher queue does not count what it drops."""
     trim = PublisherQueue.trim
 
     def silent(queue: PublisherQueue) -> None:

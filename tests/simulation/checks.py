@@ -285,7 +285,7 @@ def _broker_forgets(world: World) -> None:
             world.complain(f"without nodes {len(joined)} links are joined")
         waiting = sum(not peer_queue.queue.empty for peer_queue in router.routes.peer_queues())
         if waiting:
-            world.complain(f"without nodes something waits in {waiting} lanes")
+            world.complain(f"without nodes messages wait in {waiting} publisher queues")
         departed = router.routes._departed
         departed._forget_empty()  # it may wait with that for more of them
         parts = (router.declarations, router.routes, router.topics, router.services, router.graph)

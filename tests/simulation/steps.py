@@ -58,7 +58,7 @@ class Steps:
         self._told: dict[Told, None] = {}
         self._heard: dict[Heard, None] = {}
         self._depths: dict[PublisherQueue, float] = {}
-        """By lane with messages in it, the greatest depth it has had since it last kept its depth."""
+        """By publisher queue with messages, the greatest depth it has had since it last kept its depth."""
         self._talk = Talk(world)
         self.looks = 0
 

@@ -32,14 +32,14 @@ def of_broker(broker: Broker) -> Wrongs:
     for link in broker._dispatcher.links:
         outbox = link.channel.outbox
         yield from of_outbox(outbox)
-        # In a broker no credit holds a lane back: each that is not empty waits for its turn.
+        # In a broker no credit holds a queue back: each that is not empty waits for its turn.
         held = sum(queue.counted_bytes for queue in outbox._ready)
         if outbox.held_bytes != held:
-            yield f"an outbox counts {outbox.held_bytes} bytes of messages, its lanes {held}"
+            yield f"an outbox counts {outbox.held_bytes} bytes of messages, its queues {held}"
         if link.channel.connected:
             for queue in outbox._ready:  # what its ceiling was compared with is what waits
                 if queue.counted_bytes != queue.held_bytes:
-                    yield f"a lane counts for {queue.counted_bytes} bytes and holds {queue.held_bytes}"
+                    yield f"a queue counts for {queue.counted_bytes} bytes and holds {queue.held_bytes}"
 
 
 def of_suspensions(broker: Broker) -> Wrongs:
@@ -115,39 +115,39 @@ def _of_calls(router: Router, endpoints: list[Endpoint]) -> Wrongs:
 
 
 def of_queue(queue: PublisherQueue) -> Wrongs:
-    """Look at a lane: its counters are those of its queue."""
+    """Check that a queue's counters match its content."""
     batches = [item for item in queue._queue if isinstance(item, Batch)]
     pending = sum(batch.length for batch in batches) - queue._skip
     if queue.pending != pending:
-        yield f"a lane counts {queue.pending} messages and holds {pending}"
+        yield f"a queue counts {queue.pending} messages and holds {pending}"
     size = sum(map(message_bytes, batches))
     if queue.pending_bytes != size:
-        yield f"a lane counts {queue.pending_bytes} bytes of messages and holds {size}"
+        yield f"a queue counts {queue.pending_bytes} bytes of messages and holds {size}"
     others = [
         item.payload if isinstance(item, Replay) else item
         for item in (*queue._front, *queue._queue, queue._leaving or b"")
         if not isinstance(item, Batch)
     ]
     if queue.control_bytes != sum(map(len, others)):
-        yield f"a lane counts {queue.control_bytes} bytes of control frames and holds {sum(map(len, others))}"
+        yield f"a queue counts {queue.control_bytes} control bytes and holds {sum(map(len, others))}"
     count = sum(isinstance(item, Batch) for item in queue._queue)
     if queue._batches != count:
-        yield f"a lane counts {queue._batches} runs in its queue and holds {count}"
+        yield f"a queue counts {queue._batches} batches in it and holds {count}"
     large = sum(len(item) for item in others if is_large(item))
     if not large <= queue.bulk_bytes <= queue.control_bytes:
-        yield f"a lane counts {queue.bulk_bytes} of {queue.control_bytes} bytes as large, and holds {large}"
+        yield f"a queue counts {queue.bulk_bytes} of {queue.control_bytes} bytes as large, and holds {large}"
     number = 0
     for item in queue._queue:
         if not isinstance(item, Batch):
             number = 0  # behind an ATTACHED a publisher that is back may say again what it said before
         elif item.first_sequence < number:
-            yield f"a lane holds {item.first_sequence} behind {number}"
+            yield f"a queue holds {item.first_sequence} behind {number}"
         else:
             number = item.first_sequence + item.length
 
 
 def of_outbox(outbox: Outbox) -> Wrongs:
-    """Look at what waits on a link, lanes aside."""
+    """Look at what waits on a link, without the publisher queues."""
     large = sum(queue.control_bytes for queue in outbox._large_calls.values())
     small = sum(map(len, outbox._control)) + sum(map(len, outbox._calls))
     # A large answer without a name is in no table, only in the queue for its turn.
@@ -159,10 +159,10 @@ def of_outbox(outbox: Outbox) -> Wrongs:
     if outbox.urgent_bytes != urgent:
         yield f"an outbox counts {outbox.urgent_bytes} urgent bytes and holds {urgent}"
     if outbox.ordered_bytes < 0:
-        yield f"an outbox counts {outbox.ordered_bytes} bytes in lanes"
+        yield f"an outbox counts {outbox.ordered_bytes} bytes in publisher queues"
     if outbox._after_calls.keys() - {endpoint for endpoint, _ in outbox._large_calls}:
         yield "the last word of an endpoint waits for nothing"
-    # Lanes that hold latched messages are a broker's, which have no credit: those in turn are all there are.
+    # Queues that hold latched messages are a broker's, which have no credit: those in turn are all there are.
     bulk = sum(queue.bulk_bytes for queue in outbox._ready)
     if outbox.bulk_bytes != bulk or outbox.undroppable_bytes < 0:
         yield f"an outbox counts {outbox.bulk_bytes} bytes as large and holds {bulk}"

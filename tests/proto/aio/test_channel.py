@@ -32,7 +32,7 @@ CHUNKS = st.lists(st.binary(min_size=1, max_size=40), max_size=6)
 
 
 class FakeLoop:
-    """Time and scheduled calls, both in the test's hands."""
+    """A loop whose time and scheduled calls the test controls."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -69,14 +69,14 @@ class FakeTimer:
 
 
 class FakeTransport(asyncio.Transport):
-    """Records what is written; full above `room` bytes, and says so within `write` as asyncio does."""
+    """Records what is written; full after `space` bytes, which it reports within `write` as asyncio does."""
 
-    def __init__(self, room: int | None = None) -> None:
+    def __init__(self, space: int | None = None) -> None:
         super().__init__()
         self.written: list[bytes] = []
         self.lists: list[list[bytes]] = []
         self.reading = True
-        self.room = room
+        self.space = space
         self.channel: Channel | None = None
         self.closing = False
         self.aborted = False
@@ -84,9 +84,9 @@ class FakeTransport(asyncio.Transport):
     def write(self, data: bytes | bytearray | memoryview[Any]) -> None:
         assert not self.closing, "a write into a closing transport is lost"
         self.written.append(bytes(data))
-        if self.room is not None and self.channel is not None and not self.channel.busy:
-            self.room -= len(data)
-            if self.room <= 0:
+        if self.space is not None and self.channel is not None and not self.channel.busy:
+            self.space -= len(data)
+            if self.space <= 0:
                 self.channel.pause_writing()
 
     def writelines(self, list_of_data: Any) -> None:
@@ -118,7 +118,7 @@ class FakeTransport(asyncio.Transport):
 
 
 class Recorder:
-    """A handler that writes down what it is told."""
+    """A handler that records its calls."""
 
     def __init__(self) -> None:
         self.frames: list[Frame] = []
@@ -137,7 +137,7 @@ class Recorder:
         self.events.append("batch")
 
     def writable(self) -> None:
-        self.events.append("room")
+        self.events.append("writable")
 
     def failed(self, error: ProtocolError) -> None:
         self.failures.append(error)
@@ -154,7 +154,7 @@ class Bench:
         role: Role = Role.BROKER,
         state: State = State.OPEN,
         *,
-        room: int | None = None,
+        space: int | None = None,
         most: int = 10**6,
     ) -> None:
         self.loop = FakeLoop()
@@ -162,7 +162,7 @@ class Bench:
         self.channel = Channel(
             role, self.handler, loop=cast("asyncio.AbstractEventLoop", self.loop), max_message_bytes=most
         )
-        self.transport = FakeTransport(room)
+        self.transport = FakeTransport(space)
         self.transport.channel = self.channel
         self.channel.connection_made(self.transport)
         self.channel.session._enter(state)
@@ -203,7 +203,7 @@ def plain(frame: Frame) -> object:
 
 
 def batch_of(*parts: bytes, first: int = 0) -> Batch:
-    """Build a run."""
+    """Build a batch."""
     builder = BatchBuilder(first)
     for part in parts:
         builder.add(part)
@@ -329,8 +329,8 @@ def test_hostile_streams_end_in_one_error_frame(chunks: list[bytes], state: Stat
     ],
     ids=["HTTP", "TLS", "SSH", "zero", "4 GiB", "zero length", "ping", "goodbye", "welcome", "hello twice"],
 )
-def test_strangers_are_told_why(data: bytes, code: ErrorCode) -> None:
-    """Hostile cases 3, 4, 6, 7: the guilty connection gets one ERROR frame with the reason, and closes."""
+def test_a_rejected_peer_gets_the_reason(data: bytes, code: ErrorCode) -> None:
+    """Hostile cases 3, 4, 6, 7: the connection gets one ERROR frame with the reason and is closed."""
     bench = Bench(state=State.START)
     bench.feed(data)
     assert bench.farewell().code == code
@@ -387,7 +387,7 @@ def test_the_message_limit_is_the_owners() -> None:
 
 
 def test_an_aborted_transfer_is_not_handed_over() -> None:
-    """§6: ABORT ends a transfer and nobody hears of it."""
+    """§6: ABORT ends a transfer, and the handler does not see it."""
     bench = Bench()
     bench.feed(encode(frames.Fragment(1, 10, True, b"x")) + encode(frames.Abort(1)) + encode(frames.Abort(2)))
     assert not bench.handler.frames
@@ -534,8 +534,8 @@ def test_frames_that_are_large_together_are_written_without_a_copy() -> None:
 
 
 def test_a_full_transport_holds_the_rest_and_trims_it() -> None:
-    """A transport that says it is full within `write` gets nothing more; lanes shrink to their depth."""
-    bench = Bench(room=100)
+    """A transport that is full after a `write` gets nothing more; queues are trimmed to their depth."""
+    bench = Bench(space=100)
     queue = PublisherQueue(1, 2)
     bench.channel.outbox.enqueue(queue, batch_of(bytes(200)))
     bench.channel.flush()
@@ -544,22 +544,22 @@ def test_a_full_transport_holds_the_rest_and_trims_it() -> None:
         bench.channel.outbox.enqueue(queue, batch_of(b"x", first=sequence))
         bench.channel.flush()
     assert (len(bench.transport.written), queue.pending, queue.dropped) == (1, 2, 3)
-    bench.transport.room = None
+    bench.transport.space = None
     bench.channel.resume_writing()
     assert [frame.first_sequence for frame in bench.transport.sent() if isinstance(frame, Batch)] == [0, 4, 5]
-    assert bench.handler.events == ["opened", "room"]
+    assert bench.handler.events == ["opened", "writable"]
 
 
-def test_no_room_is_reported_while_the_flush_has_filled_it_again() -> None:
-    """`room` means that the outbox is empty and there is room for more."""
-    bench = Bench(room=100)
+def test_writable_is_not_called_while_the_transport_is_full_again() -> None:
+    """`writable` means that the outbox is flushed and the transport takes more."""
+    bench = Bench(space=100)
     for first in (0, 1):
         bench.channel.outbox.enqueue(PublisherQueue(1, None), batch_of(bytes(aio._GATHER_BYTES), first=first))
     bench.channel.flush()
-    bench.transport.room = 100
+    bench.transport.space = 100
     bench.channel.resume_writing()
     assert bench.channel.busy
-    assert "room" not in bench.handler.events
+    assert "writable" not in bench.handler.events
 
 
 def test_a_large_message_leaves_in_frames_of_the_limit() -> None:
@@ -576,8 +576,8 @@ def test_a_large_message_leaves_in_frames_of_the_limit() -> None:
     assert bytes(frame.raw) == batch.raw
 
 
-def test_large_messages_leave_a_piece_a_turn_and_small_ones_at_once() -> None:
-    """§6: a large message has its share of a loop turn; what comes meanwhile does not wait for the rest."""
+def test_large_messages_are_sent_in_parts_and_small_ones_at_once() -> None:
+    """§6: a large message uses a part of each loop turn; a later small one does not wait for its end."""
     bench = Bench()
     large, small = PublisherQueue(1, None), PublisherQueue(2, None)
     bench.channel.outbox.enqueue(large, batch_of(bytes(20 * limits.FRAGMENT_BYTES)))
@@ -594,11 +594,11 @@ def test_large_messages_leave_a_piece_a_turn_and_small_ones_at_once() -> None:
     while bench.loop.soon:
         bench.loop.turn()
     assert large.empty
-    assert bench.handler.events.count("room") > 1
+    assert bench.handler.events.count("writable") > 1
 
 
-def test_a_flood_rests_for_a_turn() -> None:
-    """A peer whose reads fill their buffers is not read again before the others had their turn."""
+def test_reading_from_a_flooding_peer_pauses_for_a_turn() -> None:
+    """A peer whose reads fill their buffers is read again only after the other connections."""
     bench = Bench()
     raw = encode(frames.Pong(1))
     stream = raw * (len(bench.channel.get_buffer(-1)) // len(raw) + 1)
@@ -611,8 +611,8 @@ def test_a_flood_rests_for_a_turn() -> None:
     assert bench.transport.reading is True
 
 
-def test_a_channel_that_ends_while_it_rests_stays_ended() -> None:
-    """Nothing is resumed on a transport that closes."""
+def test_a_channel_closed_while_reading_is_paused_stays_closed() -> None:
+    """Reading is not resumed on a closing transport."""
     bench = Bench()
     raw = encode(frames.Pong(1))
     bench.feed(raw * (len(bench.channel.get_buffer(-1)) // len(raw) + 1))
@@ -623,7 +623,7 @@ def test_a_channel_that_ends_while_it_rests_stays_ended() -> None:
 
 @pytest.mark.parametrize("size", [1000, 96 * 1024, 3 * limits.MAX_FRAME_BYTES])
 def test_what_is_received_cannot_be_changed(size: int) -> None:
-    """Readers share a message's bytes, so nobody may write into them, however they came."""
+    """Several subscriptions share a message's bytes, so they are read-only."""
     sender, bench = Bench(), Bench(Role.CLIENT)
     sender.channel.outbox.enqueue(PublisherQueue(1, None), batch_of(bytes(size)))
     sender.channel.flush()
@@ -676,7 +676,7 @@ def test_transfers_of_two_channels_do_not_mix() -> None:
 
 
 async def test_a_reader_that_does_not_read_makes_the_transport_full() -> None:
-    """Whatever loop it is: what a transport holds is bounded, the rest waits in the outbox."""
+    """With any loop, the transport holds a bounded number of bytes and the rest waits in the outbox."""
     loop = asyncio.get_running_loop()
     ours, theirs = socket.socketpair()
     channel = Channel(Role.BROKER, Recorder(), loop=loop)
@@ -694,7 +694,7 @@ async def test_a_reader_that_does_not_read_makes_the_transport_full() -> None:
 
 
 async def test_over_a_real_socket() -> None:
-    """Two channels on a socket pair: handshake, a large message, an error, and both are told of the end."""
+    """Two channels on a socket pair: handshake, a large message, an error, and both handlers are closed."""
     loop = asyncio.get_running_loop()
     ended = {role: asyncio.Event() for role in Role}
     came = asyncio.Event()

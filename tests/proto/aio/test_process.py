@@ -1,4 +1,4 @@
-"""Setting up a process: the loop it gets, and that nothing it does can fail."""
+"""The configuration of a process: its event loop, allocator and garbage collector."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def test_without_uvloop_the_loop_is_asyncios(monkeypatch: pytest.MonkeyPatch) ->
     assert isinstance(loop, asyncio.BaseEventLoop)
 
 
-def test_what_is_loaded_is_frozen() -> None:
-    """After settling, the collector leaves alone what was imported."""
+def test_loaded_objects_are_frozen() -> None:
+    """After the configuration, the collector skips imported objects."""
     code = (
         "import gc; from proto.aio.process import configure_process; configure_process();"
         "print(gc.get_freeze_count() > 1000)"
@@ -60,7 +60,7 @@ def test_a_platform_without_mallopt_is_left_as_it_is(
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a shell")
 def test_a_loop_runs_though_streams_are_closed() -> None:
-    """They lead nowhere then, and nothing of the loop takes their numbers."""
+    """They are the null device then, and no descriptor of the loop takes their numbers."""
     code = (
         "import asyncio, os, stat; from proto.aio import process; loop = process.new_event_loop();"
         "loop.run_until_complete(asyncio.sleep(0)); loop.close();"
