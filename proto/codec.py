@@ -208,7 +208,7 @@ class Decoder:
         if len(raw) < limits.PREFIX_BYTES or raw[0] != BIN_32:
             raise _malformed("a frame is a msgpack bin 32 with a header array inside")
         if int.from_bytes(raw[1 : limits.PREFIX_BYTES], "big") != len(raw) - limits.PREFIX_BYTES:
-            raise _malformed("a frame's prefix does not say its size")
+            raise _malformed("a frame's prefix does not match its size")
         return self.decode_content(raw)
 
     def decode_content(self, raw: Buffer) -> Frame:

@@ -40,7 +40,7 @@ class MessageQueue:
     resend_below: int = field(default=0, init=False)
     """Messages with smaller numbers have been sent on an earlier link and are queued to be sent again."""
     abandoned: int = field(default=0, init=False)
-    """Messages discarded without loss: nobody wanted them any more, or they had been sent before."""
+    """Messages discarded without loss: no subscription needed them any more, or they had been sent before."""
     _front: deque[Replay | bytes] = field(default_factory=deque[Replay | bytes], init=False)
     """Frames that preceded dropped messages. They are sent first, so that later drops need not pass them."""
     _queue: deque[Batch | Replay | bytes] = field(default_factory=deque[Batch | Replay | bytes], init=False)
@@ -123,9 +123,9 @@ class MessageQueue:
         Returns:
             The number of messages dropped.
         """
-        gone = self._drop_first(self.pending - 1)
-        self.dropped_for_bytes += gone
-        return gone
+        count = self._drop_first(self.pending - 1)
+        self.dropped_for_bytes += count
+        return count
 
     def _drop_first(self, most: int) -> int:
         """Drop at most `most` messages of the first batch and return how many. Needs a batch in the queue.
@@ -135,19 +135,19 @@ class MessageQueue:
         while not isinstance(head := self._queue.popleft(), Batch):
             self._front.append(head)
         left = head.length - self._skip
-        gone = min(left, most)
-        resent = min(gone, max(0, self.resend_below - head.first_sequence - self._skip))
-        self.pending -= gone
-        self.dropped += gone - resent
+        count = min(left, most)
+        resent = min(count, max(0, self.resend_below - head.first_sequence - self._skip))
+        self.pending -= count
+        self.dropped += count - resent
         self.abandoned += resent
-        if gone == left:
+        if count == left:
             self._batches -= 1
             self.pending_bytes -= message_bytes(head)
             self._skip = 0
         else:
-            self._skip += gone
+            self._skip += count
             self._queue.appendleft(head)
-        return gone
+        return count
 
     def _cut_skipped(self) -> None:
         """Remove the skipped messages from the first batch, so that another batch may become the first."""

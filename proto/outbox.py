@@ -154,7 +154,7 @@ class Outbox:
         Args:
             queue: The queue, which belongs to this outbox.
             item: A batch, latched messages, or another encoded frame.
-            first: Whether it goes before everything in the queue that is not being sent.
+            first: Whether to insert it before everything in the queue that is not being sent.
         """
         put = queue.put_front if first else queue.put
         if isinstance(item, Batch):

@@ -201,7 +201,7 @@ class PublisherQueue(MessageQueue):
         self.scheduled = False
 
     def discard(self, transfers: Transfers) -> bytes | None:
-        """Abandon everything, because nobody wants it any more.
+        """Abandon everything, because no subscription needs it any more.
 
         Returns:
             The encoded ABORT of the transfer that was open, if any.

@@ -151,7 +151,7 @@ class BrokerStats:
         """
         seconds = self.stamp_sec - earlier.stamp_sec
         if seconds <= 0 or self.broker != earlier.broker:
-            raise ValueError("Rates need an earlier look at the same broker")
+            raise ValueError("Rates need an earlier snapshot of the same broker")
         rise = increase(("uptime_sec", *TOTALS), earlier, self)
         return BrokerRates(seconds=seconds, **{name: rise[name] / seconds for name in TOTALS})
 

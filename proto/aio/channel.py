@@ -195,12 +195,11 @@ class Channel(asyncio.BufferedProtocol):
             self._handler.read_finished()
             if self._flush_due:
                 self.flush()
-            transport = self._transport
-            pause = self._in_a_row >= _TURN_BYTES and not self._reading_paused
-            if pause and transport is not None and self.connected:
+            if self._in_a_row >= _TURN_BYTES and not self._reading_paused and self.connected:
                 # Let the event loop read from the other connections before this one.
+                assert self._transport is not None
                 self._reading_paused = True
-                transport.pause_reading()
+                self._transport.pause_reading()
                 self._continue_soon()
 
     def _handle_frames(self, nbytes: int) -> None:

@@ -49,7 +49,7 @@ def test_rates_have_the_totals_names() -> None:
 def test_rates_need_an_earlier_snapshot_of_the_same_broker(change: dict[str, Any]) -> None:
     """The same moment, an earlier one and another broker have no rates."""
     earlier = BrokerStats(broker="aa", stamp_sec=10.0)
-    with pytest.raises(ValueError, match="an earlier look at the same broker"):
+    with pytest.raises(ValueError, match="an earlier snapshot of the same broker"):
         replace(replace(earlier, stamp_sec=11.0), **change).rates_since(earlier)
 
 

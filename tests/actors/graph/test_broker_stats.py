@@ -162,7 +162,7 @@ def test_a_topic_that_came_again_counts_from_zero() -> None:
     after = BrokerReport(totals=replace(totals, stamp_sec=3.0), topics={"/t": later}, links={})
     rates = after.rates_since(before).topics["/t"]
     assert (rates["messages"], rates["bytes"], rates["delivered"], rates["dropped"]) == (10, 1000, 10, 0)
-    with pytest.raises(ValueError, match="earlier look"):
+    with pytest.raises(ValueError, match="earlier snapshot"):
         before.rates_since(after)
 
 
