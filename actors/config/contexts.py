@@ -1,20 +1,20 @@
-"""Named brokers, and which one is meant when nobody says.
+"""Named brokers, and the choice of the broker to use.
 
     with Contexts.changing() as contexts:
         contexts.add("robot", Context(url="callboard://robot:7411", domain=3))
         contexts.use("robot")
     find_broker_target()  # the broker that nodes and commands use now
 
-They stand in `callboard/contexts.toml` in the XDG configuration directory. A broker asks for no credentials
-yet; the file is readable by its owner only, so that it can keep them some day.
+They are stored in `callboard/contexts.toml` in the XDG configuration directory. Brokers require no
+credentials yet; the file is readable by its owner only, so that it can hold them later.
 
-Where to go is decided in this order: what the caller says (`--url`, `--domain`), the context that the caller
-names (`--context`), CALLBOARD_URL and CALLBOARD_DOMAIN, the context that CALLBOARD_CONTEXT names, the one in
-use, the default. A context that the environment or the file chooses has no say when a URL is given: its
-domain belongs to its broker.
+The first of these that is set decides: the caller's URL and domain (`--url`, `--domain`), the caller's
+context (`--context`), CALLBOARD_URL and CALLBOARD_DOMAIN, the context named by CALLBOARD_CONTEXT, the one in
+use, the default. A context that the environment or the file selects is ignored if a URL is given: its domain
+belongs to its broker.
 """
 
-# Every command and node asks here: importing pathlib would take it some milliseconds.
+# Every command and node imports this: pathlib would cost some milliseconds.
 # ruff: noqa: PTH103, PTH105, PTH118, PTH120, PTH123
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from proto.url import BrokerUrl
 
 DEFAULT: Final = "default"
-"""The context that is always there: the default URL and no domain of its own."""
+"""The context that always exists: the default URL, without a domain."""
 
 T = TypeVar("T")
 
@@ -50,15 +50,15 @@ _HEADER: Final = "# Written by `callboard context`, which keeps no comments.\n"
 
 
 class ContextError(CallboardError, ValueError):
-    """There is no such context, it cannot be made, or the file is broken; the text says which and where."""
+    """A context does not exist or is invalid, or the file is broken; the text says which and where."""
 
 
 class UnknownContextError(ContextError):
     """There is no context of that name.
 
     Attributes:
-        name: The name that was asked for.
-        known: The names of those that there are.
+        name: The unknown name.
+        known: The names of the existing contexts.
     """
 
     def __init__(self, name: str, known: tuple[str, ...], source: str = "") -> None:
@@ -72,9 +72,9 @@ class Context:
     """One named broker.
 
     Attributes:
-        url: Where it is; several with commas.
-        domain: Which of its graphs, 0 to 232; None leaves it to CALLBOARD_DOMAIN.
-        description: For people: one line.
+        url: Its URL, or several with commas.
+        domain: The domain id, 0 to 232; None for CALLBOARD_DOMAIN.
+        description: One line of text.
     """
 
     url: str = DEFAULT_URL
@@ -83,13 +83,13 @@ class Context:
 
 
 class BrokerTarget(NamedTuple):
-    """Where to go.
+    """The broker and domain to use.
 
     Attributes:
-        urls: The brokers, in the order in which to try them.
-        domain: Which graph.
-        url_from: What the URL comes from, for people: "--url", "CALLBOARD_URL", "context 'robot'", "default".
-        domain_from: The same of the domain.
+        urls: The broker's URLs, in the order in which to try them.
+        domain: The domain id.
+        url_from: The source of the URL: "--url", "CALLBOARD_URL", "context 'robot'" or "default".
+        domain_from: The source of the domain, likewise.
     """
 
     urls: tuple[BrokerUrl, ...]
@@ -104,13 +104,18 @@ class BrokerTarget(NamedTuple):
 
 
 def contexts_file() -> str:
-    """Return the path where the contexts stand, whether there is such a file or not."""
+    """Return the path of the file of contexts, which may not exist."""
     return os.path.join(environment.config_folder(), "contexts.toml")
 
 
 @dataclass(slots=True)
 class Contexts:
-    """All named brokers, and the one in use. Changes are kept by `changing`, or by `save`."""
+    """The named brokers, and the one in use. Changes are stored by `changing` or `save`.
+
+    Attributes:
+        named: The contexts by name, without the default.
+        current: The name of the one in use.
+    """
 
     named: dict[str, Context] = field(default_factory=dict[str, Context])
     current: str = DEFAULT
@@ -118,10 +123,10 @@ class Contexts:
     @classmethod
     @contextmanager
     def changing(cls) -> Generator[Self]:
-        """Read the file, and write it at the end, if nothing is raised; meanwhile nobody else changes it.
+        """Read the file, and write it on exit unless an exception is raised, under a lock.
 
         Raises:
-            ContextError: The file is broken or cannot be written, or others have held it for 5 s.
+            ContextError: The file is broken or cannot be written, or it was locked for 5 s.
         """
         with _locked(contexts_file()):
             contexts = cls.load()
@@ -130,7 +135,7 @@ class Contexts:
 
     @classmethod
     def load(cls) -> Self:
-        """Read the file; without one there is only the default.
+        """Return the contexts of the file; without a file there is only the default.
 
         Raises:
             ContextError: The file is broken; the text names it, and the line or the key.
@@ -151,7 +156,7 @@ class Contexts:
             raise ContextError(f"{file}: {escape(str(error))}") from error
 
     def save(self) -> None:
-        """Write the file, whole or not at all, for its owner only.
+        """Write the file atomically, readable by its owner only.
 
         Raises:
             ContextError: It cannot be written.
@@ -173,8 +178,12 @@ class Contexts:
     def get(self, name: str, source: str = "") -> Context:
         """Return a context.
 
+        Args:
+            name: Its name.
+            source: Where the name comes from, for the error text.
+
         Raises:
-            UnknownContextError: There is none; the text says that `source` has asked for it.
+            UnknownContextError: There is no such context.
         """
         if name == DEFAULT:
             return Context(description="callboard's default")
@@ -183,10 +192,15 @@ class Contexts:
         return self.named[name]
 
     def add(self, name: str, context: Context, *, replace: bool = False) -> None:
-        """Take in a context.
+        """Add a context.
+
+        Args:
+            name: Its name.
+            context: The broker.
+            replace: Replace an existing context of that name.
 
         Raises:
-            ContextError: The name is taken or cannot be one, or there are too many.
+            ContextError: The name exists or is invalid, or there are too many contexts.
             InvalidUrlError: The URL cannot be read.
         """
         _check_name(name)
@@ -197,10 +211,13 @@ class Contexts:
         self.named[name] = _checked(context)
 
     def remove(self, name: str) -> None:
-        """Forget a context; if it is in use, the default is from now on.
+        """Remove a context; if it is in use, the default becomes current.
+
+        Args:
+            name: Its name.
 
         Raises:
-            ContextError: There is none, or it is the default.
+            ContextError: There is no such context, or it is the default.
         """
         if name == DEFAULT:
             raise ContextError(f"The context '{DEFAULT}' is always there")
@@ -210,10 +227,13 @@ class Contexts:
             self.current = DEFAULT
 
     def use(self, name: str) -> None:
-        """Take a context for whoever says nothing else.
+        """Make a context the current one.
+
+        Args:
+            name: Its name.
 
         Raises:
-            UnknownContextError: There is none.
+            UnknownContextError: There is no such context.
         """
         self.get(name)
         self.current = name
@@ -231,10 +251,10 @@ class Contexts:
 
 @contextmanager
 def _locked(file: str) -> Generator[None]:
-    """Be the only process that changes a file; the lock goes with the process that holds it."""
+    """Hold the lock of a file; the system releases it if the process dies."""
     try:
         import fcntl  # noqa: PLC0415 - only for changes
-    except ImportError:  # Windows: whoever writes last wins
+    except ImportError:  # Windows: the last writer wins
         yield
         return
     try:
@@ -260,14 +280,17 @@ def _locked(file: str) -> Generator[None]:
 def find_broker_target(
     url: str | None = None, domain: int | None = None, context: str | None = None
 ) -> BrokerTarget:
-    """Return where to go; None is what the caller leaves open.
+    """Return the broker to use. The file of contexts is read only if a context may decide.
 
-    The file of contexts is read only if a context has a say.
+    Args:
+        url: The caller's URL; None to choose one, as the module describes.
+        domain: The caller's domain id; None as above.
+        context: The name of the caller's context; None as above.
 
     Raises:
-        InvalidUrlError: The URL that counts cannot be read.
-        InvalidEnvironmentError: CALLBOARD_DOMAIN is wrong.
-        ContextError: No such context, or a broken file.
+        InvalidUrlError: The chosen URL is invalid.
+        InvalidEnvironmentError: CALLBOARD_DOMAIN is invalid.
+        ContextError: The context does not exist, or the file is broken.
     """
     variable = environment.broker_url()
     name, chosen = context, Contexts.load().get(context) if context is not None else None
@@ -285,16 +308,16 @@ def find_broker_target(
     return BrokerTarget(parse_urls(text), graph, url_from, domain_from)
 
 
-def _first(offers: Iterable[tuple[T | None, str]], *, otherwise: T) -> tuple[T, str]:
-    """Return the first offer that says something."""
-    for offer, source in offers:
-        if offer is not None:
-            return offer, source
+def _first(values: Iterable[tuple[T | None, str]], *, otherwise: T) -> tuple[T, str]:
+    """Return the first value that is set, with its source."""
+    for value, source in values:
+        if value is not None:
+            return value, source
     return otherwise, DEFAULT
 
 
 def _ambient() -> tuple[str, Context]:
-    """Return the context that the environment or the file chooses."""
+    """Return the context that the environment or the file selects."""
     name = environment.context_name()
     if name == DEFAULT:
         return DEFAULT, Context()
@@ -323,19 +346,19 @@ def _checked(context: Context) -> Context:
 
 
 def _quoted(text: str) -> str:
-    """Return a TOML string; what TOML forbids in one has been refused before."""
+    """Return a text without control characters as a TOML string."""
     import json  # noqa: PLC0415 - nodes only read
 
     return json.dumps(text, ensure_ascii=False)
 
 
 def _read(content: bytes) -> tuple[dict[str, Context], str]:
-    """Return what a file says.
+    """Return the contexts in a file, and the name of the one in use.
 
     Raises:
-        ValueError: The text says what is wrong in it.
+        ValueError: The file is broken; the text says where.
     """
-    import tomllib  # noqa: PLC0415 - most have no such file
+    import tomllib  # noqa: PLC0415 - most users have no such file
 
     data: dict[str, Any] = tomllib.loads(content.decode())
     _only(data, {"current": str, "contexts": dict}, "")

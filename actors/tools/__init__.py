@@ -1,1 +1,1 @@
-"""What tools are made of, for programs of your own: each module is one noun, to be imported by its name."""
+"""The parts of callboard's tools, for your own programs. Import each module by its name."""

@@ -1,4 +1,4 @@
-"""What can be wrong at the broker, told from what it says of itself. Pure: nothing here asks anybody."""
+"""Checks of a broker's welcome, counters and graph. Pure: nothing here does I/O."""
 
 from __future__ import annotations
 
@@ -20,25 +20,33 @@ if TYPE_CHECKING:
     from proto.stats import LinkStats
 
 SKEW_SEC: Final = 0.1
-"""Clocks further apart make delays that are measured across machines wrong ..."""
+"""A larger difference of the clocks makes delays between machines wrong."""
 WRONG_CLOCK_SEC: Final = 10.0
-"""... and this far apart one of them is wrong: messages with a lifespan may expire before they are heard."""
+"""A larger difference means a wrong clock: messages may expire before they are delivered."""
 LATE_SEC: Final = 0.1
-"""A broker's loop should not come later than this to what is due."""
+"""The longest acceptable lag of a broker's event loop."""
 MAX_PROFILES: Final = 32
-"""Different QoS profiles on each side of a topic that are compared."""
+"""Different QoS profiles that are compared on each side of a topic."""
 
 
 def greeting(welcome: Mapping[str, object], ahead_sec: float | None, round_trip_sec: float) -> list[Check]:
-    """Look at what the broker has answered to the greeting: its version and its clock."""
-    said = str(welcome.get("agent", ""))
-    version = version_of(said)
+    """Return the checks of the broker's version and clock.
+
+    Args:
+        welcome: The options of its welcome.
+        ahead_sec: By how much its clock is ahead of this machine's; None if unknown.
+        round_trip_sec: The time that the greeting took.
+    """
+    agent = str(welcome.get("agent", ""))
+    version = version_of(agent)
     if version == VERSION:
-        checks = [Check("versions", "ok", f"{said}, as here")]
+        checks = [Check("versions", "ok", f"{agent}, as here")]
     else:
         remedy = "run the same version on both sides; both speak the same protocol, so most things work"
         checks = [
-            Check("versions", "warn", f"the broker is {said or 'of unknown make'}, here is {VERSION}", remedy)
+            Check(
+                "versions", "warn", f"the broker is {agent or 'of unknown make'}, here is {VERSION}", remedy
+            )
         ]
     if ahead_sec is None:
         return [*checks, Check("clock", "skip", "the broker does not tell its time")]
@@ -53,7 +61,11 @@ def greeting(welcome: Mapping[str, object], ahead_sec: float | None, round_trip_
 
 
 def numbers(report: BrokerReport) -> list[Check]:
-    """Look at the broker's counters: is it slow, is anybody slow, was anything lost?"""
+    """Return the checks of the broker's counters: load, slow links, lost messages.
+
+    Args:
+        report: The counters.
+    """
     totals = report.totals
     load = f"connections: {totals.connections}; the loop at worst {1000 * totals.lag_longest_sec:.0f} ms late"
     checks = [Check("load", "ok", load)]
@@ -105,7 +117,11 @@ def _losing_topics(report: BrokerReport) -> list[Check]:
 
 
 def graph(snapshot: GraphSnapshot) -> list[Check]:
-    """Look at who offers and wants what: do they agree on types and on quality of service?"""
+    """Return the checks of the graph: whether both ends of topics and services agree on types and QoS.
+
+    Args:
+        snapshot: The graph.
+    """
     types = [
         *_type_conflicts(snapshot, "topic", EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION),
         *_type_conflicts(snapshot, "service", EntryKind.SERVICE, EntryKind.CLIENT),
@@ -157,7 +173,7 @@ def _disagreements(snapshot: GraphSnapshot) -> list[Check]:
 
 
 def _profiles(endpoints: list[EndpointInfo]) -> list[EndpointInfo]:
-    """Return one endpoint for each different profile."""
+    """Return one endpoint for each distinct profile."""
     distinct = {repr(each.qos_profile): each for each in reversed(endpoints)}
     return list(distinct.values())[:MAX_PROFILES]
 

@@ -1,4 +1,4 @@
-"""One thing that was looked at: what was found, how bad it is, and what to do about it."""
+"""The result of one check: a finding, its status, and a remedy."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import Final, Literal, NamedTuple
 Status = Literal["ok", "warn", "fail", "skip"]
 
 MAX_LISTED: Final = 10
-"""Findings of one kind that are told one by one; the rest are counted."""
+"""Findings of one kind that are listed; further ones are counted."""
 
 
 class Check(NamedTuple):
-    """What was found.
+    """The result of one check.
 
     Attributes:
-        name: What was looked at: a word or two.
-        status: "ok"; "warn", it may hurt; "fail", it will; "skip", it could not be looked at.
-        finding: One line.
-        remedy: What to do about it; empty if there is nothing to do.
+        name: What was checked, in a word or two.
+        status: "ok"; "warn" for possible and "fail" for certain trouble; "skip" if it was not checked.
+        finding: One line of text.
+        remedy: What to do about it; empty if nothing needs to be done.
     """
 
     name: str
@@ -27,7 +27,13 @@ class Check(NamedTuple):
 
 
 def summed_up(name: str, found: list[Check], otherwise: str) -> list[Check]:
-    """Return findings of one kind: an "ok" if there are none, the first and a count if there are many."""
+    """Return the findings of one kind, shortened to the first ones and a count if there are many.
+
+    Args:
+        name: What was checked.
+        found: The findings.
+        otherwise: The finding of the "ok" to return if there are none.
+    """
     if not found:
         return [Check(name, "ok", otherwise)]
     if len(found) > MAX_LISTED:

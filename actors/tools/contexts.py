@@ -1,4 +1,4 @@
-"""Named brokers, and which one a program uses: `actors.config.contexts`, for programs of your own."""
+"""Named brokers, and the choice of the broker to use; public names of `actors.config.contexts`."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""The text of an interface, wherever it is: in its file, in its class, or only with the nodes that use it.
+"""The definition text of an interface: from its file, its class, or the nodes that use it.
 
     with Inspector("callboard://127.0.0.1:7411") as inspector:
         texts = texts_in_graph(inspector, "robot_msgs/msg/Wheel")
 
-A publisher and a server are declared with the definition of their type, and the broker keeps these: so a type
-can be shown that is not installed here, without its comments, constants and defaults.
+Publishers and servers declare the definition of their type, which the broker keeps. A type that is not
+installed here can therefore be shown, without its comments, constants and defaults.
 """
 
 from __future__ import annotations
@@ -22,14 +22,17 @@ if TYPE_CHECKING:
     from actors.graph.inspector import Inspector
 
 MAX_ASKED: Final = 1000
-"""Definitions asked for in search of a type that only others contain."""
+"""Definitions requested in search of a type that only occurs inside others."""
 
 
 def full_name(name: str) -> str:
-    """Return a type's full name; the kind may be left out, as in std_msgs/String.
+    """Return a type's full name.
+
+    Args:
+        name: Such as std_msgs/msg/String; the kind may be left out.
 
     Raises:
-        UnknownInterfaceError: There is no such type here; with a suggestion.
+        UnknownInterfaceError: The type is not installed; the text has a suggestion.
     """
     package, _, word = name.partition("/")
     candidates = [name] if "/" in word else [f"{package}/{kind}/{word}" for kind in KINDS]
@@ -40,7 +43,13 @@ def full_name(name: str) -> str:
 
 
 def local_text(name: str) -> str | None:
-    """Return the text behind a full type name: the file with its comments, or what its class says.
+    """Return the definition of an installed type: its file with comments, or the text of its class.
+
+    Args:
+        name: The type's full name.
+
+    Returns:
+        The text; None if the type is not installed.
 
     Raises:
         InterfaceSyntaxError: The file is too large or not UTF-8.
@@ -55,14 +64,14 @@ def local_text(name: str) -> str | None:
 
 
 def texts_in_graph(inspector: Inspector, name: str) -> dict[str, str]:
-    """Return the texts of a type and of all that it contains, by type name, as nodes have declared them.
+    """Return the definitions of a type and of the types that it contains, as nodes declared them.
 
     Args:
         inspector: A connected inspector.
-        name: The type's full name. If types with different definitions have this name, the oldest is meant.
+        name: The type's full name. Of several definitions of this name, the oldest is used.
 
     Returns:
-        Nothing if nobody publishes or serves the type, alone or in another one.
+        Texts by type name; empty if nobody publishes or serves the type, alone or inside another one.
 
     Raises:
         BrokerUnreachable: The link broke.
@@ -74,7 +83,7 @@ def texts_in_graph(inspector: Inspector, name: str) -> dict[str, str]:
         definition = inspector.definition(type_hash)
         try:
             texts = {} if definition is None else texts_of(definition)
-        except InvalidMessageError:  # a foreign client's; others may have it right
+        except InvalidMessageError:  # declared by a foreign client; others may be correct
             continue
         if name in texts:
             return texts

@@ -1,4 +1,4 @@
-"""Executables: which programs the installed packages bring, and where they are.
+"""Installed packages and their programs.
 
 A package is an installed distribution, an editable one included; its executables are its console scripts.
 
@@ -10,7 +10,7 @@ A package is an installed distribution, an editable one included; its executable
 
     talker = find_package("my-package").executable("talker")  # `my_package` is the same package
 
-Nothing of a package is imported: all of this stands in its metadata.
+No package is imported: all of this is read from metadata.
 """
 
 from __future__ import annotations
@@ -33,19 +33,24 @@ _SITES: Final = ("site-packages", "dist-packages")
 
 
 class Executable(NamedTuple):
-    """A program of a package."""
+    """A program of a package.
+
+    Attributes:
+        package: The package's name.
+        name: The program's name.
+        module: The module of its function.
+        function: The function's path in the module: "main", or "Talker.main".
+        path: The file that the installer wrote for it; None if there is none.
+    """
 
     package: str
     name: str
     module: str
-    """Where its function is."""
     function: str
-    """What it calls, as it is reached from the module: "main", or "Talker.main"."""
     path: Path | None
-    """The file that the installer has written for it; None if there is none."""
 
     def command(self) -> str:
-        """Return what `python -c` has to run so that this is the program."""
+        """Return the code with which `python -c` runs the program."""
         top = self.function.partition(".")[0]
         return (
             f"import sys; from {self.module} import {top}; "
@@ -56,8 +61,12 @@ class Executable(NamedTuple):
 class Package:
     """An installed package.
 
+    Args:
+        installed: Its distribution.
+        name: Its name, as in its metadata.
+
     Attributes:
-        name: As its metadata has it.
+        name: As given.
     """
 
     def __init__(self, installed: Distribution, name: str) -> None:
@@ -80,7 +89,7 @@ class Package:
         )
 
     def executables(self) -> list[Executable]:
-        """Return its programs, by name."""
+        """Return its programs, sorted by name."""
         scripts = {each.name: each for each in self._installed.entry_points.select(group="console_scripts")}
         return [
             Executable(self.name, name, scripts[name].module, scripts[name].attr, self._script(name))
@@ -88,7 +97,11 @@ class Package:
         ]
 
     def executable(self, name: str) -> Executable | None:
-        """Return one of its programs; None if there is none of this name."""
+        """Return one of its programs; None if it has none of this name.
+
+        Args:
+            name: The program's name.
+        """
         return next((each for each in self.executables() if each.name == name), None)
 
     def prefix(self) -> Path:
@@ -105,14 +118,14 @@ class Package:
         return next((folder for module in self._modules() for folder in _folders(module)), None)
 
     def modules(self) -> list[Path]:
-        """Return the folders and files that its modules are in, also those of an editable installation."""
+        """Return the folders and files of its modules, also of an editable installation."""
         found: dict[Path, None] = {}
         for module in self._modules():
             found.update(dict.fromkeys(_folders(module) or _file(module)))
         return list(found)
 
     def _modules(self) -> Iterator[ModuleSpec]:
-        """Find its top-level modules: its own name, those it lists, and those with its programs."""
+        """Yield its top-level modules: that of its name, those it lists, and those of its programs."""
         listed = (self._installed.read_text("top_level.txt") or "").split()
         programs = (each.module.partition(".")[0] for each in self.executables())
         for name in dict.fromkeys((normalized(self.name).replace("-", "_"), *listed, *programs)):
@@ -133,7 +146,7 @@ class Package:
 
 
 def packages() -> list[Package]:
-    """Return every installed package, by name; of two with the same name the one that Python imports."""
+    """Return all installed packages, sorted by name; of two with one name, the one that Python imports."""
     found: dict[str, Package] = {}
     for package in _each():
         found.setdefault(normalized(package.name), package)
@@ -141,7 +154,11 @@ def packages() -> list[Package]:
 
 
 def find_package(name: str) -> Package | None:
-    """Return the package of this name, in whatever spelling (`my-package`, `my_package`), or None."""
+    """Return an installed package; None if there is none of this name.
+
+    Args:
+        name: In any spelling: `my-package`, `my_package`.
+    """
     try:
         found = distribution(name)
     except (PackageNotFoundError, ValueError):
@@ -150,7 +167,11 @@ def find_package(name: str) -> Package | None:
 
 
 def normalized(name: str) -> str:
-    """Return the spelling of a package's name that all its spellings have in common."""
+    """Return the normalised spelling of a package's name (PEP 503).
+
+    Args:
+        name: Any spelling.
+    """
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
@@ -170,7 +191,7 @@ def _each() -> Iterator[Package]:
 
 
 def _name(installed: Distribution) -> str | None:
-    """Return its name. None: an interrupted installation has left a folder without metadata behind."""
+    """Return its name; None for a folder without metadata, which an interrupted installation leaves."""
     metadata: Any = installed.metadata
     name: str | None = metadata.get("Name")
     return name

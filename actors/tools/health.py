@@ -1,10 +1,10 @@
-"""Whether everything is in order for nodes here and for those on the broker.
+"""Check this machine, the broker, and the nodes connected to it.
 
     for check in examine():
         print(check.status, check.name, check.finding, check.remedy)
 
-It looks at this Python and machine (`machine_checks`), finds the broker as a node would, and looks at what
-the broker knows (`broker_checks`). It changes nothing; each answer may take `timeout_sec`.
+It checks Python and this machine (`machine_checks`), finds the broker as a node does, and checks the broker's
+counters and graph (`broker_checks`). It changes nothing; each request may take `timeout_sec`.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ def examine(
     *,
     timeout_sec: float = TIMEOUT_SEC,
 ) -> list[Check]:
-    """Look at everything.
+    """Run all checks.
 
     Args:
-        url: The broker; None: where nodes would go, as `actors.config.contexts` says.
-        domain: Which graph; None as above.
+        url: The broker; None for the one that nodes use, as `actors.config.contexts` chooses it.
+        domain: The domain id; None as above.
         context: A named broker; None as above.
-        timeout_sec: How long connecting may take, and each answer.
+        timeout_sec: The time limit for connecting, and for each request.
 
     Returns:
-        What was found, in a sensible order; nothing raises.
+        The results, in a useful order. Failures are results, too: nothing is raised.
     """
     checks = machine_checks.all_checks()
     try:
@@ -56,7 +56,11 @@ def examine(
 
 
 def all_good(checks: Iterable[Check]) -> bool:
-    """Tell whether nothing is wrong; a warning is not wrong."""
+    """Return whether no check failed; warnings do not count.
+
+    Args:
+        checks: The results.
+    """
     return all(check.status != "fail" for check in checks)
 
 

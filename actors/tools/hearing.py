@@ -1,12 +1,12 @@
-"""How to hear a topic of which nothing is known but what the graph says.
+"""Subscribe to a topic whose type and QoS are known from the graph only.
 
-    picture = await node.get_graph()
-    decode = decoder_of(picture, "/chatter")
-    profile = profile_of(picture, "/chatter", depth=10)
+    snapshot = await node.get_graph()
+    decode = decoder_of(snapshot, "/chatter")
+    profile = profile_of(snapshot, "/chatter", depth=10)
     node.create_subscription(None, "/chatter", lambda data: print(decode(data)), profile, raw=True)
 
-Messages are maps that describe themselves, so a type need not be known here to be read. Where the topic has
-one type and its class is at hand, it is used all the same: it knows more (how long an array is, say).
+Messages are self-describing maps, so that they can be decoded without their class. If the topic has one type
+and its class is installed, the class is used: it knows more, such as the length of an array.
 """
 
 from __future__ import annotations
@@ -27,9 +27,14 @@ if TYPE_CHECKING:
 
 
 def decoder_of(snapshot: GraphSnapshot, topic: str) -> Callable[[bytes], Any]:
-    """Return what reads messages of a topic: as its class where that is at hand, as dicts otherwise.
+    """Return a function that decodes a topic's messages: into their class if installed, else into dicts.
 
-    The function raises InvalidMessageError for bytes that are no message.
+    Args:
+        snapshot: The graph.
+        topic: The topic's full name.
+
+    Returns:
+        A function of a message's bytes. It raises InvalidMessageError for bytes that are no message.
     """
     types = {
         (entry.type_name, entry.type_hash)
@@ -50,19 +55,25 @@ def decoder_of(snapshot: GraphSnapshot, topic: str) -> Callable[[bytes], Any]:
     def decode(data: bytes) -> Any:
         try:
             return codec.decode(data)
-        except InvalidMessageError:  # a publisher of another type has come
+        except InvalidMessageError:  # from a new publisher with another type
             return decode_untyped(data)
 
     return decode
 
 
 def profile_of(snapshot: GraphSnapshot, topic: str, *, depth: int) -> QoSProfile:
-    """Return a profile that gets all that the topic's publishers offer."""
+    """Return a profile that receives everything that the topic's publishers offer.
+
+    Args:
+        snapshot: The graph.
+        topic: The topic's full name.
+        depth: The number of messages to keep.
+    """
     offers = [info.qos_profile for info in snapshot.endpoints(EntryKind.PUBLISHER, topic)]
     latched = bool(offers) and all(each.durability is DurabilityPolicy.TRANSIENT_LOCAL for each in offers)
-    loose = any(each.reliability is ReliabilityPolicy.BEST_EFFORT for each in offers)
+    best_effort = any(each.reliability is ReliabilityPolicy.BEST_EFFORT for each in offers)
     return QoSProfile(
         depth=depth,
-        reliability=ReliabilityPolicy.BEST_EFFORT if loose else ReliabilityPolicy.RELIABLE,
+        reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
     )

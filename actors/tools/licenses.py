@@ -1,4 +1,4 @@
-"""Licences: their SPDX identifiers, and the texts of those that most packages have."""
+"""Licences: SPDX identifiers, and the texts of the most common ones."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from string import Template
 from typing import Final
 
 WITH_TEXT: Final = ("Apache-2.0", "BSD-3-Clause", "MIT")
-"""Those whose text is here."""
+"""Licences whose text is included."""
 
 
 def spdx(name: str) -> str:
-    """Return the SPDX identifier for a licence, as `license` in pyproject.toml has to have one.
+    """Return the SPDX identifier of a licence, as `license` in pyproject.toml needs it.
 
     Args:
-        name: An identifier, in whatever case, or an expression such as "MIT OR Apache-2.0". Anything else is
-            a licence of one's own: "LicenseRef-…".
+        name: An identifier, in any case, or an expression such as "MIT OR Apache-2.0". Any other text
+            becomes a custom identifier: "LicenseRef-…".
     """
     from packaging.licenses import (  # noqa: PLC0415 - seldom needed
         InvalidLicenseExpression,
@@ -31,12 +31,12 @@ def spdx(name: str) -> str:
 
 
 def license_text(name: str, *, holder: str, year: int) -> str | None:
-    """Return the text of a licence for a LICENSE file; None if it is not here.
+    """Return the text of a licence for a LICENSE file; None if it is not included.
 
     Args:
-        name: Its SPDX identifier, in whatever case.
-        holder: Who has the copyright.
-        year: Since when.
+        name: Its SPDX identifier, in any case.
+        holder: The copyright holder.
+        year: The first year of the copyright.
     """
     identifier = spdx(name)
     if identifier not in WITH_TEXT:

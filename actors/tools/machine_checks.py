@@ -1,4 +1,4 @@
-"""What can be wrong on this side: Python, the packages that callboard needs, names, limits and settings."""
+"""Checks of this machine: Python, callboard's dependencies, import names, limits and settings."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 OLDEST_PYTHON: Final = (3, 11)
 PACKAGES: Final = ("proto", "broker", "actors")
-"""The import names that are callboard's."""
+"""Callboard's import names."""
 FEW_FILES: Final = 1024
 """A broker needs an open file for each connection."""
 
 
 def all_checks() -> list[Check]:
-    """Look at everything on this side."""
+    """Return the results of all checks of this machine."""
     return [
         python(),
         event_loop(),
@@ -44,7 +44,11 @@ def all_checks() -> list[Check]:
 
 
 def python(number: tuple[int, ...] = sys.version_info[:3]) -> Check:
-    """Look at the interpreter."""
+    """Return the check of the interpreter.
+
+    Args:
+        number: Its version.
+    """
     finding = f"{platform.python_implementation()} {'.'.join(map(str, number))}, callboard {VERSION}"
     if number < OLDEST_PYTHON:
         return Check("python", "fail", finding, "install Python 3.11 or later")
@@ -52,7 +56,11 @@ def python(number: tuple[int, ...] = sys.version_info[:3]) -> Check:
 
 
 def event_loop(*, platform_name: str = sys.platform) -> Check:
-    """Look for uvloop, which scripts and the daemon use where there is one."""
+    """Return the check for uvloop, which scripts and the daemon use if it is installed.
+
+    Args:
+        platform_name: As `sys.platform` has it.
+    """
     try:
         uvloop = import_module("uvloop")
     except ImportError:
@@ -65,8 +73,8 @@ def event_loop(*, platform_name: str = sys.platform) -> Check:
 
 
 def codec() -> Check:
-    """Look at what encodes and decodes: msgpack in C, and msgspec."""
-    import msgpack  # noqa: PLC0415 - what is looked at
+    """Return the check of the codecs: msgpack with its C extension, and msgspec."""
+    import msgpack  # noqa: PLC0415 - the subject of the check
 
     try:
         import_module("msgspec")
@@ -83,10 +91,10 @@ def codec() -> Check:
 
 
 def import_names(claims: Mapping[str, list[str]] | None = None) -> list[Check]:
-    """Look whether callboard's import names are its own.
+    """Return the check that callboard's import names belong to callboard alone.
 
     Args:
-        claims: The distributions that provide each import name; None: the installed ones.
+        claims: The distributions that provide each import name; None for the installed ones.
     """
     owners = packages_distributions() if claims is None else claims
     home = _folder(import_module("actors")).parent
@@ -109,7 +117,11 @@ def _folder(module: ModuleType) -> Path:
 
 
 def shadows(folder: Path) -> list[Check]:
-    """Look whether something other than callboard in a folder would hide callboard from the scripts in it."""
+    """Return warnings about files in a folder that hide callboard from the scripts in it.
+
+    Args:
+        folder: Where scripts are run.
+    """
     if (folder / "actors/cli/main.py").is_file():  # a clone of callboard
         return []
     hiding = [
@@ -127,7 +139,7 @@ def shadows(folder: Path) -> list[Check]:
 
 
 def open_files() -> Check:
-    """Look at how many files a process may open."""
+    """Return the check of the limit of open files."""
     try:
         import resource  # noqa: PLC0415 - not on Windows
     except ImportError:
@@ -136,7 +148,12 @@ def open_files() -> Check:
 
 
 def judged_files(soft: int, hard: int) -> Check:
-    """Judge a limit of open files. Negative is none; a broker raises its own to the hard one."""
+    """Return the check of a limit of open files; a broker raises its soft limit to the hard one.
+
+    Args:
+        soft: The soft limit; negative for none.
+        hard: The hard limit; negative for none.
+    """
     finding = f"{_limit(soft)} for a process, {_limit(hard)} for a broker"
     if 0 <= hard <= FEW_FILES:
         remedy = "raise the hard limit where brokers run: ulimit -Hn, LimitNOFILE= or limits.conf"
@@ -149,7 +166,11 @@ def _limit(number: int) -> str:
 
 
 def variables(environ: Mapping[str, str] | None = None) -> list[Check]:
-    """Look at the environment variables that are callboard's, or are called as if they were."""
+    """Return the checks of the environment variables that begin with CALLBOARD_.
+
+    Args:
+        environ: The variables; None for those of the process.
+    """
     found: list[Check] = []
     given = environment.own_variables(environ)
     for name in sorted(given):
@@ -170,7 +191,7 @@ def variables(environ: Mapping[str, str] | None = None) -> list[Check]:
 
 
 def contexts() -> list[Check]:
-    """Look at the file of named brokers."""
+    """Return the check of the file of named brokers."""
     path = Path(contexts_file())
     try:
         known = Contexts.load()

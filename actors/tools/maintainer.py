@@ -1,4 +1,4 @@
-"""Maintainer: who makes a new package, as far as git and the system know."""
+"""The default maintainer of a new package: from git, or from the login."""
 
 from __future__ import annotations
 
@@ -10,20 +10,25 @@ from typing import Final, NamedTuple
 
 GIT_TIMEOUT_SEC: Final = 5.0
 EMAIL: Final = re.compile(r"[^@\s<>]+@[^@\s<>]+\.[^@\s<>]+")
-"""What looks like an email address to the tools that build packages."""
+"""The email addresses that build tools accept."""
 
 
 class Maintainer(NamedTuple):
-    """A name and an email address."""
+    """A maintainer.
+
+    Attributes:
+        name: The name.
+        email: The email address.
+    """
 
     name: str
     email: str
 
 
 def usual_maintainer() -> Maintainer:
-    """Return who git says it is, as for a commit in the current directory; else who is logged in.
+    """Return git's user, as for a commit in the current directory; else the login name.
 
-    Who has told git no address gets one that nobody takes for real: me@todo.todo.
+    Without an address in git's configuration, the address is a placeholder: LOGIN@todo.todo.
     """
     user = _user()
     email = _from_git("user.email")
@@ -35,12 +40,12 @@ def usual_maintainer() -> Maintainer:
 def _user() -> str:
     try:
         return re.sub(r"[\s@<>]+", "_", getpass.getuser())
-    except (KeyError, OSError, ImportError):  # a container's user may have no name
+    except (KeyError, OSError, ImportError):  # a user in a container may have no name
         return "todo"
 
 
 def _from_git(key: str) -> str:
-    """Return a value of git's configuration; nothing if there is no git or no value."""
+    """Return a value of git's configuration; empty without git or without the value."""
     git = shutil.which("git")
     if git is None:
         return ""

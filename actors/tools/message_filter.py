@@ -1,9 +1,9 @@
-"""Choosing messages by a Python expression about `m`, as in `m.data > 3`.
+"""Filter messages with a Python expression about `m`, such as `m.data > 3`.
 
     wanted = MessageFilter("m.pose.position.x > 1.0")
     wanted.passes(message)  # True or False
 
-The expression is Python and may do whatever Python can: take it only from whoever runs the program.
+The expression can do whatever Python can: accept it only from the user who runs the program.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from proto.errors import CallboardError
 
 
 class InvalidFilterError(CallboardError, ValueError):
-    """An expression that is no Python, or that cannot be told of a message; the text says why."""
+    """An expression that is not Python, or that failed for a message; the text says why."""
 
 
 class MessageFilter:
     """A Python expression about a message `m`.
 
     Args:
-        expression: Such as `m.data > 3`. A message without class, a dict of its fields, has attributes, too.
+        expression: Such as `m.data > 3`. The fields of a dict can be read as attributes, too.
 
     Raises:
-        InvalidFilterError: It is no Python expression.
+        InvalidFilterError: It is not a Python expression.
     """
 
     def __init__(self, expression: str) -> None:
@@ -40,18 +40,21 @@ class MessageFilter:
             ) from None
 
     def passes(self, message: object) -> bool:
-        """Tell whether the expression holds for a message.
+        """Return whether the expression is true for a message.
+
+        Args:
+            message: An instance of its class, or a dict of its fields.
 
         Raises:
-            InvalidFilterError: The expression has raised something.
-            InvalidMessageError: A message without class is nested too deeply.
+            InvalidFilterError: The expression raised an exception.
+            InvalidMessageError: A dict is nested too deeply.
         """
         try:
             view = _attributes(message) if isinstance(message, dict) else message
         except RecursionError:
             raise InvalidMessageError("Not a message: it is nested too deeply") from None
         try:
-            return bool(eval(self._code, {"m": view}))  # noqa: S307 - it is what the user has asked for
+            return bool(eval(self._code, {"m": view}))  # noqa: S307 - the user wrote it
         except Exception as error:
             raise InvalidFilterError(
                 f"The filter '{self.expression}' failed: {type(error).__name__}: {error}"
@@ -59,7 +62,7 @@ class MessageFilter:
 
 
 def _attributes(value: Any) -> Any:
-    """Let the fields of a message without class be read as attributes."""
+    """Return a view of a dict whose fields are attributes."""
     if isinstance(value, dict):
         return SimpleNamespace(**{str(key): _attributes(item) for key, item in cast("Any", value).items()})
     return [_attributes(item) for item in cast("Any", value)] if isinstance(value, list) else value

@@ -1,4 +1,4 @@
-"""How deeply YAML is nested: looked at before PyYAML, which recurses for each level, builds anything."""
+"""The nesting depth of YAML, checked before PyYAML, which recurses for each level, builds objects."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ if TYPE_CHECKING:
 
 
 def deeper_than(levels: int, events: Iterable[Any]) -> Any:
-    """Return the first of PyYAML's events that is nested deeper than so many levels; None: there is none."""
+    """Return the first event that is nested too deeply; None if there is none.
+
+    Args:
+        levels: The levels that are allowed.
+        events: PyYAML's parse events.
+    """
     depth = 0
     for event in events:
         kind = type(event).__name__

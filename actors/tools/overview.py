@@ -207,10 +207,13 @@ class Samples:
         self._samples: deque[Sample] = deque(maxlen=max(1, window) + 1)
 
     def add(self, sample: Sample) -> Overview:
-        """Add the newest sample and return the overview.
+        """Add the newest sample.
 
         Args:
             sample: A sample of another broker instance than before clears the window.
+
+        Returns:
+            The overview, with rates over the window.
         """
         newest = sample.report.totals
         if self._samples:

@@ -1,4 +1,4 @@
-"""Package: the files of a new package of nodes, that can be installed, run, tested and built at once.
+"""The files of a new package of nodes, ready to be installed, run, tested and built.
 
     from pathlib import Path
     from actors.tools.package import NewPackage
@@ -12,8 +12,7 @@
     )
     new.write(Path("src"))
 
-It is a Python package like any other: a pyproject.toml, where `callboard run` finds what can be run, and a
-folder of modules.
+It is an ordinary Python package: a pyproject.toml, whose scripts `callboard run` runs, and modules.
 """
 
 from __future__ import annotations
@@ -55,34 +54,34 @@ _TAKEN: Final = (
     "uvloop",
     "yaml",
 )
-"""What would hide callboard, what it needs, or the package's own tests."""
+"""Names that would hide callboard, its dependencies, or the package's own tests."""
 _ROS: Final = ("ament_index_python", "launch", "launch_ros", "rclpy", "ros2launch")
-"""What packages of nodes depend on in ROS 2, beside packages of message types."""
+"""Dependencies of ROS 2 packages that callboard replaces, besides packages of message types."""
 _PROGRAMS: Final = ("callboard", "pip", "pytest", "python", "python3")
-"""What a program of the same name would replace in the environment."""
+"""Programs that a program of the same name would replace in the environment."""
 
 
 class InvalidPackageError(CallboardError, ValueError):
-    """A package cannot be made of this; the text says what can stand there."""
+    """An attribute of a new package is invalid; the text says what is valid."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NewPackage:
-    """A package that is to be.
+    """A new package.
 
     Attributes:
         name: Lowercase letters, digits and single underscores; the name of the folder, of the distribution
             and of the Python package in it.
-        node_name: A node to begin with, and its program; None for a package without.
+        node_name: The name of a first node and its program; None for no node.
         description: One line.
-        license_name: An SPDX identifier, or a name of one's own; `NO_LICENSE` while there is none.
-        maintainer_name: Who cares for it.
-        maintainer_email: Their address.
-        dependencies: What pip has to install with it, beside callboard, such as "numpy>=2".
-        year: Since when there is a copyright; for licences that say it.
+        license_name: An SPDX identifier, or a custom name; `NO_LICENSE` for none.
+        maintainer_name: The maintainer's name.
+        maintainer_email: The maintainer's email address.
+        dependencies: Requirements that pip installs with it, besides callboard, such as "numpy>=2".
+        year: The first year of the copyright.
 
     Raises:
-        InvalidPackageError: One of them cannot be.
+        InvalidPackageError: An attribute is invalid.
     """
 
     name: str
@@ -113,11 +112,11 @@ class NewPackage:
             _check_dependency(each)
 
     def license_text(self) -> str | None:
-        """Return the text of its licence; None if that is not known here."""
+        """Return the text of its licence; None if callboard does not have it."""
         return license_text(self.license_name, holder=self.maintainer_name, year=self.year)
 
     def files(self) -> dict[str, str]:
-        """Return the text of each file by its path in the package's folder, such as "my_robot/talker.py"."""
+        """Return the files: their texts by path in the package's folder, such as "my_robot/talker.py"."""
         made = {
             "pyproject.toml": self._fill("pyproject.toml"),
             "README.md": self._fill("README.md"),
@@ -140,14 +139,14 @@ class NewPackage:
         """Write the package into a new folder of its name.
 
         Args:
-            parent: Where that folder goes. It is made if it is not there.
+            parent: The folder to write to; it is created if necessary.
 
         Returns:
-            The folders and files that are new, in order, as paths in `parent`. Those of folders end with "/".
+            The new folders and files, in order, as paths in `parent`. Paths of folders end with "/".
 
         Raises:
-            FileExistsError: There is a file or folder of this name already. Nothing has been written.
-            OSError: It cannot be written.
+            FileExistsError: A file or folder of this name exists already. Nothing was written.
+            OSError: Writing failed.
         """
         parent.mkdir(parents=True, exist_ok=True)
         (parent / self.name).mkdir()
@@ -167,7 +166,7 @@ class NewPackage:
         return Template(source.read_text(encoding="utf-8")).substitute(self._words())
 
     def _words(self) -> dict[str, str]:
-        """Return what stands for the names in the templates."""
+        """Return the values of the names in the templates."""
         node = self.node_name or "talker"
         script = f'{node} = "{self.name}.{node}:main"'
         dependencies = ["callboard", *(each for each in self.dependencies if each != "callboard")]
@@ -202,12 +201,20 @@ class NewPackage:
 
 
 def comes_with_callboard(dependency: str) -> bool:
-    """Tell whether this is a ROS 2 package whose place callboard takes: nothing is to be installed."""
+    """Return whether a dependency is a ROS 2 package that callboard replaces.
+
+    Args:
+        dependency: The package's name.
+    """
     return dependency in _ROS or dependency in standard_packages()
 
 
 def suggested_name(name: str) -> str | None:
-    """Return a valid package or node name that is like this one; None if there is none."""
+    """Return a valid package or node name that is similar; None if there is none.
+
+    Args:
+        name: An invalid name.
+    """
     spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
     made = re.sub(r"[^a-z0-9]+", "_", spaced).strip("_")
     return made if _NAME.fullmatch(made) else None
@@ -245,7 +252,7 @@ def _check_dependency(text: str) -> None:
 
 
 def _check_name(kind: str, name: str) -> None:
-    """Let names through that are fine for a module, a distribution and a node."""
+    """Check that a name is valid for a module, a distribution and a node."""
     rule = ""
     if not _NAME.fullmatch(name):
         rule = "write lowercase letters, digits and single underscores, a letter first"
@@ -260,5 +267,5 @@ def _check_name(kind: str, name: str) -> None:
 
 
 def _toml(text: str) -> str:
-    """Return printable text as a TOML string: the same as JSON's."""
+    """Return printable text as a TOML string, which is the same as in JSON."""
     return json.dumps(text, ensure_ascii=False)

@@ -1,11 +1,11 @@
-"""Times that are to be filled in when a message is sent: ROS 2's `header: auto` and `stamp: now`.
+"""Times that are filled in when a message is sent: ROS 2's `header: auto` and `stamp: now`.
 
     values, stamps = Stamps.taken_from(Imu, {"header": "auto"})
     message = message_from_fields(Imu, values)
     stamps.set(message, time.time_ns())
 
-`auto` stands for a std_msgs/msg/Header, whose stamp is set, and `now` for a builtin_interfaces/msg/Time,
-wherever they are in a message.
+`auto` is the value of a std_msgs/msg/Header, whose stamp is set, and `now` of a builtin_interfaces/msg/Time,
+anywhere in a message.
 """
 
 from __future__ import annotations
@@ -26,10 +26,13 @@ Path = tuple[str | int, ...]
 
 
 class Stamps:
-    """Where in a message times are to be filled in.
+    """The places in a message where times are filled in.
+
+    Args:
+        paths: The field names and element indices that lead to each time.
 
     Attributes:
-        paths: The names of fields, and numbers of elements, that lead to each time.
+        paths: As given.
     """
 
     def __init__(self, paths: list[Path]) -> None:
@@ -37,12 +40,22 @@ class Stamps:
 
     @classmethod
     def taken_from(cls, msg_type: type[Message], values: Mapping[str, Any]) -> tuple[dict[str, Any], Stamps]:
-        """Return the values of a message's fields without `auto` and `now`, and where these stood."""
+        """Return a message's values without `auto` and `now`, and the places of these.
+
+        Args:
+            msg_type: The message's class.
+            values: The values of its fields.
+        """
         paths: list[Path] = []
         return _without(msg_type, values, (), paths), cls(paths)
 
     def set(self, message: Message, time_ns: int) -> None:
-        """Fill in a time, in ns since the epoch. It must fit an int32 in seconds."""
+        """Fill in a time.
+
+        Args:
+            message: The message to change.
+            time_ns: Nanoseconds since the epoch; the seconds must fit an int32.
+        """
         sec, nanosec = divmod(time_ns, 1_000_000_000)
         for path in self.paths:
             value: Any = message
@@ -53,7 +66,7 @@ class Stamps:
 
 def _without(msg_type: type[Message], values: Any, path: Path, paths: list[Path]) -> Any:
     if not isinstance(values, dict):
-        return values  # no message: whoever fills it in says so
+        return values  # no message: populating it reports that
     types = {field.name: field.type for field in fields_of(msg_type)}
     kept: dict[str, Any] = {}
     for name, value in cast("dict[str, Any]", values).items():

@@ -1,4 +1,4 @@
-"""Suggestions: what somebody may have meant."""
+"""Suggestions for misspelt words."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ if TYPE_CHECKING:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return "; did you mean '…'?" for the most similar known word, or nothing."""
+    """Return "; did you mean '…'?" with the most similar known word; empty if none is similar.
+
+    Args:
+        word: The unknown word.
+        known: The words that are valid.
+    """
     import difflib  # noqa: PLC0415 - only after a mistake
 
     close = difflib.get_close_matches(word, list(known), n=1)

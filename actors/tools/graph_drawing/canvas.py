@@ -1,6 +1,6 @@
-"""A sheet of characters: texts and boxes, and lines that know which way they go on.
+"""A grid of characters: texts, boxes, and lines that join where they meet.
 
-Where lines of two hubs cross, the one that goes up and down is drawn whole. Lines of one hub are joined.
+Where lines of two hubs cross, the vertical one is drawn. Lines of one hub join.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 _UP, _RIGHT, _DOWN, _LEFT = 1, 2, 4, 8
 _LINES: Final = " │─╰││╭├─╯─┴╮┤┬┼"
-"""The character for each set of directions."""
+"""The line character for each set of directions."""
 _DASHED: Final = str.maketrans("─│", "╌╎")
 _ASCII: Final = str.maketrans("─│╌╎╭╮╰╯├┤┬┴┼▶◀", "-|.:+++++++++><")
 _PALETTE: Final = (36, 33, 35, 32, 34, 31, 96, 93, 95, 92, 94, 91)
@@ -18,7 +18,7 @@ _BOLD: Final = 1
 
 
 class Paint(Enum):
-    """What a text is, where it is not a hub's."""
+    """The appearance of a text that belongs to no hub."""
 
     PLAIN = 0
     NODE = 1
@@ -27,13 +27,13 @@ class Paint(Enum):
 class _Cell(NamedTuple):
     char: str
     code: int
-    """The terminal's number for how it looks; 0 for plain."""
+    """The SGR parameter of its colour; 0 for plain."""
 
 
 class Canvas:
-    """Rows of characters. It grows to the right and down as it is drawn on.
+    """Rows of characters, which grow to the right and down as needed.
 
-    A hub's number decides its colour, so that its lines can be told from others that they cross.
+    A hub's index selects its colour, so that crossing lines can be told apart.
     """
 
     def __init__(self) -> None:
@@ -42,19 +42,44 @@ class Canvas:
         self._dashed: set[int] = set()
 
     def dash(self, hub: int) -> None:
-        """Draw a hub's lines broken."""
+        """Draw a hub's lines dashed.
+
+        Args:
+            hub: Its index.
+        """
         self._dashed.add(hub)
 
     def write(self, row: int, column: int, text: str, paint: Paint = Paint.PLAIN) -> None:
-        """Write a text of characters that take one column each."""
+        """Write a text.
+
+        Args:
+            row: Its row.
+            column: Its first column.
+            text: Characters that take one column each.
+            paint: Its appearance.
+        """
         self._put(row, column, text, _BOLD if paint is Paint.NODE else 0)
 
     def write_of(self, hub: int, row: int, column: int, text: str) -> None:
-        """Write a text in a hub's colour."""
+        """Write a text in a hub's colour.
+
+        Args:
+            hub: The hub's index.
+            row: The text's row.
+            column: Its first column.
+            text: Characters that take one column each.
+        """
         self._put(row, column, text, _PALETTE[hub % len(_PALETTE)])
 
     def box(self, top: int, left: int, width: int, height: int) -> None:
-        """Draw the frame of a box; `width` and `height` count it, too."""
+        """Draw the frame of a box.
+
+        Args:
+            top: Its first row.
+            left: Its first column.
+            width: Its columns, the frame included.
+            height: Its rows, the frame included.
+        """
         self.write(top, left, f"╭{'─' * (width - 2)}╮")
         for row in range(top + 1, top + height - 1):
             self.write(row, left, "│")
@@ -62,17 +87,36 @@ class Canvas:
         self.write(top + height - 1, left, f"╰{'─' * (width - 2)}╯")
 
     def across(self, hub: int, row: int, begin: int, end: int) -> None:
-        """Draw a hub's line on a row, from the column `begin` up to `end`, both in it."""
+        """Draw a horizontal line of a hub.
+
+        Args:
+            hub: The hub's index.
+            row: The line's row.
+            begin: Its first column.
+            end: Its last column.
+        """
         for column in range(begin, end + 1):
             self._go(hub, row, column, (column > begin) * _LEFT | (column < end) * _RIGHT)
 
     def down(self, hub: int, column: int, top: int, bottom: int) -> None:
-        """Draw a hub's line in a column, from the row `top` down to `bottom`, both in it."""
+        """Draw a vertical line of a hub.
+
+        Args:
+            hub: The hub's index.
+            column: The line's column.
+            top: Its first row.
+            bottom: Its last row.
+        """
         for row in range(top, bottom + 1):
             self._go(hub, row, column, (row > top) * _UP | (row < bottom) * _DOWN)
 
     def lines(self, *, color: bool = False, ascii_only: bool = False) -> list[str]:
-        """Return the rows, without spaces at their ends."""
+        """Return the rows, without trailing spaces.
+
+        Args:
+            color: Use colours, by escape sequences.
+            ascii_only: Use no box characters.
+        """
         rows = 1 + max((row for row, _ in [*self._texts, *self._lines]), default=-1)
         cells: list[dict[int, _Cell]] = [{} for _ in range(rows)]
         for (row, column), hubs in self._lines.items():

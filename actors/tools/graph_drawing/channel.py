@@ -1,9 +1,9 @@
-"""The room between two columns of a drawing of text, where lines change their row.
+"""Routing between two columns of a text drawing, where lines change their row.
 
-Each hub whose wires pass here has one net: rows on the left, rows on the right, and all of them joined. A net
-runs on its rows from the sides to a track, which is a column of characters, and there up and down. Nets never
-share a track where they would touch, and what comes in on a row from the left turns off before what goes out
-on that row to the right. Where rows forbid each other, a net takes two tracks and a free row between them.
+Each hub with wires here has one net: rows on the left and rows on the right, all joined. A net follows its
+rows from the sides to a track, a column of characters, and there goes up and down. Nets never share a track
+where they would touch, and a net that enters on a row from the left turns off before the net that leaves on
+that row to the right. Where two nets contradict each other, one takes two tracks and a free row between.
 """
 
 from __future__ import annotations
@@ -16,15 +16,28 @@ if TYPE_CHECKING:
 
 
 class Net(NamedTuple):
-    """What one hub's wires join in a channel: rows on its left side and on its right side."""
+    """The rows that one hub's wires join in a channel.
+
+    Attributes:
+        hub: The index of the hub.
+        left: Rows on the left side.
+        right: Rows on the right side.
+    """
 
     hub: int
     left: frozenset[int]
     right: frozenset[int]
 
 
-class Run(NamedTuple):
-    """A stretch on a row, from one track to another. Track -1 is the left side, None the right one."""
+class Branch(NamedTuple):
+    """A horizontal piece of a net.
+
+    Attributes:
+        hub: The index of the hub.
+        row: The row it is on.
+        begin: The track on its left; -1 for the left side.
+        end: The track on its right; None for the right side.
+    """
 
     hub: int
     row: int
@@ -33,7 +46,13 @@ class Run(NamedTuple):
 
 
 class Trunk(NamedTuple):
-    """A stretch on a track, from a row down to another."""
+    """A vertical piece of a net.
+
+    Attributes:
+        hub: The index of the hub.
+        track: The track it is on.
+        top, bottom: The rows between which it goes.
+    """
 
     hub: int
     track: int
@@ -43,17 +62,23 @@ class Trunk(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Routes:
-    """How a channel's nets run."""
+    """The routes of a channel's nets.
+
+    Attributes:
+        tracks: The number of tracks.
+        branches: The horizontal pieces.
+        trunks: The vertical pieces.
+        rows: The rows that the drawing needs; more than before if none was free.
+    """
 
     tracks: int
-    runs: list[Run]
+    branches: list[Branch]
     trunks: list[Trunk]
     rows: int
-    """How many rows the drawing needs; more than before if no row was free."""
 
 
 class _Piece(NamedTuple):
-    """A net or half of one: it takes one track. `jog` is the row on which the halves meet."""
+    """A net or half of one, which takes one track. `jog` is the row on which the halves meet."""
 
     net: Net
     left: frozenset[int]
@@ -70,9 +95,11 @@ class _Piece(NamedTuple):
 
 
 def routed(nets: Iterable[Net], rows: int) -> Routes:
-    """Return how the nets of a channel run, in a drawing of so many rows.
+    """Return the routes of a channel's nets.
 
-    Each row is one net's at most on either side.
+    Args:
+        nets: At most one for each row on either side.
+        rows: The rows of the drawing.
     """
     straight: list[Net] = []
     pieces: list[_Piece] = []
@@ -85,7 +112,7 @@ def routed(nets: Iterable[Net], rows: int) -> Routes:
     taken |= {row for piece in pieces for row in piece.left | piece.right}
     order = _sequence(pieces)
     while order is None:
-        split = _in_circle(pieces)
+        split = _in_cycle(pieces)
         jog = _free_row(pieces[split], taken, rows)
         taken.add(jog)
         rows = max(rows, jog + 1)
@@ -95,18 +122,18 @@ def routed(nets: Iterable[Net], rows: int) -> Routes:
             _Piece(net, frozenset({jog}), net.right, jog),
         ]
         order = _sequence(pieces)
-    return _drawn([pieces[at] for at in _calmed(order, pieces)], straight, rows)
+    return _drawn([pieces[at] for at in _without_crossings(order, pieces)], straight, rows)
 
 
 def _must_precede(first: _Piece, second: _Piece) -> bool:
-    """Tell whether a piece has to turn off on the left of another."""
+    """Return whether a piece must turn off on the left of another."""
     if first.net is second.net:
         return first.jog in first.right
     return bool(first.left & second.right)
 
 
 def _sequence(pieces: list[_Piece]) -> list[int] | None:
-    """Return the pieces in an order that their rows allow; None if they forbid each other."""
+    """Return the pieces in an order that their rows allow; None if they contradict each other."""
     blockers = [
         {other for other in range(len(pieces)) if other != at and _must_precede(pieces[other], pieces[at])}
         for at in range(len(pieces))
@@ -122,8 +149,8 @@ def _sequence(pieces: list[_Piece]) -> list[int] | None:
     return order
 
 
-def _in_circle(pieces: list[_Piece]) -> int:
-    """Return a piece whose rows forbid another's and are forbidden by it, perhaps by way of others."""
+def _in_cycle(pieces: list[_Piece]) -> int:
+    """Return a piece of a cycle of pieces that must each precede the next."""
     left = set(range(len(pieces)))
     while True:
         loose = {
@@ -138,14 +165,14 @@ def _in_circle(pieces: list[_Piece]) -> int:
 
 
 def _free_row(piece: _Piece, taken: set[int], rows: int) -> int:
-    """Return a row that nothing in the channel uses, as near to a piece as there is."""
+    """Return the unused row that is nearest to a piece."""
     middle = (piece.top + piece.bottom) // 2
     near = sorted(set(range(rows)) - taken, key=lambda row: (abs(row - middle), row))
     return near[0] if near else max(taken) + 1
 
 
-def _calmed(order: list[int], pieces: list[_Piece]) -> list[int]:
-    """Return the order with neighbours changed as long as that takes crossings away."""
+def _without_crossings(order: list[int], pieces: list[_Piece]) -> list[int]:
+    """Return the order after exchanging neighbours while that removes crossings."""
     for _ in range(len(order)):
         changed = False
         for at in range(len(order) - 1):
@@ -174,12 +201,14 @@ def _drawn(pieces: list[_Piece], straight: list[Net], rows: int) -> Routes:
             if pieces[other].top <= piece.bottom and piece.top <= pieces[other].bottom
         ]
         tracks.append(1 + max(beside, default=-1))
-    runs = [Run(net.hub, row, -1, None) for net in straight for row in net.left]
+    branches = [Branch(net.hub, row, -1, None) for net in straight for row in net.left]
     trunks: list[Trunk] = []
     jogs = {piece.net.hub: tracks[at] for at, piece in enumerate(pieces) if piece.jog in piece.right}
     for piece, track in zip(pieces, tracks, strict=True):
         hub = piece.net.hub
         trunks.append(Trunk(hub, track, piece.top, piece.bottom))
-        runs += [Run(hub, row, jogs[hub] if row == piece.jog else -1, track) for row in sorted(piece.left)]
-        runs += [Run(hub, row, track, None) for row in sorted(piece.right) if row != piece.jog]
-    return Routes(1 + max(tracks, default=-1), runs, trunks, rows)
+        branches += [
+            Branch(hub, row, jogs[hub] if row == piece.jog else -1, track) for row in sorted(piece.left)
+        ]
+        branches += [Branch(hub, row, track, None) for row in sorted(piece.right) if row != piece.jog]
+    return Routes(1 + max(tracks, default=-1), branches, trunks, rows)

@@ -10,16 +10,20 @@ from proto.errors import escape
 if TYPE_CHECKING:
     from actors.tools.graph_drawing.model import Edge, GraphModel
 
-_LOOKS: Final = {
+_ATTRIBUTES: Final = {
     Kind.NODE: 'shape=box, style="rounded,filled", fillcolor="#eaf1fb", color="#3b6fb6"',
     Kind.TOPIC: 'shape=box, style=filled, fillcolor="#e8f6ef", color="#2e8b62"',
     Kind.SERVICE: 'shape=hexagon, style=filled, fillcolor="#fdf1e3", color="#c2701c"',
 }
-_BROKEN: Final = {Relation.CALLS, Relation.SERVES}
+_DASHED: Final = {Relation.CALLS, Relation.SERVES}
 
 
 def dot_of(model: GraphModel) -> str:
-    """Return a model as a DOT document, without a line end after its last line."""
+    """Return a model as a DOT document, without a final newline.
+
+    Args:
+        model: What to draw.
+    """
     number = {vertex: f"{vertex.kind.value}{at}" for at, vertex in enumerate(model.vertices)}
     lines = [
         "digraph callboard {",
@@ -28,22 +32,24 @@ def dot_of(model: GraphModel) -> str:
         '  edge [fontname="monospace", fontsize=10, color="#667085"];',
     ]
     lines += [
-        f"  {number[vertex]} [label={_quoted(vertex.name)}, {_LOOKS[vertex.kind]}];"
+        f"  {number[vertex]} [label={_quoted(vertex.name)}, {_ATTRIBUTES[vertex.kind]}];"
         for vertex in model.vertices
     ]
-    lines += [f"  {number[edge.source]} -> {number[edge.target]}{_look(edge)};" for edge in model.edges]
+    lines += [
+        f"  {number[edge.source]} -> {number[edge.target]}{_edge_attributes(edge)};" for edge in model.edges
+    ]
     return "\n".join([*lines, "}"])
 
 
-def _look(edge: Edge) -> str:
-    looks: list[str] = []
+def _edge_attributes(edge: Edge) -> str:
+    attributes: list[str] = []
     if edge.names:
-        looks.append(f"label={_quoted(', '.join(edge.names))}")
-    if edge.relation in _BROKEN:
-        looks.append("style=dashed")
-    return f" [{', '.join(looks)}]" if looks else ""
+        attributes.append(f"label={_quoted(', '.join(edge.names))}")
+    if edge.relation in _DASHED:
+        attributes.append("style=dashed")
+    return f" [{', '.join(attributes)}]" if attributes else ""
 
 
 def _quoted(text: str) -> str:
-    """Return a text as DOT's quoted string. A backslash would begin one of DOT's escapes."""
+    """Return a text as a quoted DOT string."""
     return '"' + escape(text).replace("\\", "\\\\").replace('"', '\\"') + '"'

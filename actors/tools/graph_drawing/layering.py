@@ -1,8 +1,8 @@
 """The column of each node and hub: arrows point to the right unless they belong to a cycle.
 
-Cycles are opened at few wires (the greedy heuristic of Eades, Lin and Smyth). Then each vertex moves as far left
-as its sources allow, and a vertex with as many targets as sources or more moves right again, next to its targets.
-Nodes are in even columns and hubs in odd ones, since every wire joins one of each.
+Cycles are opened at few wires (the greedy heuristic of Eades, Lin and Smyth). Then each vertex moves as far
+left as its sources allow, and a vertex with as many targets as sources or more moves right again, next to its
+targets. Nodes are in even columns and hubs in odd ones, since every wire joins one of each.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Where everything stands: columns from left to right, and heights, in rows of text or in pixels.
+"""The position of everything in a drawing: columns from left to right, and heights in text rows or pixels.
 
-A wire is drawn as segments, each from a thing in one column to one in the next. Where a wire passes columns
-between, a thing that is only a line holds its place; wires of one hub share these, so that they part late.
+A wire is drawn as segments between things in neighbouring columns. Where a wire passes a column, a thing that
+is only a line reserves its place; wires of one hub share these lines, so that they part as late as possible.
 """
 
 from __future__ import annotations
@@ -19,31 +19,47 @@ if TYPE_CHECKING:
     from actors.tools.graph_drawing.wiring import Wiring
 
 _SWEEPS: Final = 16
-_CALMING: Final = 24
-"""Rounds in which things come to rest between their neighbours on both sides."""
+_BALANCING: Final = 24
+"""Rounds that place things between their neighbours on both sides."""
 _LINE_WEIGHT: Final = 8.0
-"""How much more it matters that a line which passes a column is straight."""
+"""The weight of a line that passes a column: it should be straight."""
 _LOOSE_WEIGHT: Final = 0.01
-"""What a thing weighs that nothing on this side pulls."""
+"""The weight of a thing without neighbours on this side."""
 
 
 class Measure(NamedTuple):
-    """The sizes of one kind of drawing. Lines meet a node at ports, one for each hub, `step` apart."""
+    """The sizes of one kind of drawing. Lines meet a node at ports, one for each hub.
+
+    Attributes:
+        node: The height of a node with one port.
+        hub: The height of a hub.
+        line: The height of a line that passes a column.
+        step: The distance between two ports of a node.
+        gap: The least space between two things of a column.
+        whole: Everything is measured in whole rows of text.
+    """
 
     node: float
-    """The height of a node with one port."""
     hub: float
     line: float
     step: float
     gap: float
-    """At least so much is free between two things of a column."""
     whole: bool
-    """Everything is measured in rows of text."""
 
 
 @dataclass(slots=True)
 class Thing:
-    """What stands in a column: a node, a hub, or a line that passes (neither)."""
+    """A node, a hub, or a line that passes (neither).
+
+    Attributes:
+        column: The column it is in.
+        node: The index of the node.
+        hub: The index of the hub.
+        height: Its height.
+        top: The height at which it begins.
+        left: The segments that come from the left, from top to bottom.
+        right: The segments that go to the right, from top to bottom.
+    """
 
     column: int
     node: int | None = None
@@ -51,12 +67,22 @@ class Thing:
     height: float = 0.0
     top: float = 0.0
     left: list[int] = field(default_factory=list[int])
-    """The segments that come from the left, from above to below."""
     right: list[int] = field(default_factory=list[int])
+
+    @property
+    def is_line(self) -> bool:
+        """Whether it is only a line that passes."""
+        return self.node is None and self.hub is None
 
 
 class Segment(NamedTuple):
-    """A piece of a hub's wires, between things in columns side by side. A head is an arrow's."""
+    """A piece of a hub's wires between things in neighbouring columns.
+
+    Attributes:
+        left, right: The indices of these things.
+        hub: The index of the hub.
+        head_left, head_right: Whether there is an arrow head at this end.
+    """
 
     left: int
     right: int
@@ -66,18 +92,18 @@ class Segment(NamedTuple):
 
 
 class Layout:
-    """A connected wiring, laid out.
+    """The layout of a connected wiring.
 
     Args:
-        wiring: What to show: one or more wires.
-        measure: How large things are.
-        last_column: Fold what goes on after this column back to the left, so that it is not as wide.
+        wiring: One or more wires.
+        measure: The sizes of things.
+        last_column: Fold the columns after this one back to the left, so that the drawing is narrower.
 
     Attributes:
-        wiring: What it shows.
+        wiring: The wiring.
         things: All things.
-        segments: All segments, by their things' indices.
-        columns: The things of each column, from above to below.
+        segments: All segments.
+        columns: The indices of the things in each column, from top to bottom.
         height: Where the lowest thing ends; the highest begins at 0.
     """
 
@@ -88,7 +114,7 @@ class Layout:
         self._measure = measure
         self._ports_left: dict[Segment, float] = {}
         self._ports_right: dict[Segment, float] = {}
-        _Laying(wiring, self.things, self.segments).lay(folded(layers_of(wiring), last_column))
+        self._add_wires(folded(layers_of(wiring), last_column))
         by_column: list[list[int]] = [[] for _ in range(max(thing.column for thing in self.things) + 1)]
         for at, thing in enumerate(self.things):
             by_column[thing.column].append(at)
@@ -98,22 +124,69 @@ class Layout:
         self.height = max(thing.top + thing.height for thing in self.things)
 
     def port_left(self, segment: Segment) -> float:
-        """Return the height at which a segment begins, on the right side of its left thing."""
+        """Return the height at which a segment begins, on the right side of its left thing.
+
+        Args:
+            segment: One of the layout's.
+        """
         return self.things[segment.left].top + self._ports_left[segment]
 
     def port_right(self, segment: Segment) -> float:
-        """Return the height at which a segment ends, on the left side of its right thing."""
+        """Return the height at which a segment ends, on the left side of its right thing.
+
+        Args:
+            segment: One of the layout's.
+        """
         return self.things[segment.right].top + self._ports_right[segment]
 
+    def _add_wires(self, columns: list[int]) -> None:
+        """Make the things and the segments."""
+        nodes, hubs = len(self.wiring.nodes), len(self.wiring.hubs)
+        self.things += [Thing(columns[node], node=node) for node in range(nodes)]
+        self.things += [Thing(columns[nodes + hub], hub=hub) for hub in range(hubs)]
+        ends: list[dict[int, Flow]] = [{} for _ in range(hubs)]
+        for (node, hub), flow in sorted(self.wiring.wires.items()):
+            ends[hub][node] = flow
+        for hub, flows in enumerate(ends):
+            own = columns[nodes + hub]
+            for step in (-1, 1):
+                side = {node: flow for node, flow in flows.items() if (columns[node] - own) * step > 0}
+                self._add_side(hub, nodes + hub, side, step)
+
+    def _add_side(self, hub: int, start: int, flows: dict[int, Flow], step: int) -> None:
+        """Add a hub's wires on one side, column by column away from the hub."""
+        at, column, left = start, self.things[start].column, dict(flows)
+        is_label = self.wiring.hubs[hub].vertex is None
+        while left:
+            column += step
+            at_hub = at == start and not is_label
+            for node in [node for node in left if self.things[node].column == column]:
+                flow = left.pop(node)
+                to_hub = at_hub and bool(flow & Flow.TO_HUB)
+                self._join(at, node, hub, step, heads=(to_hub, bool(flow & Flow.FROM_HUB)))
+            if left:
+                self.things.append(Thing(column))
+                passing = len(self.things) - 1
+                to_hub = at_hub and any(flow & Flow.TO_HUB for flow in left.values())
+                self._join(at, passing, hub, step, heads=(to_hub, False))
+                at = passing
+
+    def _join(self, near: int, far: int, hub: int, step: int, *, heads: tuple[bool, bool]) -> None:
+        """Add a segment from a thing nearer to the hub to one farther from it."""
+        if step > 0:
+            self.segments.append(Segment(near, far, hub, *heads))
+        else:
+            self.segments.append(Segment(far, near, hub, *heads[::-1]))
+
     def _offset(self, thing: Thing, port: int, ports: int) -> float:
-        """Return how far below a thing's top a port is. Only a node has more than one on a side."""
+        """Return the distance of a port from its thing's top. Only a node has several on a side."""
         if thing.node is None:
             port, ports = 0, 1
         first = (thing.height - self._measure.whole - (ports - 1) * self._measure.step) / 2
         return (math.floor(first) if self._measure.whole else first) + port * self._measure.step
 
     def _connect(self) -> None:
-        """Tell things their segments, in the order of what is at the other end, and how high they are."""
+        """Sort the segments of each thing by their other ends; set heights and ports."""
         rank = {thing: at for column in self.columns for at, thing in enumerate(column)}
         for at, segment in enumerate(self.segments):
             self.things[segment.left].right.append(at)
@@ -142,19 +215,19 @@ class Layout:
         for sweep in range(_SWEEPS):
             rightward = sweep % 2 == 0
             for number in range(1, count) if rightward else range(count - 2, -1, -1):
-                self._settle(self.columns[number], left=rightward, right=not rightward)
-        for _ in range(_CALMING):
+                self._place_column(self.columns[number], left=rightward, right=not rightward)
+        for _ in range(_BALANCING):
             for column in self.columns:
-                self._settle(column, left=True, right=True)
+                self._place_column(column, left=True, right=True)
         if self._measure.whole:
             for number, column in enumerate(self.columns):
-                self._settle(column, left=number > 0, right=False, whole=True)
+                self._place_column(column, left=number > 0, right=False, whole=True)
         first = min(thing.top for thing in self.things)
         for thing in self.things:
             thing.top -= first
 
-    def _settle(self, column: list[int], *, left: bool, right: bool, whole: bool = False) -> None:
-        """Place a column's things near those on its left, its right, or both."""
+    def _place_column(self, column: list[int], *, left: bool, right: bool, whole: bool = False) -> None:
+        """Place the things of a column near their neighbours on the left, on the right, or both."""
         wishes = [self._wish(at, left=left, right=right) for at in column]
         for at, top in zip(column, placed(wishes, whole=whole), strict=True):
             self.things[at].top = top
@@ -167,7 +240,7 @@ class Layout:
             here, there = self.port_right(segment), self.port_left(segment)
             if segment.left == at:
                 here, there = there, here
-            passing = _is_line(self.things[segment.left]) + _is_line(self.things[segment.right])
+            passing = self.things[segment.left].is_line + self.things[segment.right].is_line
             pull = _LINE_WEIGHT**passing
             total += pull * (thing.top + there - here)
             weight += pull
@@ -175,54 +248,3 @@ class Layout:
         if not weight:
             return Wish(thing.top, _LOOSE_WEIGHT, height)
         return Wish(total / weight, weight, height)
-
-
-def _is_line(thing: Thing) -> bool:
-    return thing.node is None and thing.hub is None
-
-
-class _Laying:
-    """Lays the wires: makes things and segments of nodes, hubs and wires."""
-
-    def __init__(self, wiring: Wiring, things: list[Thing], segments: list[Segment]) -> None:
-        self._wiring = wiring
-        self._things = things
-        self._segments = segments
-
-    def lay(self, columns: list[int]) -> None:
-        nodes, hubs = len(self._wiring.nodes), len(self._wiring.hubs)
-        self._things += [Thing(columns[node], node=node) for node in range(nodes)]
-        self._things += [Thing(columns[nodes + hub], hub=hub) for hub in range(hubs)]
-        ends: list[dict[int, Flow]] = [{} for _ in range(hubs)]
-        for (node, hub), flow in sorted(self._wiring.wires.items()):
-            ends[hub][node] = flow
-        for hub, flows in enumerate(ends):
-            own = columns[nodes + hub]
-            for step in (-1, 1):
-                side = {node: flow for node, flow in flows.items() if (columns[node] - own) * step > 0}
-                self._lay_side(hub, nodes + hub, side, step)
-
-    def _lay_side(self, hub: int, start: int, flows: dict[int, Flow], step: int) -> None:
-        """Lay a hub's wires on one side, column by column away from it."""
-        at, column, left = start, self._things[start].column, dict(flows)
-        is_label = self._wiring.hubs[hub].vertex is None
-        while left:
-            column += step
-            here = [node for node in left if self._things[node].column == column]
-            for node in here:
-                flow = left.pop(node)
-                to_hub = at == start and not is_label and bool(flow & Flow.TO_HUB)
-                self._join(at, node, hub, step, heads=(to_hub, bool(flow & Flow.FROM_HUB)))
-            if left:
-                passing = len(self._things)
-                self._things.append(Thing(column))
-                to_hub = at == start and not is_label and any(flow & Flow.TO_HUB for flow in left.values())
-                self._join(at, passing, hub, step, heads=(to_hub, False))
-                at = passing
-
-    def _join(self, near: int, far: int, hub: int, step: int, *, heads: tuple[bool, bool]) -> None:
-        """Add a segment from a thing nearer to the hub to one farther from it."""
-        if step > 0:
-            self._segments.append(Segment(near, far, hub, *heads))
-        else:
-            self._segments.append(Segment(far, near, hub, *heads[::-1]))

@@ -1,7 +1,7 @@
-"""What a drawing of the graph shows: nodes, topics, services, and who has to do with which.
+"""The content of a drawing of the graph: nodes, topics, services, and the edges between them.
 
-An edge goes the way that data goes: from a publisher's node to the topic, from there to a subscription's
-node; from a client's node to the service, from there to the server's node.
+An edge has the direction of the data: from a publisher's node to the topic and on to a subscription's node;
+from a client's node to the service and on to the server's node.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 
 MAX_DIRECT_EDGES: Final = 50_000
-"""From node to node. A topic of a thousand publishers and a thousand subscriptions would make a million."""
+"""Arrows from node to node: a topic with 1,000 publishers and 1,000 subscriptions would make a million."""
 
 
 class DrawingTooLargeError(CallboardError):
-    """A graph has more in it than a drawing can show. Choose a namespace, or another format."""
+    """A graph is too large for a drawing. Choose a namespace, or another format."""
 
 
 class Kind(StrEnum):
-    """What a vertex is."""
+    """The kind of a vertex."""
 
     NODE = "node"
     TOPIC = "topic"
@@ -38,7 +38,7 @@ class Kind(StrEnum):
 
 
 class Relation(StrEnum):
-    """What a node has to do with a topic or a service."""
+    """The relation of a node to a topic or a service."""
 
     PUBLISHES = "publishes"
     SUBSCRIBES = "subscribes"
@@ -47,7 +47,12 @@ class Relation(StrEnum):
 
 
 class Vertex(NamedTuple):
-    """A node, a topic or a service. A service may have the name of a node, so the kind belongs to it."""
+    """A node, a topic or a service; a service may have the name of a node.
+
+    Attributes:
+        kind: Which of them it is.
+        name: Its full name.
+    """
 
     kind: Kind
     name: str
@@ -56,8 +61,12 @@ class Vertex(NamedTuple):
 class Edge(NamedTuple):
     """An arrow.
 
-    Between a node and a topic or service `names` is empty. Between two nodes (`nodes_only`) it says on which
-    topics the source publishes what the target hears, or which services of the target it calls.
+    Attributes:
+        source: Where it begins.
+        target: Where it ends.
+        relation: What the node does; between two nodes (`nodes_only`), what the source does.
+        names: Between two nodes, the topics on which the source publishes to the target, or the services of
+            the target that it calls; else empty.
     """
 
     source: Vertex
@@ -68,17 +77,17 @@ class Edge(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class GraphFilter:
-    """What is left out, as in rqt_graph.
+    """What to leave out, as in rqt_graph.
 
     Attributes:
-        hidden: Show names that have a token with a leading underscore.
-        debug: Show what serves debugging: /rosout, /clock, /parameter_events, /statistics, nodes of command
+        hidden: Show names with a token that begins with an underscore.
+        debug: Show debugging endpoints: /rosout, /clock, /parameter_events, /statistics, nodes of command
             lines, rqt and rviz, services about parameters.
-        dead_sinks: Show topics that nobody subscribes to.
-        leaf_topics: Show topics that have one publisher or subscription only.
+        dead_sinks: Show topics without a subscription.
+        leaf_topics: Show topics with a single publisher or subscription.
         services: Show services.
-        namespace: Show only the nodes in it, and what they are connected to. Empty: all.
-        nodes_only: Show no topics and services; their names stand at the arrows from node to node.
+        namespace: Show only the nodes in this namespace, with their topics and services. Empty: all.
+        nodes_only: Show only nodes; the names of topics and services label the arrows between them.
     """
 
     hidden: bool = False
@@ -92,18 +101,24 @@ class GraphFilter:
 
 @dataclass(frozen=True, slots=True)
 class GraphModel:
-    """What to draw: sorted, each vertex and each edge once.
+    """The content of a drawing: sorted, and each vertex and edge once.
 
-    Edges join vertices that are in it, and every topic and every service has one.
+    Attributes:
+        vertices: The nodes, topics and services.
+        edges: Arrows between these vertices; each topic and service has one at least.
+        types: The declared types of each topic and service, sorted.
     """
 
     vertices: tuple[Vertex, ...] = ()
     edges: tuple[Edge, ...] = ()
     types: dict[Vertex, tuple[str, ...]] = field(default_factory=dict[Vertex, tuple[str, ...]])
-    """The types seen on each topic and service, sorted."""
 
     def of_kind(self, kind: Kind) -> list[Vertex]:
-        """Return the vertices of a kind."""
+        """Return the vertices of a kind.
+
+        Args:
+            kind: Nodes, topics or services.
+        """
         return [vertex for vertex in self.vertices if vertex.kind is kind]
 
 
@@ -129,9 +144,11 @@ _OUTWARD: Final = {Relation.PUBLISHES, Relation.CALLS}
 
 
 def model_of(snapshot: GraphSnapshot, chosen: GraphFilter | None = None) -> GraphModel:
-    """Return what of a graph is to be drawn.
+    """Return the part of a graph that is to be drawn.
 
-    A topic or service none of whose nodes is shown is not shown either.
+    Args:
+        snapshot: The graph.
+        chosen: What to leave out; None for the defaults. A topic or service is left out with all its nodes.
 
     Raises:
         DrawingTooLargeError: There are more than `MAX_DIRECT_EDGES` arrows from node to node.
@@ -164,7 +181,7 @@ def _shows_node(name: str, chosen: GraphFilter) -> bool:
 
 
 def _shows(entry: GraphEntry, chosen: GraphFilter) -> bool:
-    """Tell whether an endpoint is shown, as far as it can be told without the others."""
+    """Return whether an endpoint is shown, as far as that depends on it alone."""
     if not chosen.hidden and is_hidden(entry.name):
         return False
     if entry.kind in {EntryKind.SERVICE, EntryKind.CLIENT}:
@@ -225,7 +242,11 @@ def _direct(links: Iterable[Edge]) -> list[Edge]:
 
 
 def document_of(model: GraphModel) -> dict[str, list[dict[str, object]]]:
-    """Return a model as plain data, for JSON; docs/reference/json.md describes it."""
+    """Return a model as plain data, for JSON; docs/reference/json.md describes it.
+
+    Args:
+        model: What to write.
+    """
     return {
         "nodes": [{"name": vertex.name} for vertex in model.of_kind(Kind.NODE)],
         "topics": _documents(model, Kind.TOPIC),

@@ -1,7 +1,7 @@
 """The order of the items in each column, so that few lines cross.
 
-Sweeps to the right and to the left sort each column by the mean position of its neighbours; the order with the
-fewest crossings wins.
+Sweeps to the right and to the left sort each column by the mean position of its neighbours; the order with
+the fewest crossings wins.
 """
 
 from __future__ import annotations

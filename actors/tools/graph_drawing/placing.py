@@ -1,7 +1,7 @@
-"""How high things stand in their columns: near what they are joined to, in order, and never one on another.
+"""The heights of the things in a column: near their neighbours, in order, and without overlap.
 
-Each column in turn gets the heights that are least far from what its items want (isotonic regression, by
-pooling neighbours that push each other).
+Isotonic regression, by pooling neighbours that push each other, minimises the weighted distance to the
+heights that the things ask for.
 """
 
 from __future__ import annotations
@@ -11,7 +11,13 @@ from typing import NamedTuple
 
 
 class Wish(NamedTuple):
-    """What one thing of a column wants: its top, how much that matters, and its height with its gap."""
+    """The position that one thing of a column asks for.
+
+    Attributes:
+        top: Where it should begin.
+        weight: How much that matters.
+        height: Its height, with the gap below it.
+    """
 
     top: float
     weight: float
@@ -19,13 +25,13 @@ class Wish(NamedTuple):
 
 
 def placed(wishes: list[Wish], *, whole: bool) -> list[float]:
-    """Return the tops of a column's things, from above to below, so that none overlap.
+    """Return the tops of a column's things, from top to bottom, so that none overlap.
 
     Args:
-        wishes: Of each thing, in the column's order.
-        whole: Heights are whole numbers, and tops are to be.
+        wishes: The positions asked for, in the column's order.
+        whole: Return whole numbers; the heights are whole, too.
     """
-    blocks: list[tuple[Wish, int]] = []  # things that push each other, as one wish, and how many they are
+    blocks: list[tuple[Wish, int]] = []  # things that push each other as one wish, and their number
     for wish in wishes:
         block, count = wish, 1
         while blocks and blocks[-1][0].top + blocks[-1][0].height > block.top:

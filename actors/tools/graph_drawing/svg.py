@@ -1,7 +1,7 @@
-"""A drawing of the graph as SVG: one file without scripts or fonts of its own, light or dark as the page is.
+"""A drawing of the graph as SVG: one file without scripts or fonts, light or dark like the page around it.
 
-Nodes are rounded boxes, topics pills, services hexagons with broken lines. Pointing at a topic or service
-thickens its lines and tells its types.
+Nodes are rounded boxes, topics pills, services hexagons with dashed lines. Pointing at a topic or service
+thickens its lines and shows its types.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from actors.tools.graph_drawing.wiring import Hub, Wiring
 
 MAX_DRAWN: Final = 500
-"""Vertices. More take long, and nobody sees anything on a picture of them."""
+"""Vertices; with more, a drawing is slow to make and cannot be read."""
 USUAL_WIDTH: Final = 1600.0
-"""Pixels. What would be wider is folded."""
+"""Pixels; a wider drawing is folded."""
 _FEWEST_COLUMNS: Final = 4
 _MEASURE: Final = Measure(node=42, hub=28, line=12, step=20, gap=20, whole=False)
 _LETTER: Final = 7.83
-"""The width of a letter: 13 pixels of a usual monospaced font."""
+"""Pixels per letter of the usual monospaced fonts at 13 pixels."""
 _NODE_PADDING: Final = 34.0
 _HUB_PADDING: Final = 30.0
 _LABEL_PADDING: Final = 14.0
@@ -85,7 +85,10 @@ _UNWRITABLE: Final = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010f
 
 
 def svg_of(model: GraphModel) -> str:
-    """Return a model as an SVG document, without a line end after its last line.
+    """Return a model as an SVG document, without a final newline.
+
+    Args:
+        model: What to draw.
 
     Raises:
         DrawingTooLargeError: It has more than `MAX_DRAWN` vertices.
@@ -138,7 +141,7 @@ def _document(model: GraphModel, body: str, width: float, height: float) -> str:
 
 
 def _legend(model: GraphModel) -> str:
-    """Say which shape means what, of those that are there."""
+    """Explain the shapes that occur."""
     kinds = [kind for kind in _SAMPLES if model.of_kind(kind)]
     return "".join(
         f'<g class="{kind.value}" transform="translate({_n(at * _SAMPLE_STEP)} 0)">{_SAMPLES[kind]}'
@@ -148,7 +151,7 @@ def _legend(model: GraphModel) -> str:
 
 
 def _boxes(nodes: list[Vertex], width: float) -> tuple[str, float, float]:
-    """Return nodes side by side in rows, how wide they are, and how high."""
+    """Return nodes side by side in rows, with their width and height."""
     body, left, top, wide = "", 0.0, 0.0, 0.0
     for node in nodes:
         room = _width(node.name) + _NODE_PADDING
@@ -161,7 +164,7 @@ def _boxes(nodes: list[Vertex], width: float) -> tuple[str, float, float]:
 
 
 def _folded(part: Wiring, model: GraphModel) -> _Drawing:
-    """Draw a connected part, folded until it is not too wide, or as often as can still be read."""
+    """Draw a connected part, folded until it is narrow enough, or as often as it stays readable."""
     widths = [_width(node.name) + _NODE_PADDING for node in part.nodes] + [
         _hub_width(hub) for hub in part.hubs
     ]
@@ -175,7 +178,7 @@ def _folded(part: Wiring, model: GraphModel) -> _Drawing:
 
 
 class _Drawing:
-    """A layout in pixels: what is in a column is centred in it, and lines turn between columns."""
+    """A layout in pixels: things are centred in their column, and lines turn between columns."""
 
     def __init__(self, layout: Layout, model: GraphModel) -> None:
         self._layout = layout
@@ -190,12 +193,12 @@ class _Drawing:
         self.height = layout.height
 
     def body(self) -> str:
-        """Return the elements: each hub with its lines, and the nodes over them."""
+        """Return the elements: each hub with its lines, then the nodes."""
         wires: list[list[str]] = [[] for _ in self._layout.wiring.hubs]
         for segment in self._layout.segments:
             wires[segment.hub].append(self._wire(segment))
         for thing in self._layout.things:
-            if thing.node is None and thing.hub is None:
+            if thing.is_line:
                 hub = self._layout.segments[thing.left[0]].hub
                 wires[hub].append(self._passing(thing.column, thing.top + thing.height / 2))
         places = {thing.hub: at for at, thing in enumerate(self._layout.things) if thing.hub is not None}
@@ -208,7 +211,7 @@ class _Drawing:
         return "".join(hubs + nodes)
 
     def _channel(self, number: int) -> float:
-        """Return the room right of a column: more where lines have a long way up or down."""
+        """Return the space on the right of a column: more where lines go far up or down."""
         if number + 1 == len(self._layout.columns):
             return 0.0
         climbs = [
@@ -236,13 +239,13 @@ class _Drawing:
         return f'<path class="wire" d="M{_n(left)} {_n(height)} H{_n(left + self._widths[column])}"/>'
 
     def _wire(self, segment: Segment) -> str:
-        """Return a segment: level to the edge of its column, a curve, level again."""
+        """Return a segment: horizontal to the edge of its column, a curve, and horizontal again."""
         begin = self._left(segment.left) + self._width_of(segment.left)
         end = self._left(segment.right)
-        if self._is_line(segment.left):
+        if self._layout.things[segment.left].is_line:
             begin = self._lefts[self._layout.things[segment.left].column]
             begin += self._widths[self._layout.things[segment.left].column]
-        if self._is_line(segment.right):
+        if self._layout.things[segment.right].is_line:
             end = self._lefts[self._layout.things[segment.right].column]
         column = self._layout.things[segment.left].column
         turn, back = self._lefts[column] + self._widths[column], self._lefts[column + 1]
@@ -254,10 +257,6 @@ class _Drawing:
         heads = f' marker-start="{head}"' if segment.head_left else ""
         heads += f' marker-end="{head}"' if segment.head_right else ""
         return f'<path class="wire" d="{path}"{heads}/>'
-
-    def _is_line(self, at: int) -> bool:
-        thing = self._layout.things[at]
-        return thing.node is None and thing.hub is None
 
     def _hub(self, at: int, hub: Hub, wires: list[str]) -> str:
         left, width, thing = self._left(at), self._width_of(at), self._layout.things[at]
@@ -309,10 +308,10 @@ def _hub_width(hub: Hub) -> float:
 
 
 def _n(number: float) -> str:
-    """Return a number with a tenth of a pixel, which is all that can be seen."""
+    """Return a number, rounded to a tenth of a pixel."""
     return f"{round(number, 1) + 0.0:g}" if abs(number) < 1e5 else f"{number:.0f}"
 
 
 def _safe(text: str) -> str:
-    """Return a text as XML takes it."""
+    """Return a text, escaped for XML."""
     return html.escape(_UNWRITABLE.sub("?", text))

@@ -1,6 +1,6 @@
-"""A drawing of the graph in characters, for a terminal; or a listing, where that is too narrow.
+"""A drawing of the graph in characters, for a terminal; or a listing, if the terminal is too narrow.
 
-Nodes are boxes; topics stand between them, with solid lines; services stand in brackets, with broken lines.
+Nodes are boxes; topics are between them, with solid lines; services are in brackets, with dashed lines.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
     from actors.tools.graph_drawing.wiring import Hub, Wiring
 
 MAX_DRAWN: Final = 200
-"""Vertices, and labels of arrows from node to node. Beyond it a listing says more."""
+"""Vertices, and labels of arrows from node to node; beyond it a listing is easier to read."""
 MAX_DRAWN_EDGES: Final = 400
-"""Beyond it lines are too many to follow."""
+"""Beyond it there are too many lines to follow."""
 USUAL_WIDTH: Final = 100
-"""Columns in which nodes without any wire stand side by side, if no width is given."""
+"""Columns for nodes without wires, if no width is given."""
 _MEASURE: Final = Measure(node=3, hub=1, line=1, step=1, gap=0, whole=True)
 _FEWEST_COLUMNS: Final = 3
 """A drawing folded more often than to this is harder to read than a listing."""
 _NODE_PADDING: Final = 4
 _SHORTEST: Final = 3
-"""Columns of a line that does not change its row."""
+"""Columns of a line that stays on its row."""
 
 
 def text_of(
@@ -41,12 +41,12 @@ def text_of(
 
     Args:
         model: What to draw.
-        width: How many columns there are; None for as many as it takes.
+        width: The columns of the terminal; None for no limit.
         color: Use colours, by escape sequences.
         ascii_only: Use no box characters.
 
     Returns:
-        Lines, without a line end after the last one; empty for an empty model.
+        Lines, without a final newline; empty for an empty model.
     """
     lines = None
     labels = sum(1 for edge in model.edges if edge.names)
@@ -58,22 +58,26 @@ def text_of(
 
 
 def listing_of(model: GraphModel) -> str:
-    """Return a model as lines: each node, and what it does, indented."""
+    """Return a model as lines: each node and, indented, what it does.
+
+    Args:
+        model: What to list.
+    """
     nodes = model.of_kind(Kind.NODE)
-    told: dict[Vertex, list[str]] = {node: [] for node in nodes}
+    actions: dict[Vertex, list[str]] = {node: [] for node in nodes}
     for edge in model.edges:
         if edge.source.kind is Kind.NODE:
-            told[edge.source].append(_told(edge))
+            actions[edge.source].append(_action(edge))
         else:
-            told[edge.target].append(f"{edge.relation.value} {escape(edge.source.name)}")
+            actions[edge.target].append(f"{edge.relation.value} {escape(edge.source.name)}")
     lines: list[str] = []
     for node in nodes:
         lines.append(escape(node.name))
-        lines += [f"  {each}" for each in sorted(told[node])]
+        lines += [f"  {each}" for each in sorted(actions[node])]
     return "\n".join(lines)
 
 
-def _told(edge: Edge) -> str:
+def _action(edge: Edge) -> str:
     target = escape(edge.target.name)
     if not edge.names:
         return f"{edge.relation.value} {target}"
@@ -104,7 +108,7 @@ def _drawn(model: GraphModel, width: int | None, *, color: bool, ascii_only: boo
 
 
 def _fitting(part: Wiring, width: int | None, first_hub: int) -> TextDrawing | None:
-    """Draw a connected part, folded as often as it must be to fit; None if it does not."""
+    """Draw a connected part, folded until it fits; None if it cannot fit."""
     if width is None:
         return TextDrawing(Layout(part, _MEASURE), first_hub)
     widths: list[float] = [len(escape(node.name)) + _NODE_PADDING for node in part.nodes]
@@ -117,7 +121,7 @@ def _fitting(part: Wiring, width: int | None, first_hub: int) -> TextDrawing | N
 
 
 def _boxes(nodes: list[Vertex], width: int) -> Canvas | None:
-    """Draw nodes side by side, in as many rows as it takes; None if one is too wide."""
+    """Draw nodes side by side, in rows; None if one is too wide."""
     canvas = Canvas()
     top = left = 0
     for node in nodes:
@@ -135,11 +139,15 @@ def _boxes(nodes: list[Vertex], width: int) -> Canvas | None:
 class TextDrawing:
     """A layout on a canvas.
 
+    Args:
+        layout: The layout, in rows of text.
+        first_hub: The number of the first hub, which selects its colour.
+
     Attributes:
         canvas: The drawing.
-        width: How many characters it is wide.
-        lefts: Where each column of the layout begins.
-        widths: How wide each column is.
+        width: Its width in characters.
+        lefts: The first character column of each column of the layout.
+        widths: The width of each column of the layout.
     """
 
     def __init__(self, layout: Layout, first_hub: int) -> None:
@@ -184,7 +192,7 @@ class TextDrawing:
             self._draw_hub(at, left, width)
 
     def _draw_ports(self, at: int, left: int, width: int) -> None:
-        """Draw where lines without a head meet a box."""
+        """Draw the points where lines without a head meet a box."""
         thing = self._layout.things[at]
         for segment in (self._layout.segments[each] for each in thing.left):
             if not segment.head_right:
@@ -194,7 +202,7 @@ class TextDrawing:
                 self.canvas.write(round(self._layout.port_left(segment)), left + width - 1, "├")
 
     def _draw_hub(self, at: int, left: int, width: int) -> None:
-        """Draw a hub's label, and its line and head on to the right end of its column."""
+        """Draw a hub's label, with its line and head up to the right end of its column."""
         thing = self._layout.things[at]
         assert thing.hub is not None
         row, hub = round(thing.top), self._first_hub + thing.hub
@@ -206,16 +214,16 @@ class TextDrawing:
             self.canvas.write_of(hub, row, left + len(label), "◀")
 
     def _draw_channel(self, column: list[int], left: int) -> int:
-        """Draw what is between a column and the next; return how wide that is."""
+        """Draw the lines between a column and the next one; return their width."""
         segments = [self._layout.segments[each] for at in column for each in self._layout.things[at].right]
         routes = routed(self._nets(segments), self._rows)
         self._rows = routes.rows
         lead = 1 + any(segment.head_left for segment in segments)
         width = max(_SHORTEST, 2 * routes.tracks + 1 + lead)
-        for run in routes.runs:
-            begin = left - 1 if run.begin < 0 else left + lead + 2 * run.begin
-            end = left + width if run.end is None else left + lead + 2 * run.end
-            self.canvas.across(self._first_hub + run.hub, run.row, begin, end)
+        for branch in routes.branches:
+            begin = left - 1 if branch.begin < 0 else left + lead + 2 * branch.begin
+            end = left + width if branch.end is None else left + lead + 2 * branch.end
+            self.canvas.across(self._first_hub + branch.hub, branch.row, begin, end)
         for trunk in routes.trunks:
             self.canvas.down(
                 self._first_hub + trunk.hub, left + lead + 2 * trunk.track, trunk.top, trunk.bottom

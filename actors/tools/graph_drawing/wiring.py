@@ -1,6 +1,6 @@
-"""A model as wires: every edge joins a node and a hub, and a hub is a topic, a service, or an arrow's label.
+"""A model as wires: each wire joins a node and a hub, which is a topic, a service, or the label of an arrow.
 
-So all that a layout has to care for is what is left and what is right of a hub.
+A layout then only decides what is on the left and on the right of each hub.
 """
 
 from __future__ import annotations
@@ -16,18 +16,24 @@ if TYPE_CHECKING:
     from actors.tools.graph_drawing.model import GraphModel
 
 MAX_LABEL_NAMES: Final = 3
-"""Of an arrow from node to node; how many more there are is said behind them."""
+"""Names at an arrow from node to node; further ones are only counted."""
 
 
 class Flow(IntFlag):
-    """Which way data goes on a wire. Both ways, if a node publishes what it subscribes to."""
+    """The direction of data on a wire. It is both if a node subscribes to a topic that it publishes."""
 
     TO_HUB = 1
     FROM_HUB = 2
 
 
 class Hub(NamedTuple):
-    """A topic, a service, or the label of an arrow from node to node (`vertex` is None)."""
+    """A topic, a service, or the label of an arrow from node to node.
+
+    Attributes:
+        label: The text to draw.
+        kind: Whether it is about a topic or a service.
+        vertex: The topic or service; None for a label.
+    """
 
     label: str
     kind: Kind
@@ -36,7 +42,13 @@ class Hub(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """Nodes, hubs, and the wires between them, by their indices."""
+    """Nodes, hubs, and the wires between them.
+
+    Attributes:
+        nodes: The nodes.
+        hubs: The hubs.
+        wires: The direction of each wire, by the indices of its node and its hub.
+    """
 
     nodes: list[Vertex]
     hubs: list[Hub]
@@ -44,7 +56,11 @@ class Wiring:
 
 
 def wiring_of(model: GraphModel) -> Wiring:
-    """Return a model's wiring."""
+    """Return a model's wiring.
+
+    Args:
+        model: Nodes, topics, services and edges.
+    """
     nodes = model.of_kind(Kind.NODE)
     number = {vertex: at for at, vertex in enumerate(nodes)}
     hubs = [
@@ -78,7 +94,11 @@ def _label(edge: Edge) -> Hub:
 
 
 def parts_of(wiring: Wiring) -> tuple[list[Wiring], list[Vertex]]:
-    """Return the connected parts, the largest first, and the nodes that have no wire, in their order."""
+    """Return the connected parts, the largest first, and the nodes that have no wire, in their order.
+
+    Args:
+        wiring: The wiring to divide.
+    """
     groups = _groups(wiring)
     alone = [wiring.nodes[members[0]] for members in groups if members[-1] < len(wiring.nodes)]
     parts = [_part(wiring, members) for members in groups if len(members) > 1]
@@ -86,7 +106,7 @@ def parts_of(wiring: Wiring) -> tuple[list[Wiring], list[Vertex]]:
 
 
 def _groups(wiring: Wiring) -> list[list[int]]:
-    """Return the connected numbers: nodes first, and hubs after all the nodes."""
+    """Return groups of connected indices; hubs count on after the nodes."""
     count = len(wiring.nodes)
     beside: list[list[int]] = [[] for _ in range(count + len(wiring.hubs))]
     for node, hub in wiring.wires:

@@ -14,10 +14,10 @@ def net(hub: int, left: set[int], right: set[int]) -> Net:
 
 
 def test_a_straight_line_needs_no_track() -> None:
-    """One row, one run."""
+    """One row, one branch."""
     routes = routed([net(0, {3}, {3})], 5)
     assert (routes.tracks, routes.trunks) == (0, [])
-    assert [(run.row, run.begin, run.end) for run in routes.runs] == [(3, -1, None)]
+    assert [(branch.row, branch.begin, branch.end) for branch in routes.branches] == [(3, -1, None)]
 
 
 def test_what_comes_in_turns_off_before_what_goes_out() -> None:
@@ -32,7 +32,7 @@ def test_nets_that_change_places_take_a_row_between() -> None:
     routes = routed([net(0, {0}, {2}), net(1, {2}, {0})], 3)
     assert routes.rows == 3
     assert sorted(trunk.hub for trunk in routes.trunks) == [0, 0, 1]
-    assert 1 in {run.row for run in routes.runs}
+    assert 1 in {branch.row for branch in routes.branches}
 
 
 def test_a_row_is_added_if_none_is_free() -> None:
@@ -71,13 +71,16 @@ def channels(draw: st.DrawFn) -> list[Net]:
 @settings(deadline=None)
 @given(channels())
 def test_nets_never_touch(nets: list[Net]) -> None:
-    """No two runs share a spot of a row, no two trunks one of a track, and no run ends on another's trunk."""
+    """Branches do not overlap, trunks do not overlap, and no branch ends on another net's trunk."""
     routes = routed(nets, 12)
     end = routes.tracks
-    runs = [(run.hub, run.row, run.begin, end if run.end is None else run.end) for run in routes.runs]
-    for hub, row, begin, stop in runs:
+    branches = [
+        (branch.hub, branch.row, branch.begin, end if branch.end is None else branch.end)
+        for branch in routes.branches
+    ]
+    for hub, row, begin, stop in branches:
         assert begin < stop
-        for other, other_row, other_begin, other_stop in runs:
+        for other, other_row, other_begin, other_stop in branches:
             if other != hub and other_row == row:
                 assert stop < other_begin or other_stop < begin
         for trunk in routes.trunks:
@@ -91,13 +94,13 @@ def test_nets_never_touch(nets: list[Net]) -> None:
 @settings(deadline=None)
 @given(channels())
 def test_nets_reach_their_rows(nets: list[Net]) -> None:
-    """All on both sides, and the row of a trunk's end is one where a run meets it."""
+    """All on both sides, and the row of a trunk's end is one where a branch meets it."""
     routes = routed(nets, 12)
     for each in nets:
-        runs = [run for run in routes.runs if run.hub == each.hub]
-        assert {run.row for run in runs if run.begin == -1} == each.left
-        assert {run.row for run in runs if run.end is None} == each.right
+        branches = [branch for branch in routes.branches if branch.hub == each.hub]
+        assert {branch.row for branch in branches if branch.begin == -1} == each.left
+        assert {branch.row for branch in branches if branch.end is None} == each.right
         for trunk in routes.trunks:
             if trunk.hub == each.hub:
-                met = {run.row for run in runs if trunk.track in {run.begin, run.end}}
+                met = {branch.row for branch in branches if trunk.track in {branch.begin, branch.end}}
                 assert {trunk.top, trunk.bottom} <= met
