@@ -20,8 +20,6 @@ MAX_METHODS: Final = 20
 EXCEPTIONS: Final[dict[str, str]] = {
     "actors.node.node.Node": "has rclpy's surface; its methods delegate",
     # Before the move to the packages of the new layout:
-    "actors.cli.completion._Line": "parser of a shell's line; due in the new layout",
-    "actors.cli.loop.run_async": "due in the new layout",
     "actors.endpoints.publisher.publisher": "due in the new layout",
     "actors.endpoints.publisher.publisher.Publisher": "runtime methods are due to move out",
     "actors.endpoints.service.service.Service": "runtime methods are due to move out",

@@ -115,8 +115,8 @@ class _Line:
     """
 
     def __init__(self, command: str, verb: Verb, typed: list[str], begun: str) -> None:
-        self._command = command
-        self._begun = begun
+        self.command = command
+        self.begun = begun
         parser = parser_of(command, verb)
         actions = parser._actions  # noqa: SLF001 - there is no other way to ask
         self._options = {text: action for action in actions for text in action.option_strings}
@@ -132,7 +132,7 @@ class _Line:
         if self._awaits is not None and _takes_value(self._awaits):
             self._keep(self._awaits, word)
             self._awaits = None
-        elif name in self._options and self._program is None:
+        elif name in self._options and self.program is None:
             action = self._options[name]
             self._keep(action, *([value] if equals else []))
             self._awaits = None if equals else action
@@ -146,7 +146,7 @@ class _Line:
         self.values.setdefault(action.dest, []).extend(values)
 
     @property
-    def _program(self) -> list[str] | None:
+    def program(self) -> list[str] | None:
         """The program that `run` runs: what follows is the program's own."""
         return self.values.get("program")
 
@@ -160,14 +160,14 @@ class _Line:
 
     def offers(self) -> Iterator[Offer]:
         """Yield what could come next."""
-        name, equals, value = self._begun.partition("=")
+        name, equals, value = self.begun.partition("=")
         if self._awaits is not None and _takes_value(self._awaits):
             yield from self._values(self._awaits)
         elif equals and name in self._options:
-            self._begun = value
+            self.begun = value
             for offer in self._values(self._options[name]):
                 yield offer if offer is FILES else Offer(f"{name}={offer.word}", offer.about)
-        elif self._begun.startswith("-") and self._program is None:
+        elif self.begun.startswith("-") and self.program is None:
             yield from self._unused_options()
         else:
             action = self._positional()
@@ -194,112 +194,121 @@ class _Line:
         elif action.metavar in {"FILE", "DIR", "SCRIPT"}:
             yield FILES
 
-    # What only the broker knows
-
-    def snapshot(self) -> GraphSnapshot:
-        """Return the graph of the broker that the line names.
-
-        Raises:
-            CallboardError: It does not answer at once, or the line names none.
-        """
-        from actors.config.contexts import find_broker_target  # noqa: PLC0415
-        from actors.graph.inspector import Inspector  # noqa: PLC0415 - most words need no broker
-
-        domain = self._value_of("domain")
-        number = int(domain) if domain and domain.isdecimal() else None
-        target = find_broker_target(self._value_of("url"), number, self._value_of("context"))
-        with Inspector(target.url, domain=target.domain, timeout_sec=BROKER_TIMEOUT_SEC) as inspector:
-            return inspector.graph()
-
-    def _value_of(self, option: str) -> str | None:
+    def value_of(self, option: str) -> str | None:
+        """Return the first value of an option or argument; None if it has none."""
         return next(iter(self.values.get(option, ())), None)
 
-    def names(self, *kinds: EntryKind) -> Iterator[Offer]:
-        """Yield topics or services, each with its types."""
-        for name, types in self.snapshot().names_and_types(*kinds):
-            yield from self._named(name, ", ".join(types))
 
-    def nodes(self) -> Iterator[Offer]:
-        """Yield nodes."""
-        for name in self.snapshot().nodes():
-            yield from self._named(name, "")
+def _snapshot(line: _Line) -> GraphSnapshot:
+    """Return the graph of the broker that the line names.
 
-    def _named(self, name: str, about: str) -> Iterator[Offer]:
-        """Yield a full name, or without its first slash if it was begun so; a hidden one if it was begun."""
-        if not is_hidden(name) or "_" in self._begun:
-            yield Offer(name if self._begun[:1] in {"", "/"} else name.removeprefix("/"), about)
+    Raises:
+        CallboardError: It does not answer at once, or the line names none.
+    """
+    from actors.config.contexts import find_broker_target  # noqa: PLC0415
+    from actors.graph.inspector import Inspector  # noqa: PLC0415 - most words need no broker
 
-    def types(self) -> Iterator[Offer]:
-        """Yield the types of the topic or service before it; all that are known if nobody has it."""
-        from actors.interfaces.catalog import interfaces_of, known_packages  # noqa: PLC0415
+    domain = line.value_of("domain")
+    number = int(domain) if domain and domain.isdecimal() else None
+    target = find_broker_target(line.value_of("url"), number, line.value_of("context"))
+    with Inspector(target.url, domain=target.domain, timeout_sec=BROKER_TIMEOUT_SEC) as inspector:
+        return inspector.graph()
 
-        found = self._declared_types()
-        if found:
-            yield from (Offer(each, "the one it has") for each in found)
-            return
-        kind = {"topic": "/msg/", "service": "/srv/"}.get(self._command.partition(" ")[0], "/")
-        for package in known_packages():
-            yield from (Offer(each) for each in interfaces_of(package) if kind in each)
 
-    def _declared_types(self) -> list[str]:
-        """Return the types that the topic or service on the line has now."""
-        for dest, kinds in (("topic", TOPIC_KINDS), ("service", SERVICE_KINDS)):
-            name = self._value_of(dest)
-            if name is not None:
-                try:
-                    declared = dict(self.snapshot().names_and_types(*kinds))
-                except (CallboardError, OSError):
-                    return []
-                return declared.get(f"/{name.removeprefix('/')}", [])
-        return []
+def _names(line: _Line, *kinds: EntryKind) -> Iterator[Offer]:
+    """Yield topics or services, each with its types."""
+    for name, types in _snapshot(line).names_and_types(*kinds):
+        yield from _named(line, name, ", ".join(types))
 
-    def packages(self) -> Iterator[Offer]:
-        """Yield packages: of types, or those that are installed."""
-        if self._command.startswith("interface"):
-            from actors.interfaces.catalog import known_packages  # noqa: PLC0415
 
-            yield from (Offer(each) for each in known_packages())
-            return
-        from actors.tools.executables import packages  # noqa: PLC0415
+def _nodes(line: _Line) -> Iterator[Offer]:
+    """Yield nodes."""
+    for name in _snapshot(line).nodes():
+        yield from _named(line, name, "")
 
-        yield from (Offer(each.name) for each in packages() if each.uses_callboard)
 
-    def programs(self) -> Iterator[Offer]:
-        """Yield what `run` may run first: packages and scripts."""
-        yield from self.packages()
+def _named(line: _Line, name: str, about: str) -> Iterator[Offer]:
+    """Yield a full name, or without its first slash if it was begun so; a hidden one if it was begun."""
+    if not is_hidden(name) or "_" in line.begun:
+        yield Offer(name if line.begun[:1] in {"", "/"} else name.removeprefix("/"), about)
+
+
+def _types(line: _Line) -> Iterator[Offer]:
+    """Yield the types of the topic or service before it; all that are known if nobody has it."""
+    from actors.interfaces.catalog import interfaces_of, known_packages  # noqa: PLC0415
+
+    found = _declared_types(line)
+    if found:
+        yield from (Offer(each, "the one it has") for each in found)
+        return
+    kind = {"topic": "/msg/", "service": "/srv/"}.get(line.command.partition(" ")[0], "/")
+    for package in known_packages():
+        yield from (Offer(each) for each in interfaces_of(package) if kind in each)
+
+
+def _declared_types(line: _Line) -> list[str]:
+    """Return the types that the topic or service on the line has now."""
+    for dest, kinds in (("topic", TOPIC_KINDS), ("service", SERVICE_KINDS)):
+        name = line.value_of(dest)
+        if name is not None:
+            try:
+                declared = dict(_snapshot(line).names_and_types(*kinds))
+            except (CallboardError, OSError):
+                return []
+            return declared.get(f"/{name.removeprefix('/')}", [])
+    return []
+
+
+def _packages(line: _Line) -> Iterator[Offer]:
+    """Yield packages: of types, or those that are installed."""
+    if line.command.startswith("interface"):
+        from actors.interfaces.catalog import known_packages  # noqa: PLC0415
+
+        yield from (Offer(each) for each in known_packages())
+        return
+    from actors.tools.executables import packages  # noqa: PLC0415
+
+    yield from (Offer(each.name) for each in packages() if each.uses_callboard)
+
+
+def _programs(line: _Line) -> Iterator[Offer]:
+    """Yield what `run` may run first: packages and scripts."""
+    yield from _packages(line)
+    yield FILES
+
+
+def _executables(line: _Line) -> Iterator[Offer]:
+    """Yield the programs of the package that `run` is to run, or files for its arguments."""
+    from actors.tools.executables import find_package  # noqa: PLC0415
+
+    program = (line.program or [""])[0]
+    package = None if Path(program).is_file() else find_package(program)
+    if package is not None and "arguments" not in line.values:
+        yield from (Offer(each.name) for each in package.executables())
+    else:
         yield FILES
 
-    def executables(self) -> Iterator[Offer]:
-        """Yield the programs of the package that `run` is to run, or files for its arguments."""
-        from actors.tools.executables import find_package  # noqa: PLC0415
 
-        program = (self._program or [""])[0]
-        package = None if Path(program).is_file() else find_package(program)
-        if package is not None and "arguments" not in self.values:
-            yield from (Offer(each.name) for each in package.executables())
-        else:
-            yield FILES
+def _contexts(line: _Line) -> Iterator[Offer]:
+    """Yield the named brokers."""
+    from actors.config.contexts import Contexts  # noqa: PLC0415
 
-    def contexts(self) -> Iterator[Offer]:
-        """Yield the named brokers."""
-        from actors.config.contexts import Contexts  # noqa: PLC0415
-
-        known = Contexts.load()
-        yield from (Offer(name, known.get(name).url) for name in known.names())
+    known = Contexts.load()
+    yield from (Offer(name, known.get(name).url) for name in known.names())
 
 
 _FINDERS: Final[dict[str, Callable[[_Line], Iterator[Offer]]]] = {
-    "topic": lambda line: line.names(*TOPIC_KINDS),
-    "topics": lambda line: line.names(*TOPIC_KINDS),
-    "service": lambda line: line.names(*SERVICE_KINDS),
-    "node": _Line.nodes,
-    "type": _Line.types,
-    "context": _Line.contexts,
-    "package": _Line.packages,
-    "program": _Line.programs,
-    "arguments": _Line.executables,
+    "topic": lambda line: _names(line, *TOPIC_KINDS),
+    "topics": lambda line: _names(line, *TOPIC_KINDS),
+    "service": lambda line: _names(line, *SERVICE_KINDS),
+    "node": _nodes,
+    "type": _types,
+    "context": _contexts,
+    "package": _packages,
+    "program": _programs,
+    "arguments": _executables,
 }
-"""By an argument's name."""
+"""What yields the values of an argument, by the argument's name."""
 
 
 def _takes_value(action: argparse.Action) -> bool:

@@ -1,4 +1,4 @@
-"""Runs a command's coroutine; a signal cancels it and is then reported as `Interrupted`."""
+"""Run a command's coroutine; a signal cancels it and is then raised as `Interrupted`."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 LAST_TASKS_SEC: Final = 1.0
-"""What tasks that still run get to end. What ignores being cancelled is left running, and named."""
+"""Time for cancelled tasks to end. A task that ignores its cancellation is named and left running."""
 LAST_COMMAND_SEC: Final = 60.0
-"""What the command's own coroutine gets, after a `sys.exit` beside it."""
+"""Time for the command's own coroutine to end, after a `sys.exit` in another task."""
 
 _exits: Final[list[SystemExit]] = []
 
@@ -32,65 +32,83 @@ def run_async(
     *,
     loop_factory: Callable[[], asyncio.AbstractEventLoop] | None = None,
 ) -> T:
-    """Run `main` on a loop of its own: asyncio's, which is there soonest, or one that `loop_factory` returns.
+    """Run a coroutine on an event loop of its own.
+
+    Args:
+        main: Returns the coroutine.
+        loop_factory: Makes the loop; None for asyncio's, which is imported fastest.
 
     Raises:
-        Interrupted: SIGINT or SIGTERM came; `main` has been cancelled and has cleaned up.
+        Interrupted: SIGINT or SIGTERM arrived; `main` was cancelled and has cleaned up.
     """
-    received: list[int] = []
-    tasks: list[asyncio.Task[Any]] = []
+    command = _Command()
     _exits.clear()
-
-    async def guarded() -> T:
-        task = asyncio.current_task()
-        assert task is not None
-        tasks.append(task)
-
-        def stop(number: int) -> None:
-            received.append(number)
-            task.cancel()
-
-        if threading.current_thread() is threading.main_thread():
-            _listen(asyncio.get_running_loop(), stop)
-            earlier = recorded_signal()
-            if earlier is not None:
-                stop(earlier)
-        return await main()
-
     raise_if_signalled()
     try:
         with asyncio.Runner(loop_factory=loop_factory) as runner:
             try:
-                return runner.run(guarded())
-            except SystemExit as error:  # out of a callback or another task: asyncio leaves the loop for it
+                return runner.run(command.run(main))
+            except SystemExit as error:  # from a callback or another task: asyncio leaves the loop
                 _exits.append(error)
-                runner.get_loop().run_until_complete(_end(tasks))
+                runner.get_loop().run_until_complete(command.end())
                 raise
             finally:
                 runner.get_loop().run_until_complete(_end_others())
     except asyncio.CancelledError:
-        if not received:
+        if not command.received:
             raise
-        raise Interrupted(received[0]) from None
+        raise Interrupted(command.received[0]) from None
     finally:
-        record_signals()  # the loop has put the system's own handlers in place
+        record_signals()  # the loop has restored the system's handlers
+
+
+class _Command:
+    """The task of a command, which a signal cancels.
+
+    Attributes:
+        received: The signals that arrived.
+    """
+
+    def __init__(self) -> None:
+        self.received: list[int] = []
+        self._task: asyncio.Task[Any] | None = None
+
+    async def run(self, main: Callable[[], Coroutine[Any, Any, T]]) -> T:
+        """Run the command in the current task."""
+        self._task = asyncio.current_task()
+        if threading.current_thread() is threading.main_thread():
+            self._handle_signals()
+            earlier = recorded_signal()
+            if earlier is not None:
+                self._stop(earlier)
+        return await main()
+
+    async def end(self) -> None:
+        """Cancel the command and wait for it: it ends what else runs."""
+        if self._task is not None and not self._task.done():
+            self._task.cancel()
+            await asyncio.wait({self._task}, timeout=LAST_COMMAND_SEC)
+
+    def _stop(self, number: int) -> None:
+        assert self._task is not None
+        self.received.append(number)
+        self._task.cancel()
+
+    def _handle_signals(self) -> None:
+        loop = asyncio.get_running_loop()
+        for number in STOP_SIGNALS:
+            try:
+                loop.add_signal_handler(number, self._stop, int(number))
+            except NotImplementedError:  # Windows: the handlers of `record_signals` stay
+                return
 
 
 def exit_asked_for() -> int | None:
-    """Return the exit code that a `sys.exit` beside the command asks for; None: there was none."""
+    """Return the exit code of a `sys.exit` in another task than the command's; None if there was none."""
     if not _exits:
         return None
     code = _exits[0].code
     return 1 if isinstance(code, str) else int(code or 0) & 0xFF
-
-
-async def _end(tasks: list[asyncio.Task[Any]]) -> None:
-    """Let the command clean up first: what else runs is its own to end."""
-    left = [task for task in tasks if not task.done()]
-    for task in left:
-        task.cancel()
-    if left:
-        await asyncio.wait(left, timeout=LAST_COMMAND_SEC)
 
 
 async def _end_others() -> None:
@@ -98,11 +116,3 @@ async def _end_others() -> None:
         from actors.runtime.remaining_tasks import end_remaining_tasks  # noqa: PLC0415 - seldom needed
 
         await end_remaining_tasks(LAST_TASKS_SEC)
-
-
-def _listen(loop: asyncio.AbstractEventLoop, stop: Callable[[int], None]) -> None:
-    for number in STOP_SIGNALS:
-        try:
-            loop.add_signal_handler(number, stop, int(number))
-        except NotImplementedError:  # Windows: the handler that `main` has installed stays
-            return

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from actors.cli.named import TOPIC, add_hidden_option, add_list_options, list_names, types_shown
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
 from proto.names import is_hidden
+
+if TYPE_CHECKING:
+    from collections import Counter
+
+    from actors.graph.snapshot import NamesAndTypes
 
 EXAMPLES: Final = {
     "callboard topic list -t": "all topics, with their types",
@@ -33,7 +38,6 @@ def run(options: Options) -> int:
 
     from actors.cli.broker_target import open_inspector
     from actors.cli.output import print_json
-    from actors.cli.tables import Styled, print_styled
 
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()
@@ -57,16 +61,18 @@ def run(options: Options) -> int:
                 for name, types in topics
             ]
         )
-        return 0
-    blocks = (
-        ("Published topics:", publishers, "publisher"),
-        ("Subscribed topics:", subscriptions, "subscriber"),
-    )
-    for heading, counts, word in blocks if topics else ():
-        print_styled(Styled(heading, "heading"))
-        for name, types in topics:
-            if count := counts[name]:
-                end = f" {count} {word}{'s' if count > 1 else ''}"
-                print_styled(" * ", Styled(name, "name"), *types_shown(types), end)
-        print()
+    elif topics:
+        _print_block("Published topics:", "publisher", topics, publishers)
+        _print_block("Subscribed topics:", "subscriber", topics, subscriptions)
     return 0
+
+
+def _print_block(heading: str, word: str, topics: NamesAndTypes, counts: Counter[str]) -> None:
+    from actors.cli.tables import Styled, print_styled
+
+    print_styled(Styled(heading, "heading"))
+    for name, types in topics:
+        if count := counts[name]:
+            end = f" {count} {word}{'s' if count > 1 else ''}"
+            print_styled(" * ", Styled(name, "name"), *types_shown(types), end)
+    print()
