@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.config.environment import foreign_variables
 from actors.launch.description.description import LaunchDescription
-from actors.launch.engine.captured_logs import captured_logs
-from actors.launch.engine.captured_streams import captured_streams
+from actors.launch.engine.captured_output import captured_logs, captured_streams
 from actors.launch.launching import Launch
 from actors.launch.planning.presence import Presence, PresenceKind
 from actors.testing.launch_run import LaunchRun, LaunchWaitError

@@ -8,8 +8,7 @@ What is done is an action, a list of them, or a function. A function is called w
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from actors.launch.description.actions import Action, Launched, Node
@@ -25,7 +24,7 @@ Reaction: TypeAlias = "Actions | Callable[..., Actions | None]"
 
 
 @dataclass(frozen=True, kw_only=True)
-class EventHandler(Part, ABC):
+class EventHandler(Part):
     """Something that may happen, and what to do then.
 
     Attributes:
@@ -40,14 +39,10 @@ class EventHandler(Part, ABC):
     handle_once: bool = False
 
     @property
-    @abstractmethod
-    def reaction(self) -> Reaction:
-        """What to do."""
-
-    @property
     def actions(self) -> Sequence[Action]:
-        """What to do, as far as it is known before."""
-        return known_actions(self.reaction)
+        """The actions to take, as far as they are known before."""
+        reactions = [getattr(self, each.name) for each in fields(self) if each.name.startswith("on_")]
+        return [action for each in reactions if each is not None for action in known_actions(each)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,22 +62,12 @@ class OnProcessStart(ProcessHandler):
 
     on_start: Reaction
 
-    @property
-    def reaction(self) -> Reaction:
-        """What to do."""
-        return self.on_start
-
 
 @dataclass(frozen=True, kw_only=True)
 class OnProcessExit(ProcessHandler):
     """A process has ended, however that was."""
 
     on_exit: Reaction
-
-    @property
-    def reaction(self) -> Reaction:
-        """What to do."""
-        return self.on_exit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,32 +84,12 @@ class OnProcessIO(ProcessHandler):
     on_stdout: Reaction | None = None
     on_stderr: Reaction | None = None
 
-    @property
-    def reaction(self) -> Reaction:
-        """What to do in any case."""
-        return self.on_output or ()
-
-    @property
-    def actions(self) -> Sequence[Action]:
-        """What to do in all cases."""
-        return [
-            action
-            for each in (self.on_output, self.on_stdout, self.on_stderr)
-            if each is not None
-            for action in known_actions(each)
-        ]
-
 
 @dataclass(frozen=True, kw_only=True)
 class OnShutdown(EventHandler):
     """The launch ends. Processes are not started any more then."""
 
     on_shutdown: Reaction
-
-    @property
-    def reaction(self) -> Reaction:
-        """What to do."""
-        return self.on_shutdown
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,11 +103,6 @@ class OnNodeUp(EventHandler):
     node: Text | Node
     on_up: Reaction
 
-    @property
-    def reaction(self) -> Reaction:
-        """What to do."""
-        return self.on_up
-
 
 @dataclass(frozen=True, kw_only=True)
 class OnServiceAvailable(EventHandler):
@@ -155,11 +115,6 @@ class OnServiceAvailable(EventHandler):
     service: Text
     on_available: Reaction
 
-    @property
-    def reaction(self) -> Reaction:
-        """What to do."""
-        return self.on_available
-
 
 @dataclass(frozen=True, kw_only=True)
 class OnTopicPublished(EventHandler):
@@ -171,11 +126,6 @@ class OnTopicPublished(EventHandler):
 
     topic: Text
     on_published: Reaction
-
-    @property
-    def reaction(self) -> Reaction:
-        """What to do."""
-        return self.on_published
 
 
 def known_actions(reaction: Any) -> Sequence[Action]:

@@ -1,30 +1,42 @@
-"""Captured output: what nodes that run in the launch's process log and print, told as that of a process.
+"""Captured output: what nodes in the launch's own process log and print, reported as output of a process.
 
-A node's task has its `CapturedOutput` in its context, and so has all that it starts. `captured_logs` and
-`captured_streams` find it there.
+The task of such a node has its `CapturedOutput` in its context, and so has everything that it starts. A log
+handler and replacements for `sys.stdout` and `sys.stderr` find it there.
 """
 
 from __future__ import annotations
 
 import asyncio
+import io
+import logging
+import sys
 import threading
+from abc import abstractmethod
 from collections import deque
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
 from actors.launch.engine.lines import Lines
-from actors.launch.planning.events import Level, Stream
+from actors.launch.planning.events import Level, Message, Stream
+from actors.logging.logger import ROOT_NAME
+from actors.logging.output import RosFormatter
+from proto.errors import escape
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Generator, Iterable, Sequence
     from contextvars import Context
+    from typing import TextIO
+
+    from _typeshed import ReadableBuffer
+
+    from actors.launch.planning.events import Listener
 
 MAX_WAITING_BYTES: Final = 1024 * 1024
 """What one node may write while it holds the loop. Lines beyond it are dropped, and counted."""
 
-_captured: ContextVar[CapturedOutput | None] = ContextVar("callboard_launch_voice", default=None)
+_captured: ContextVar[CapturedOutput | None] = ContextVar("callboard_launch_output", default=None)
 
 
 class CapturedOutput:
@@ -113,4 +125,133 @@ class CapturedOutput:
         for stream, lines in groupby(waiting, key=lambda each: each[0]):
             self._write(stream, [line for _, line in lines])
         if lost:
-            self._say(Level.WARN, f"node has written too fast: {lost} lines are not shown")
+            self._say(Level.WARN, f"node has written too fast: {lost} lines are not escape")
+
+
+@contextmanager
+def captured_logs() -> Generator[None]:
+    """Meanwhile make lines on stderr of what nodes in this process log, as scripts do."""
+    with _added(_CapturedLogs()):
+        yield
+
+
+@contextmanager
+def own_logs(tell: Listener) -> Generator[None]:
+    """Meanwhile make messages of what others log in this process. They are told in the loop."""
+    with _added(_OwnLogs(tell)):
+        yield
+
+
+class _Teller(logging.Handler):
+    """A handler whose own mistakes, and those in a call, are reported as logging does it."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        try:
+            self.take(record)
+        except Exception:  # noqa: BLE001 - whoever logs must not fail for it
+            self.handleError(record)
+
+    @abstractmethod
+    def take(self, record: logging.LogRecord) -> None: ...
+
+
+class _CapturedLogs(_Teller):
+    def __init__(self) -> None:
+        super().__init__()
+        self._plain, self._colored = RosFormatter(), RosFormatter(color=True)
+
+    def take(self, record: logging.LogRecord) -> None:
+        captured = CapturedOutput.current()
+        if captured is not None:
+            line = (self._colored if captured.colored else self._plain).format(record)
+            captured.write(Stream.STDERR, f"{line}\n".encode(errors="backslashreplace"))
+
+
+class _OwnLogs(_Teller):
+    def __init__(self, tell: Listener) -> None:
+        super().__init__()
+        self._tell = tell
+        self._loop = asyncio.get_running_loop()
+        self._thread = threading.get_ident()
+
+    def take(self, record: logging.LogRecord) -> None:
+        if CapturedOutput.current() is not None:
+            return
+        message = _message(record)
+        if threading.get_ident() == self._thread:
+            self._tell(message)
+        else:
+            with suppress(RuntimeError):  # the loop has been closed
+                self._loop.call_soon_threadsafe(self._tell, message)
+
+
+@contextmanager
+def _added(handler: logging.Handler) -> Generator[None]:
+    root = logging.getLogger()
+    root.addHandler(handler)
+    try:
+        yield
+    finally:
+        root.removeHandler(handler)
+
+
+def _message(record: logging.LogRecord) -> Message:
+    level = Level.INFO
+    if record.levelno >= logging.WARNING:
+        level = Level.ERROR if record.levelno >= logging.ERROR else Level.WARN
+    return Message(level, escape(record.getMessage()), record.name.removeprefix(f"{ROOT_NAME}."))
+
+
+class _CapturedStream(io.RawIOBase):
+    """Passes bytes on as output of the node that runs now, or as unattributed output."""
+
+    def __init__(
+        self, stream: Stream, beyond: TextIO, unattributed: Callable[[Stream, bytes], None] | None
+    ) -> None:
+        super().__init__()
+        self._stream = stream
+        self._beyond = beyond
+        self._unattributed = unattributed
+
+    def writable(self) -> bool:
+        return True
+
+    def isatty(self) -> bool:
+        return CapturedOutput.current() is None and self._beyond.isatty()
+
+    def fileno(self) -> int:
+        return self._beyond.fileno()
+
+    def write(self, data: ReadableBuffer, /) -> int:
+        content = bytes(data)
+        captured = CapturedOutput.current()
+        if captured is not None:
+            captured.write(self._stream, content)
+        elif self._unattributed is not None:
+            self._unattributed(self._stream, content)
+        else:
+            self._beyond.write(content.decode(errors="backslashreplace"))
+            self._beyond.flush()
+        return len(content)
+
+
+@contextmanager
+def captured_streams(unattributed: Callable[[Stream, bytes], None] | None = None) -> Generator[None]:
+    """Have such streams meanwhile. They hold for the whole process.
+
+    Args:
+        unattributed: Takes what others print, from any thread, and must not wait; None: the streams before.
+    """
+    before = sys.stdout, sys.stderr
+    sys.stdout = _text(Stream.STDOUT, before[0], unattributed)
+    sys.stderr = _text(Stream.STDERR, before[1], unattributed)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def _text(stream: Stream, beyond: TextIO, unattributed: Callable[[Stream, bytes], None] | None) -> TextIO:
+    raw = _CapturedStream(stream, beyond, unattributed)
+    # Unbuffered, so that a text is written in the context of whoever prints it.
+    return io.TextIOWrapper(raw, encoding="utf-8", errors="backslashreplace", newline="", write_through=True)  # type: ignore[type-var]

@@ -35,7 +35,7 @@ from actors.launch.planning.declarations import MAX_INCLUDES, all_declared
 from actors.launch.planning.dependencies import KnownNodes
 from actors.launch.planning.mistakes import placed
 from actors.launch.planning.process_specs import ending, make_spec, seconds
-from actors.launch.planning.reactions import Trigger, call_function, call_reaction, triggers
+from actors.launch.planning.reactions import call_function, call_reaction, triggers
 from actors.launch.planning.settings import apply_setting
 from actors.launch.planning.steps import MAX_PROCESSES, Call, End, React, Say, Start, all_steps
 from actors.tools.suggestions import did_you_mean
@@ -44,6 +44,7 @@ from proto.errors import CallboardError, escape
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from actors.launch.description.event_handlers import EventHandler, Reaction
     from actors.launch.description.library import Library
     from actors.launch.planning.events import Event
     from actors.launch.planning.steps import OutputMode, Step
@@ -180,10 +181,7 @@ class _Planner:
             case OpaqueFunction():
                 return self._opaque(action, scope)
             case RegisterEventHandler():
-                return [
-                    self._react(trigger, scope)
-                    for trigger in triggers(action.event_handler, scope, self._nodes)
-                ]
+                return self._react(action.event_handler, scope)
             case EmitEvent():
                 return self.plan([action.event], scope)
             case Shutdown():
@@ -234,29 +232,33 @@ class _Planner:
         self._nodes.add(action, spec.node)
         if action.on_exit is not None and ending(action.on_exit) is None:
             handler = OnProcessExit(target_action=action, on_exit=action.on_exit)
-            (trigger,) = triggers(handler, scope, self._nodes)
-            spec = replace(spec, on_exit=self._react(trigger, scope))
+            (reaction,) = self._react(handler, scope)
+            spec = replace(spec, on_exit=reaction)
         return [Start(process=spec)]
 
-    def _react(self, trigger: Trigger, scope: Scope) -> React:
+    def _react(self, handler: EventHandler, scope: Scope) -> list[React]:
         """Plan what a handler does: now, or if it is a function, when it is due."""
-        handler = trigger.handler
         target = handler.target_action if isinstance(handler, ProcessHandler) else None
         if isinstance(target, str) and not self._running:
             self._targets.append(target)
-        inner = scope.inner()
-        reaction = trigger.reaction
+        found = triggers(handler, scope, self._nodes)
+        return [self._reaction(step, reaction, scope.inner()) for reaction, step in found]
+
+    def _reaction(self, step: React, reaction: Reaction, scope: Scope) -> React:
         if callable(reaction):
             self.partial = True
 
             def react(event: Event) -> list[Step]:
-                # Each time anew: what it sets would pile up.
-                here = inner.inner()
-                return self._replan(call_reaction(reaction, event, here), here)
+                inner = scope.inner()  # a new one each time: what is set in it would pile up
+                return self._replan(call_reaction(reaction, event, inner), inner)
 
-            return trigger.react(react, calls=True)
-        steps = self._deferring(known_actions(reaction), inner)
-        return trigger.react(lambda _event: steps, preview=tuple(steps))
+            return replace(step, steps=react, calls=True)
+        steps = self._deferring(known_actions(reaction), scope)
+
+        def give(_event: Event) -> list[Step]:
+            return steps
+
+        return replace(step, steps=give, preview=tuple(steps))
 
     def _opaque(self, action: OpaqueFunction, scope: Scope) -> list[Step]:
         """Call the function; in what is for later, then."""

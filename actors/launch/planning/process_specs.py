@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+import sys
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 MAX_NAME_CHARACTERS: Final = 200
 """Of a process's name; with its number behind it it is the label."""
+
+_WHOLE: Final = "a whole number"
 
 
 class _Program(NamedTuple):
@@ -63,15 +66,11 @@ def make_spec(
         namespace = prefix_namespace(scope.namespace, own)
     else:
         program = _process(action, scope)
-    name = program.name if action.name is None else resolve(action.name, scope)
-    if not 0 < len(name) <= MAX_NAME_CHARACTERS or not name.isprintable():
-        limit = f"it has 1 to {MAX_NAME_CHARACTERS} printable characters"
-        raise LaunchError(f"A process cannot have the name '{escape(name)}': {limit}")
+    name = _name(program.name if action.name is None else resolve(action.name, scope))
     prefix = _words(resolve(action.prefix, scope))
     extra = variables(action.additional_env, scope)
     base = scope.environment if action.env is None else variables(action.env, scope)
     end = ending(action.on_exit)
-    delay = max(seconds("respawn_delay", action.respawn_delay, scope), LEAST_RESPAWN_DELAY_SEC)
     return ProcessSpec(
         label=f"{name}-{number}",
         name=name,
@@ -89,10 +88,7 @@ def make_spec(
         depends_timeout_sec=seconds("depends_timeout", action.depends_timeout, scope, forever=True),
         # As in ROS 2, whose Shutdown comes before the next start.
         respawn=truth(action.respawn, scope) and end is None,
-        respawn_delay_sec=delay,
-        respawn_backoff=_factor(action.respawn_backoff, scope),
-        respawn_max_delay_sec=max(seconds("respawn_max_delay", action.respawn_max_delay, scope), delay),
-        respawn_max_retries=_retries(action.respawn_max_retries, scope),
+        **_respawn_options(action, scope),
         sigterm_timeout_sec=_timeout("sigterm_timeout", action.sigterm_timeout, scope),
         sigkill_timeout_sec=_timeout("sigkill_timeout", action.sigkill_timeout, scope),
         required=truth(action.required, scope) or end is not None,
@@ -101,16 +97,33 @@ def make_spec(
     )
 
 
+def _name(name: str) -> str:
+    if not 0 < len(name) <= MAX_NAME_CHARACTERS or not name.isprintable():
+        limit = f"it has 1 to {MAX_NAME_CHARACTERS} printable characters"
+        raise LaunchError(f"A process cannot have the name '{shown(name)}': {limit}")
+    return name
+
+
+def _respawn_options(action: Launched, scope: Scope) -> dict[str, Any]:
+    delay = max(seconds("respawn_delay", action.respawn_delay, scope), LEAST_RESPAWN_DELAY_SEC)
+    retries = _number("respawn_max_retries", _WHOLE, action.respawn_max_retries, scope, least=-1)
+    return {
+        "respawn_delay_sec": delay,
+        "respawn_backoff": _number("respawn_backoff", "a number", action.respawn_backoff, scope, least=1),
+        "respawn_max_delay_sec": max(seconds("respawn_max_delay", action.respawn_max_delay, scope), delay),
+        "respawn_max_retries": int(retries),
+    }
+
+
 def seconds(what: str, value: Any, scope: Scope, *, forever: bool = False) -> float:
     """Return a time; infinity only where something can be for ever.
 
     Raises:
         LaunchError: It is none.
     """
-    text, number = _number(value, scope)
-    if not 0 <= number < math.inf and not (forever and number == math.inf):
-        raise LaunchError(f"{what} must be a number of seconds, 0 or more, not '{escape(text)}'")
-    return number
+    return _number(
+        what, "a number of seconds", value, scope, most=math.inf if forever else sys.float_info.max
+    )
 
 
 def _node(action: Node, scope: Scope, library: Library) -> _Program:
@@ -176,27 +189,17 @@ def _words(prefix: str) -> list[str]:
         raise LaunchError(f"prefix '{escape(prefix)}' is no command: {error}") from None
 
 
-def _number(value: Any, scope: Scope) -> tuple[str, float]:
-    """Return a text, and the number that it says; NaN if it says none."""
+def _number(
+    what: str, noun: str, value: Any, scope: Scope, *, least: float = 0, most: float = sys.float_info.max
+) -> float:
     text = str(value) if isinstance(value, int | float) else resolve(value, scope)
     try:
-        return text, float(text)
+        number = float(text)
     except ValueError:
-        return text, math.nan
-
-
-def _factor(value: Any, scope: Scope) -> float:
-    text, number = _number(value, scope)
-    if not 1 <= number < math.inf:
-        raise LaunchError(f"respawn_backoff must be a number, 1 or more, not '{escape(text)}'")
+        number = math.nan
+    if not least <= number <= most or (noun == _WHOLE and number % 1):
+        raise LaunchError(f"{what} must be {noun}, {least} or more, not '{escape(text)}'")
     return number
-
-
-def _retries(value: Any, scope: Scope) -> int:
-    text, number = _number(value, scope)
-    if not -1 <= number < math.inf or number % 1:
-        raise LaunchError(f"respawn_max_retries must be a whole number, -1 or more, not '{escape(text)}'")
-    return int(number)
 
 
 def _timeout(what: str, value: Any, scope: Scope) -> float | None:

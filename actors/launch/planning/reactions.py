@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from actors.launch.description.actions import Action, Launched
 from actors.launch.description.event_handlers import (
@@ -40,45 +40,20 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from actors.launch.description.event_handlers import Reaction
-    from actors.launch.description.substitutions import Scope
+    from actors.launch.description.substitutions import Scope, Text
     from actors.launch.planning.dependencies import KnownNodes
-    from actors.launch.planning.steps import Step
 
 
-@dataclass(frozen=True, kw_only=True)
-class Trigger:
-    """One thing that a handler reacts to, and how.
+class Trigger(NamedTuple):
+    """One thing that a handler reacts to.
 
     Attributes:
-        handler: Whose.
         reaction: What to do.
-        what: When, for people.
-        matches: Whether an event is meant.
-        presence: What must be there; None if it is not about that.
-        stream: Whose lines are meant, if stdout and stderr must be told apart for it.
+        step: The step that reacts, without anything to do yet.
     """
 
-    handler: EventHandler
     reaction: Reaction
-    what: str
-    matches: Callable[[Event], bool]
-    presence: Presence | None = None
-    stream: Stream | None = None
-
-    def react(
-        self, steps: Callable[[Event], list[Step]], preview: tuple[Step, ...] = (), *, calls: bool = False
-    ) -> React:
-        """Return the step that reacts with these steps; `calls`: a function gives them."""
-        return React(
-            what=self.what,
-            matches=self.matches,
-            steps=steps,
-            preview=preview,
-            once=self.handler.handle_once,
-            calls=calls,
-            presence=self.presence,
-            split=self.stream is not None,
-        )
+    step: React
 
 
 def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Trigger]:
@@ -90,17 +65,27 @@ def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Tri
     """
     match handler:
         case OnProcessStart():
-            return [_of_process(handler, "starts", ProcessStarted, handler.on_start)]
+            found = [_of_process(handler, "starts", ProcessStarted, handler.on_start)]
         case OnProcessExit():
-            return [_of_process(handler, "exits", ProcessExited, handler.on_exit)]
+            found = [_of_process(handler, "exits", ProcessExited, handler.on_exit)]
         case OnProcessIO():
-            return _of_output(handler)
+            found = _of_output(handler)
         case OnShutdown():
-            return [_trigger(handler, "the launch ends", lambda event: isinstance(event, ShuttingDown))]
-        case OnNodeUp() | OnServiceAvailable() | OnTopicPublished():
-            return [_of_presence(handler, _awaited(handler, scope, nodes))]
+            found = [_trigger(handler.on_shutdown, "the launch ends", _is_shutdown)]
+        case OnNodeUp(node=node):
+            if isinstance(node, Launched):
+                awaited = nodes.presence(node)
+            else:
+                awaited = _awaited(PresenceKind.NODE, node, scope)
+            found = [_of_presence(handler.on_up, awaited)]
+        case OnServiceAvailable():
+            service = _awaited(PresenceKind.SERVICE, handler.service, scope)
+            found = [_of_presence(handler.on_available, service)]
+        case OnTopicPublished():
+            found = [_of_presence(handler.on_published, _awaited(PresenceKind.TOPIC, handler.topic, scope))]
         case _:
             raise LaunchError(f"{type(handler).__name__} is no event handler")
+    return [Trigger(each.reaction, replace(each.step, once=handler.handle_once)) for each in found]
 
 
 def call_reaction(function: Callable[..., Any], event: Event, scope: Scope) -> Sequence[Action]:
@@ -149,8 +134,8 @@ def call_function(
     return cast("Sequence[Action]", actions)
 
 
-def _trigger(handler: EventHandler, what: str, matches: Callable[[Event], bool]) -> Trigger:
-    return Trigger(handler=handler, reaction=handler.reaction, what=what, matches=matches)
+def _trigger(reaction: Reaction, what: str, matches: Callable[[Event], bool], **options: Any) -> Trigger:
+    return Trigger(reaction, React(what=what, matches=matches, steps=lambda _event: [], **options))
 
 
 def _of_process(
@@ -173,7 +158,7 @@ def _of_process(
         return target is None or process.origin is target
 
     who = "a process" if target is None else _who(target)
-    return Trigger(handler=handler, reaction=reaction, what=f"{who} {verb}", matches=matches, stream=stream)
+    return _trigger(reaction, f"{who} {verb}", matches, split=stream is not None)
 
 
 def _of_output(handler: OnProcessIO) -> list[Trigger]:
@@ -189,27 +174,18 @@ def _of_output(handler: OnProcessIO) -> list[Trigger]:
     ]
 
 
-def _of_presence(handler: EventHandler, awaited: Presence) -> Trigger:
-    return Trigger(
-        handler=handler,
-        reaction=handler.reaction,
-        what=f"{awaited} is there",
-        matches=lambda event: isinstance(event, Appeared) and event.presence == awaited,
-        presence=awaited,
-    )
+def _is_shutdown(event: Event) -> bool:
+    return isinstance(event, ShuttingDown)
 
 
-def _awaited(
-    handler: OnNodeUp | OnServiceAvailable | OnTopicPublished, scope: Scope, nodes: KnownNodes
-) -> Presence:
-    if isinstance(handler, OnNodeUp):
-        if isinstance(handler.node, Launched):
-            return nodes.presence(handler.node)
-        kind, name = PresenceKind.NODE, handler.node
-    elif isinstance(handler, OnServiceAvailable):
-        kind, name = PresenceKind.SERVICE, handler.service
-    else:
-        kind, name = PresenceKind.TOPIC, handler.topic
+def _of_presence(reaction: Reaction, awaited: Presence) -> Trigger:
+    def matches(event: Event) -> bool:
+        return isinstance(event, Appeared) and event.presence == awaited
+
+    return _trigger(reaction, f"{awaited} is there", matches, presence=awaited)
+
+
+def _awaited(kind: PresenceKind, name: Text, scope: Scope) -> Presence:
     return presence(kind, resolve(name, scope), scope.namespace)
 
 

@@ -22,8 +22,7 @@ from actors.config.contexts import UnknownContextError
 from actors.launch.description.description import described
 from actors.launch.description.substitutions import Scope
 from actors.launch.description.summaries import plain_text, written
-from actors.launch.engine.captured_logs import captured_logs, own_logs
-from actors.launch.engine.captured_streams import captured_streams
+from actors.launch.engine.captured_output import captured_logs, captured_streams, own_logs
 from actors.launch.errors import UnknownArgumentError
 from actors.launch.launching import Launch
 from actors.launch.planning.declarations import all_declared

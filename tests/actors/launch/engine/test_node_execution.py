@@ -19,9 +19,13 @@ import actors
 from actors.arguments.ros_arguments import process_arguments
 from actors.config import environment
 from actors.interfaces.std_srvs.srv import Empty
-from actors.launch.engine.captured_logs import captured_logs, own_logs
-from actors.launch.engine.captured_output import MAX_WAITING_BYTES, CapturedOutput
-from actors.launch.engine.captured_streams import captured_streams
+from actors.launch.engine.captured_output import (
+    MAX_WAITING_BYTES,
+    CapturedOutput,
+    captured_logs,
+    captured_streams,
+    own_logs,
+)
 from actors.launch.engine.node_execution import NodeExecution
 from actors.launch.planning.events import Message, ProcessIO, Stream
 from actors.launch.planning.steps import ProcessSpec
