@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
+from actors.launch.planning.events import Level, Message
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Generator, Sequence
 
     from actors.launch.planning.events import Event
     from actors.launch.planning.steps import React, Step
 
 MAX_HANDLERS: Final = 10_000
 """Only a launch that makes them as it runs has so many."""
+MAX_WAITING_EVENTS: Final = 10_000
+"""How many events may wait for their reactions while a function runs; events beyond it are only counted."""
+ABANDONED: Final = "a function of the description has not returned; going on without it"
 
 
 class Answer(NamedTuple):
@@ -34,6 +40,89 @@ def ask(give: Callable[[], Sequence[Step]]) -> Answer:
         return Answer(give())
     except CallboardError as error:
         return Answer(mistake=str(error))
+
+
+@dataclass(frozen=True, eq=False)
+class Ask:
+    """Call a function of the description in a thread, and say `answered`.
+
+    Attributes:
+        give: Calls it, and plans what it returns.
+    """
+
+    give: Callable[[], Sequence[Step]]
+
+
+Reaction: TypeAlias = "Generator[Ask, Answer, None]"
+"""Carries steps out, and stops at each function of the description until there is its answer."""
+
+
+class ReactionQueue:
+    """Carries out reactions one after the other, in the order of the events that they react to.
+
+    Args:
+        emit: Takes the functions to call.
+        tell: Takes warnings.
+    """
+
+    def __init__(self, emit: Callable[[Ask], None], tell: Callable[[Event], None]) -> None:
+        self._emit = emit
+        self._tell = tell
+        self._reactions: deque[Reaction] = deque()
+        self._asked: tuple[Ask, Reaction] | None = None
+        self._abandoned = False
+        self._unhandled = 0
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a function has been called and has not returned."""
+        return self._asked is not None
+
+    def add(self, reaction: Reaction) -> None:
+        """Carry out a reaction after all earlier ones: at once, unless a function runs."""
+        self._reactions.append(reaction)
+        if self._asked is None:
+            self._resume(None)
+
+    def add_for_event(self, reaction: Reaction) -> None:
+        """Carry out the reaction to an event; if too many are waiting, only count it."""
+        if len(self._reactions) < MAX_WAITING_EVENTS:
+            self.add(reaction)
+        else:
+            self._unhandled += 1
+
+    def answered(self, ask: Ask, answer: Answer) -> None:
+        """Take the answer of a function; ignore it if nothing waits for it any more."""
+        if self._asked is not None and self._asked[0] is ask:
+            self._resume(answer)
+
+    def abandon(self) -> None:
+        """Go on without the function that still runs, and call no others: the launch ends."""
+        self._abandoned = True
+        if self._asked is not None:
+            self._tell(Message(Level.WARN, ABANDONED))
+            self._resume(Answer())
+
+    def _resume(self, answer: Answer | None) -> None:
+        """Go on with the reaction that waits for an answer, if one does, and then with the others."""
+        reaction = None if self._asked is None else self._asked[1]
+        self._asked = None
+        while reaction is not None or self._reactions:
+            reaction = reaction or self._reactions.popleft()
+            try:
+                ask = next(reaction) if answer is None else reaction.send(answer)
+            except StopIteration:
+                reaction = answer = None
+                continue
+            if not self._abandoned:
+                self._asked = ask, reaction
+                self._emit(ask)
+                return
+            answer = Answer()
+        if self._unhandled:
+            text = f"{self._unhandled} events were not handled: functions of the description are too slow"
+            self._unhandled = 0
+            self._tell(Message(Level.WARN, text))
 
 
 class Handlers:

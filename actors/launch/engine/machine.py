@@ -12,12 +12,11 @@ the other in the order of what they react to. So the result does not depend on h
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Handlers
+from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Ask, Handlers, Reaction, ReactionQueue
 from actors.launch.engine.process_table import ProcessState, ProcessTable
 from actors.launch.engine.schedule import Schedule
 from actors.launch.planning.events import (
@@ -36,7 +35,7 @@ from actors.launch.planning.steps import MAX_PROCESSES, Call, End, ProcessSpec, 
 from actors.processes.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
     from actors.launch.engine.process_table import ProcessEntry
     from actors.launch.planning.events import Stream
@@ -49,9 +48,6 @@ HURRY_AFTER_SEC: Final = 0.2
 """Two wishes to stop that are closer together are one: `timeout` and terminals may signal twice."""
 LAST_FUNCTION_SEC: Final = 5.0
 """How long functions may go on when the launch ends; what they give then is ignored."""
-MAX_WAITING_EVENTS: Final = 10_000
-"""How many events may wait for their reactions while a function runs; what comes then is only counted."""
-ABANDONED: Final = "a function of the description has not returned; going on without it"
 UNSPLIT: Final = "its stdout and stderr are read as one, so that handlers for one of them hear nothing"
 
 
@@ -96,19 +92,7 @@ class Tell:
     event: Event
 
 
-@dataclass(frozen=True, eq=False)
-class Ask:
-    """Call a function of the description in a thread, and say `answered`.
-
-    Attributes:
-        give: Calls it, and plans what it returns.
-    """
-
-    give: Callable[[], Sequence[Step]]
-
-
 Effect: TypeAlias = Run | Stop | StopAll | HurryAll | Tell | Ask
-_Reaction: TypeAlias = "Generator[Ask, Answer, None]"
 
 
 class Machine:
@@ -139,10 +123,7 @@ class Machine:
         self._now = 0.0
         self._stopped_at = 0.0
         self._effects: list[Effect] = []
-        self._reactions: deque[_Reaction] = deque()
-        self._asked: tuple[Ask, _Reaction] | None = None
-        self._abandoned = False
-        self._unhandled = 0
+        self._reactions = ReactionQueue(self._effects.append, self._tell)
 
     # What is to be known
 
@@ -154,12 +135,12 @@ class Machine:
     @property
     def over(self) -> bool:
         """Whether the launch has ended: nothing runs, and nothing will."""
-        return self.stopping and not self._table.living and self._asked is None
+        return self.stopping and not self._table.living and not self._reactions.waiting
 
     @property
     def wake_at(self) -> float | None:
         """When it wants to be ticked; None: not before something happens."""
-        if self.stopping and self._asked is not None:
+        if self.stopping and self._reactions.waiting:
             return self._stopped_at + LAST_FUNCTION_SEC
         return self._schedule.next_at
 
@@ -174,7 +155,7 @@ class Machine:
         """Begin to take the steps of a plan."""
         self._now = now
         self._split = _splits(steps)
-        self._react(self._take(steps))
+        self._reactions.add(self._take(steps))
         return self._done()
 
     def started(self, label: str, pid: int | None, now: float) -> list[Effect]:
@@ -201,8 +182,7 @@ class Machine:
     def answered(self, ask: Ask, answer: Answer, now: float) -> list[Effect]:
         """A function of the description has returned."""
         self._now = now
-        if self._asked is not None and self._asked[0] is ask:
-            self._resume(answer)
+        self._reactions.answered(ask, answer)
         return self._done()
 
     def graph(self, presences: frozenset[Presence], now: float) -> list[Effect]:
@@ -236,10 +216,10 @@ class Machine:
         """End the launch; a second time, a moment later, kill what is left, if that is insisted on."""
         self._now = now
         if not self.stopping:
-            self._react(self._stop_all(reason))
+            self._reactions.add(self._stop_all(reason))
         elif insist and now - self._stopped_at >= HURRY_AFTER_SEC:
             self._effects.append(HurryAll())
-            self._abandon()
+            self._reactions.abandon()
         return self._done()
 
     def tick(self, now: float) -> list[Effect]:
@@ -248,17 +228,18 @@ class Machine:
         for act in self._schedule.due(now):
             act(now)
         if self.stopping and now >= self._stopped_at + LAST_FUNCTION_SEC:
-            self._abandon()
+            self._reactions.abandon()
         return self._done()
 
     # What is done
 
     def _done(self) -> list[Effect]:
         """Return what is to be done; a launch that has nothing left to do ends."""
-        busy = self._table.living or self._schedule.holding or self._asked is not None
+        busy = self._table.living or self._schedule.holding or self._reactions.waiting
         if not (self.stopping or busy or self._keep):
-            self._react(self._stop_all("nothing is left to run"))
-        effects, self._effects = self._effects, []
+            self._reactions.add(self._stop_all("nothing is left to run"))
+        effects = self._effects[:]
+        self._effects.clear()
         return effects
 
     def _tell(self, event: Event) -> None:
@@ -269,72 +250,35 @@ class Machine:
         self._tell(event)
         if not self._handlers.matching(event):
             return
-        if len(self._reactions) < MAX_WAITING_EVENTS:
-            self._react(self._respond(event))
-        else:
-            self._unhandled += 1
+        self._reactions.add_for_event(self._respond(event))
 
     # Reactions
 
-    def _react(self, reaction: _Reaction) -> None:
-        """React when all earlier reactions have been carried out: at once, unless a function runs."""
-        self._reactions.append(reaction)
-        if self._asked is None:
-            self._resume(None)
-
-    def _resume(self, answer: Answer | None) -> None:
-        """Go on with the reaction that waits for an answer, if one does, and then with the others."""
-        reaction = None if self._asked is None else self._asked[1]
-        self._asked = None
-        while reaction is not None or self._reactions:
-            reaction = reaction or self._reactions.popleft()
-            try:
-                ask = next(reaction) if answer is None else reaction.send(answer)
-            except StopIteration:
-                reaction = answer = None
-                continue
-            if not self._abandoned:
-                self._asked = ask, reaction
-                self._effects.append(ask)
-                return
-            answer = Answer()
-        if self._unhandled:
-            text = f"{self._unhandled} events were not handled: functions of the description are too slow"
-            self._unhandled = 0
-            self._tell(Message(Level.WARN, text))
-
-    def _abandon(self) -> None:
-        """The launch ends: go on without the function that still runs, and call no others."""
-        self._abandoned = True
-        if self._asked is not None:
-            self._tell(Message(Level.WARN, ABANDONED))
-            self._resume(Answer())
-
-    def _respond(self, event: Event) -> _Reaction:
+    def _respond(self, event: Event) -> Reaction:
         """Do what handlers say about an event, in the order in which they were registered."""
         for handler in self._handlers.matching(event):
             yield from self._heed(handler, event)
 
-    def _heed(self, handler: React, event: Event) -> _Reaction:
+    def _heed(self, handler: React, event: Event) -> Reaction:
         give = partial(handler.steps, event)
         answer = (yield Ask(give)) if handler.calls else Answer(give())
         if handler.once or answer.mistake:
             self._handlers.remove(handler)
         yield from self._follow(answer)
 
-    def _follow(self, answer: Answer) -> _Reaction:
+    def _follow(self, answer: Answer) -> Reaction:
         """Do what a function of the description has said; if that was a mistake, end."""
         if answer.mistake:
             yield from self._fail(answer.mistake)
         yield from self._take(answer.steps)
 
-    def _fail(self, mistake: str) -> _Reaction:
+    def _fail(self, mistake: str) -> Reaction:
         self.mistake = self.mistake or mistake
         self.failed = True
         self._tell(Message(Level.ERROR, mistake))
         yield from self._stop("the description has a mistake")
 
-    def _take(self, steps: Sequence[Step]) -> _Reaction:
+    def _take(self, steps: Sequence[Step]) -> Reaction:
         """Take steps: each when it is due. Handlers come first, so that they miss nothing."""
         for step in sorted(steps, key=lambda step: not isinstance(step, React)):
             if step.after_sec <= 0:
@@ -344,9 +288,9 @@ class Machine:
 
     def _step_is_due(self, step: Step, now: float) -> None:
         del now
-        self._react(self._step(step))
+        self._reactions.add(self._step(step))
 
-    def _step(self, step: Step) -> _Reaction:
+    def _step(self, step: Step) -> Reaction:
         match step:
             case Start():
                 yield from self._start(step.process)
@@ -359,7 +303,7 @@ class Machine:
             case React():
                 yield from self._register(step)
 
-    def _register(self, handler: React) -> _Reaction:
+    def _register(self, handler: React) -> Reaction:
         if self._handlers.full:
             yield from self._fail(f"There are more than {MAX_HANDLERS} event handlers")
             return
@@ -374,7 +318,7 @@ class Machine:
 
     # The life of a process
 
-    def _start(self, spec: ProcessSpec) -> _Reaction:
+    def _start(self, spec: ProcessSpec) -> Reaction:
         if self.stopping:
             return
         if self.state(spec.label) is not ProcessState.DEAD:
@@ -425,11 +369,11 @@ class Machine:
         pid, process.pid = process.pid, None
         event = ProcessExited(spec, pid, outcome)
         self._tell(event)
-        self._react(self._after_end(process, process.turn, event, lived_sec))
+        self._reactions.add(self._after_end(process, process.turn, event, lived_sec))
 
     def _after_end(
         self, process: ProcessEntry, turn: int, event: ProcessExited, lived_sec: float
-    ) -> _Reaction:
+    ) -> Reaction:
         spec = process.spec
         yield from self._respond(event)
         if spec.on_exit is not None:
@@ -451,7 +395,7 @@ class Machine:
         elif len(self._failed_runs) < MAX_PROCESSES:
             self._failed_runs.add(label)
 
-    def _go_on(self, process: ProcessEntry, outcome: Outcome, lived_sec: float) -> _Reaction:
+    def _go_on(self, process: ProcessEntry, outcome: Outcome, lived_sec: float) -> Reaction:
         """See what comes after the end of a process."""
         spec = process.spec
         if process.again:
@@ -471,11 +415,11 @@ class Machine:
         if process.turn == turn:
             self._enter(process)
 
-    def _stop(self, reason: str) -> _Reaction:
+    def _stop(self, reason: str) -> Reaction:
         if not self.stopping:
             yield from self._stop_all(reason)
 
-    def _stop_all(self, reason: str) -> _Reaction:
+    def _stop_all(self, reason: str) -> Reaction:
         """Stop everything, now, and return the reactions to that."""
         event = ShuttingDown(reason)
         self.stopping = True

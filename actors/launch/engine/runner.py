@@ -6,8 +6,8 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.engine.handlers import ask
-from actors.launch.engine.machine import Ask, HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.engine.handlers import Ask, ask
+from actors.launch.engine.machine import HurryAll, Run, Stop, StopAll, Tell
 from actors.launch.engine.node_execution import NodeExecution
 from actors.launch.engine.process import LaunchedProcess
 from actors.launch.engine.worker import call_in_thread

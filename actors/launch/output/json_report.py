@@ -64,35 +64,29 @@ def _of_output(event: ProcessIO, stamp: float) -> bytes:
 
 
 def _facts(event: Event) -> tuple[str, dict[str, Any]]:
-    if isinstance(event, ProcessEvent):
-        name, facts = _of_process(event)
-        return name, _process(event) | facts
-    if isinstance(event, Appeared):
-        return "appeared", _presence(event.presence)
-    if isinstance(event, Message):
-        return "message", {"level": event.level.value, "text": event.text, "about": event.about}
-    if isinstance(event, ShuttingDown):
-        return "stopping", {"reason": event.reason}
-    return "", {}
-
-
-def _of_process(event: ProcessEvent) -> tuple[str, dict[str, Any]]:
-    if isinstance(event, ProcessStarted):
-        return "started", {"node": event.process.node, "command": list(event.cmd)}
-    if isinstance(event, ProcessExited):
-        outcome = event.outcome
-        return "exited", {
-            "returncode": event.returncode,
-            "signal": outcome.signal_name,
-            "normal": outcome.normal,
-            "reason": outcome.reason,
-        }
-    if isinstance(event, ProcessWaits):
-        missing = [_presence(each) for each in event.missing]
-        return "waiting", {"missing": missing, "so_far_sec": event.so_far_sec}
-    if isinstance(event, ProcessRestarts):
-        return "restarting", {"delay_sec": event.delay_sec, "reason": event.reason}
-    return "", {}
+    facts: dict[str, Any] = _process(event) if isinstance(event, ProcessEvent) else {}
+    name = ""
+    match event:
+        case ProcessStarted():
+            name, facts["node"], facts["command"] = "started", event.process.node, list(event.cmd)
+        case ProcessExited(outcome=outcome):
+            name, facts["returncode"] = "exited", event.returncode
+            facts |= {"signal": outcome.signal_name, "normal": outcome.normal, "reason": outcome.reason}
+        case ProcessWaits():
+            missing = [_presence(each) for each in event.missing]
+            name, facts["missing"], facts["so_far_sec"] = "waiting", missing, event.so_far_sec
+        case ProcessRestarts():
+            name, facts["delay_sec"], facts["reason"] = "restarting", event.delay_sec, event.reason
+        case Appeared():
+            name, facts = "appeared", _presence(event.presence)
+        case Message():
+            name = "message"
+            facts = {"level": event.level.value, "text": event.text, "about": event.about}
+        case ShuttingDown():
+            name, facts["reason"] = "stopping", event.reason
+        case _:
+            pass
+    return name, facts
 
 
 def _process(event: ProcessEvent) -> dict[str, Any]:

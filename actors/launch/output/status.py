@@ -129,12 +129,13 @@ class Status:
 
 
 def _state_of(event: ProcessEvent) -> State | None:
-    if isinstance(event, ProcessStarted):
-        return State.UP
-    if isinstance(event, ProcessWaits):
-        return State.WAITING
-    if isinstance(event, ProcessRestarts):
-        return State.RESTARTING
     if isinstance(event, ProcessExited):
         return State.FINISHED if event.outcome.normal else State.DEAD
-    return None
+    return _STATES.get(type(event))
+
+
+_STATES: Final[dict[type[ProcessEvent], State]] = {
+    ProcessStarted: State.UP,
+    ProcessWaits: State.WAITING,
+    ProcessRestarts: State.RESTARTING,
+}

@@ -8,7 +8,6 @@ from actors.errors import error_text
 from actors.launch.planning.events import (
     Level,
     Message,
-    ProcessEvent,
     ProcessExited,
     ProcessRestarts,
     ProcessStarted,
@@ -21,28 +20,26 @@ if TYPE_CHECKING:
 
 
 def message_of(event: Event) -> Message | None:
-    """Return what is to be said of an event; None: nothing, or it is a process that speaks."""
-    if isinstance(event, Message):
-        return event
-    if isinstance(event, ShuttingDown):
-        return Message(Level.INFO, f"stopping: {event.reason}")
-    if isinstance(event, ProcessEvent):
-        said = _of_process(event)
-        return said and Message(said[0], said[1], event.process_name)
-    return None
-
-
-def _of_process(event: ProcessEvent) -> tuple[Level, str] | None:
-    if isinstance(event, ProcessStarted):
-        in_this = "node started in this process"
-        return Level.INFO, in_this if event.pid is None else f"process started with pid [{event.pid}]"
-    if isinstance(event, ProcessExited):
-        return _of_exit(event)
-    if isinstance(event, ProcessRestarts):
-        return Level.INFO, _of_restart(event)
-    if isinstance(event, ProcessWaits):
-        return _of_wait(event)
-    return None
+    """Return what the launch says about an event; None: nothing."""
+    said: tuple[Level, str] | None
+    match event:
+        case Message():
+            return event
+        case ShuttingDown():
+            return Message(Level.INFO, f"stopping: {event.reason}")
+        case ProcessStarted(pid=None):
+            said = Level.INFO, "node started in this process"
+        case ProcessStarted():
+            said = Level.INFO, f"process started with pid [{event.pid}]"
+        case ProcessExited():
+            said = _of_exit(event)
+        case ProcessRestarts():
+            said = Level.INFO, _of_restart(event)
+        case ProcessWaits():
+            said = _of_wait(event)
+        case _:
+            return None
+    return said and Message(*said, event.process_name)
 
 
 def _of_exit(event: ProcessExited) -> tuple[Level, str] | None:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from actors.launch.engine.handlers import ask
-from actors.launch.engine.machine import ABANDONED, Ask, HurryAll, Machine, Run, Stop, StopAll, Tell
+from actors.launch.engine.handlers import ABANDONED, Ask, ask
+from actors.launch.engine.machine import HurryAll, Machine, Run, Stop, StopAll, Tell
 from actors.launch.engine.process_table import ProcessState
 from actors.launch.planning.events import (
     Appeared,

@@ -6,14 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.launch.engine.handlers import MAX_HANDLERS, ask
+from actors.launch.engine.handlers import ABANDONED, MAX_HANDLERS, MAX_WAITING_EVENTS, Ask, ask
 from actors.launch.engine.machine import (
-    ABANDONED,
     HURRY_AFTER_SEC,
     LAST_FUNCTION_SEC,
-    MAX_WAITING_EVENTS,
     REMINDER_SEC,
-    Ask,
     HurryAll,
     Machine,
     Run,
