@@ -25,7 +25,7 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "actors.endpoints.service.service.Service": "runtime methods are due to move out",
     "actors.endpoints.subscription.subscription.Subscription": "runtime methods are due to move out",
     "actors.endpoints.subscription.subscription.Subscription.__init__": "due in the new layout",
-    "actors.launch.engine.machine.Machine": "due in the new layout",
+    "actors.launch.engine.machine.Machine": "a state machine: a method for each event and each step",
     "actors.session.link.Link": "due in the new layout",
     "actors.callbacks.mailbox.Mailbox": "due in the new layout",
     "actors.node.node": "one over the limit, with rclpy's surface",

@@ -16,12 +16,12 @@ from actors.config.contexts import find_broker_target
 from actors.errors import BrokerUnreachable
 from actors.launch.engine.embedded import broker_is_there, can_embed, embedded_broker
 from actors.launch.engine.graph_watch import graph_watch
-from actors.launch.engine.machine import Machine, awaits_graph
+from actors.launch.engine.machine import Machine
 from actors.launch.engine.runner import Runner
 from actors.launch.engine.worker import call_in_thread
 from actors.launch.planning.events import Level, Message
 from actors.launch.planning.plan import make_plan
-from actors.launch.planning.steps import STOP_TIMEOUT_SEC
+from actors.launch.planning.steps import STOP_TIMEOUT_SEC, awaits_graph
 from actors.launch.resources.files import Files
 from actors.session.start_hint import start_hint
 from broker.errors import AddressInUseError

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 from actors.launch.planning.events import Level, Message
@@ -12,6 +11,7 @@ from proto.errors import CallboardError
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
 
+    from actors.launch.engine.effects import Ask
     from actors.launch.planning.events import Event
     from actors.launch.planning.steps import React, Step
 
@@ -40,17 +40,6 @@ def ask(give: Callable[[], Sequence[Step]]) -> Answer:
         return Answer(give())
     except CallboardError as error:
         return Answer(mistake=str(error))
-
-
-@dataclass(frozen=True, eq=False)
-class Ask:
-    """Call a function of the description in a thread, and say `answered`.
-
-    Attributes:
-        give: Calls it, and plans what it returns.
-    """
-
-    give: Callable[[], Sequence[Step]]
 
 
 Reaction: TypeAlias = "Generator[Ask, Answer, None]"

@@ -12,11 +12,11 @@ the other in the order of what they react to. So the result does not depend on h
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
-from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Ask, Handlers, Reaction, ReactionQueue
+from actors.launch.engine.effects import Ask, HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Handlers, ReactionQueue
 from actors.launch.engine.process_table import ProcessState, ProcessTable
 from actors.launch.engine.schedule import Schedule
 from actors.launch.planning.events import (
@@ -31,12 +31,23 @@ from actors.launch.planning.events import (
     ProcessWaits,
     ShuttingDown,
 )
-from actors.launch.planning.steps import MAX_PROCESSES, Call, End, ProcessSpec, React, Say, Start, all_steps
+from actors.launch.planning.steps import (
+    MAX_PROCESSES,
+    Call,
+    End,
+    ProcessSpec,
+    React,
+    Say,
+    Start,
+    splits_streams,
+)
 from actors.processes.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
+    from actors.launch.engine.effects import Effect
+    from actors.launch.engine.handlers import Reaction
     from actors.launch.engine.process_table import ProcessEntry
     from actors.launch.planning.events import Stream
     from actors.launch.planning.presence import Presence
@@ -49,50 +60,6 @@ HURRY_AFTER_SEC: Final = 0.2
 LAST_FUNCTION_SEC: Final = 5.0
 """How long functions may go on when the launch ends; what they give then is ignored."""
 UNSPLIT: Final = "its stdout and stderr are read as one, so that handlers for one of them hear nothing"
-
-
-@dataclass(frozen=True)
-class Run:
-    """Start a process.
-
-    Attributes:
-        process: Which one.
-        split: Whether stdout and stderr must be told apart.
-    """
-
-    process: ProcessSpec
-    split: bool
-
-
-@dataclass(frozen=True)
-class Stop:
-    """Stop a process.
-
-    Attributes:
-        label: Which one.
-    """
-
-    label: str
-
-
-@dataclass(frozen=True)
-class StopAll:
-    """Stop all processes, at the same time."""
-
-
-@dataclass(frozen=True)
-class HurryAll:
-    """Kill all processes."""
-
-
-@dataclass(frozen=True)
-class Tell:
-    """Tell the listeners what has happened."""
-
-    event: Event
-
-
-Effect: TypeAlias = Run | Stop | StopAll | HurryAll | Tell | Ask
 
 
 class Machine:
@@ -154,7 +121,7 @@ class Machine:
     def begin(self, steps: Sequence[Step], now: float) -> list[Effect]:
         """Begin to take the steps of a plan."""
         self._now = now
-        self._split = _splits(steps)
+        self._split = splits_streams(steps)
         self._reactions.add(self._take(steps))
         return self._done()
 
@@ -431,18 +398,3 @@ class Machine:
                 self._table.move(process, ProcessState.DEAD, self._now)
         self._effects.append(StopAll())
         return self._respond(event)
-
-
-def awaits_graph(steps: Iterable[Step]) -> bool:
-    """Tell whether something in these steps depends on the graph, or may."""
-    return any(
-        isinstance(step, Call)
-        or (isinstance(step, Start) and bool(step.process.depends_on))
-        or (isinstance(step, React) and (step.presence is not None or not step.preview))
-        for step in all_steps(steps)
-    )
-
-
-def _splits(steps: Iterable[Step]) -> bool:
-    """Tell whether something in these steps must know stdout from stderr."""
-    return any(isinstance(step, React) and step.split for step in all_steps(steps))

@@ -6,8 +6,8 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.engine.handlers import Ask, ask
-from actors.launch.engine.machine import HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.engine.effects import Ask, HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.engine.handlers import ask
 from actors.launch.engine.node_execution import NodeExecution
 from actors.launch.engine.process import LaunchedProcess
 from actors.launch.engine.worker import call_in_thread
@@ -17,8 +17,9 @@ from actors.processes.driver import Driver
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from actors.launch.engine.effects import Effect
     from actors.launch.engine.handlers import Answer
-    from actors.launch.engine.machine import Effect, Machine
+    from actors.launch.engine.machine import Machine
     from actors.launch.planning.events import Event, Level, Listener, Stream
     from actors.launch.planning.presence import Presence
     from actors.launch.planning.steps import ProcessSpec, Step

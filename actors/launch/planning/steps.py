@@ -192,3 +192,18 @@ def all_steps(steps: Iterable[Step]) -> Iterator[Step]:
             if reaction is not step:
                 yield reaction
             yield from all_steps(reaction.preview)
+
+
+def awaits_graph(steps: Iterable[Step]) -> bool:
+    """Tell whether something in these steps depends on the graph, or may."""
+    return any(
+        isinstance(step, Call)
+        or (isinstance(step, Start) and bool(step.process.depends_on))
+        or (isinstance(step, React) and (step.presence is not None or not step.preview))
+        for step in all_steps(steps)
+    )
+
+
+def splits_streams(steps: Iterable[Step]) -> bool:
+    """Tell whether something in these steps must know stdout from stderr."""
+    return any(isinstance(step, React) and step.split for step in all_steps(steps))

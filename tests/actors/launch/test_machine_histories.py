@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from actors.launch.engine.handlers import ABANDONED, Ask, ask
-from actors.launch.engine.machine import HurryAll, Machine, Run, Stop, StopAll, Tell
+from actors.launch.engine.effects import Ask, HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.engine.handlers import ABANDONED, ask
+from actors.launch.engine.machine import Machine
 from actors.launch.engine.process_table import ProcessState
 from actors.launch.planning.events import (
     Appeared,
@@ -24,7 +25,7 @@ from actors.launch.planning.steps import End, ProcessSpec, React, Say, Start
 from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:
-    from actors.launch.engine.machine import Effect
+    from actors.launch.engine.effects import Effect
     from actors.launch.planning.steps import Step
 
 SEEDS: Final = 300

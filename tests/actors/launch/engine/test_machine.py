@@ -6,18 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.launch.engine.handlers import ABANDONED, MAX_HANDLERS, MAX_WAITING_EVENTS, Ask, ask
+from actors.launch.engine.effects import Ask, HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.engine.handlers import ABANDONED, MAX_HANDLERS, MAX_WAITING_EVENTS, ask
 from actors.launch.engine.machine import (
     HURRY_AFTER_SEC,
     LAST_FUNCTION_SEC,
     REMINDER_SEC,
-    HurryAll,
     Machine,
-    Run,
-    Stop,
-    StopAll,
-    Tell,
-    awaits_graph,
 )
 from actors.launch.engine.process_table import ProcessState
 from actors.launch.errors import LaunchError
@@ -35,13 +30,23 @@ from actors.launch.planning.events import (
     Stream,
 )
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.steps import MAX_PROCESSES, Call, End, OutputMode, ProcessSpec, React, Say, Start
+from actors.launch.planning.steps import (
+    MAX_PROCESSES,
+    Call,
+    End,
+    OutputMode,
+    ProcessSpec,
+    React,
+    Say,
+    Start,
+    awaits_graph,
+)
 from actors.processes.outcome import Outcome, outcome_of_exit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from actors.launch.engine.machine import Effect
+    from actors.launch.engine.effects import Effect
     from actors.launch.planning.steps import Step
 
 TALKER = Presence(PresenceKind.NODE, "/talker")

@@ -1,0 +1,67 @@
+"""Effects: what the state machine of a launch wants to be done, as data. The runner carries them out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from actors.launch.planning.events import Event
+    from actors.launch.planning.steps import ProcessSpec, Step
+
+
+@dataclass(frozen=True)
+class Run:
+    """Start a process.
+
+    Attributes:
+        process: Which one.
+        split: Whether stdout and stderr must be told apart.
+    """
+
+    process: ProcessSpec
+    split: bool
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Stop a process.
+
+    Attributes:
+        label: Which one.
+    """
+
+    label: str
+
+
+@dataclass(frozen=True)
+class StopAll:
+    """Stop all processes, at the same time."""
+
+
+@dataclass(frozen=True)
+class HurryAll:
+    """Kill all processes."""
+
+
+@dataclass(frozen=True)
+class Tell:
+    """Tell the listeners what has happened."""
+
+    event: Event
+
+
+@dataclass(frozen=True, eq=False)
+class Ask:
+    """Call a function of the description in a thread, and say `answered`.
+
+    Attributes:
+        give: Calls it, and plans what it returns.
+    """
+
+    give: Callable[[], Sequence[Step]]
+
+
+Effect: TypeAlias = Run | Stop | StopAll | HurryAll | Tell | Ask
