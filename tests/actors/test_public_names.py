@@ -21,11 +21,10 @@ def test_every_promised_name_exists(package: object) -> None:
     source = Path(str(package.__file__)).read_text(encoding="utf-8")  # type: ignore[attr-defined]
     promised = [
         (node.module, alias.name)
-        for block in ast.parse(source).body
-        if isinstance(block, ast.If)
-        for node in block.body
+        for node in ast.walk(ast.parse(source))
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
+        if alias.asname == alias.name
     ]
     assert promised
     for module, name in promised:

@@ -63,28 +63,30 @@ class Action(Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Launched(Action):
-    """What all actions that start a process have in common.
+    """The options that all actions have that start a process.
 
     Attributes:
-        cwd: Where it runs; None: where `callboard launch` does.
-        env: Its whole environment; None: the one that holds there.
-        additional_env: What is added to that.
-        prefix: What to start it with, such as "gdb -ex run --args".
+        condition: When to carry it out; None: always.
+        cwd: The working folder of the process; None: the one of `callboard launch`.
+        env: Its whole environment; None: the one that is set at this place of the description.
+        additional_env: Variables to add to that.
+        prefix: A command to start it with, such as "gdb -ex run --args".
         output: Where its lines go: "screen", "log", "both", "own_log" or "full".
-        emulate_tty: Whether its output looks like a terminal to it.
-        depends_on: What must be there before it is started: a `Node` that has a name, or "node NAME", "topic
-            NAME" or "service NAME"; one of these, or a list of them. A name is seen from the namespace there.
-        depends_timeout: Seconds that these get to come; without them it is not started, as if it had died.
-        respawn: Whether it is started again when it ends, however that was.
+        emulate_tty: Whether its stdout and stderr are a terminal.
+        depends_on: What must be in the graph before it is started: a `Node` with a name, or "node NAME",
+            "topic NAME" or "service NAME"; one of these, or a list of them. Names are relative to the current
+            namespace.
+        depends_timeout: Seconds to wait for these. If they do not appear, the process counts as failed.
+        respawn: Whether to start it again when it ends, whatever its exit code.
         respawn_delay: Seconds until then, at least `actors.launch.planning.steps.LEAST_RESPAWN_DELAY_SEC`.
-        respawn_backoff: What the delay is multiplied with each time. It is as at first again when the process
-            has lived twice `respawn_max_delay`.
-        respawn_max_delay: The longest delay, in seconds; a longer `respawn_delay` stands.
-        respawn_max_retries: How often; -1: without end.
-        sigterm_timeout: Seconds after SIGINT until it gets SIGTERM; None: as the launch has it.
-        sigkill_timeout: Seconds after SIGTERM until it gets SIGKILL; None: as the launch has it.
-        required: Whether its end is the end of the launch; if it died that has failed.
-        on_exit: What to do whenever it ends. `Shutdown()` alone says the same as `required=True`, but that
+        respawn_backoff: Factor by which the delay grows each time. It is reset when the process has run for
+            twice `respawn_max_delay`.
+        respawn_max_delay: The longest delay, in seconds. A longer `respawn_delay` overrides it.
+        respawn_max_retries: How often to start it again; -1: without limit.
+        sigterm_timeout: Seconds between SIGINT and SIGTERM; None: as the launch has it.
+        sigkill_timeout: Seconds between SIGTERM and SIGKILL; None: as the launch has it.
+        required: Whether the launch ends when it ends. The launch fails if it died.
+        on_exit: What to do whenever it ends. `Shutdown()` alone is the same as `required=True`, except that
             the first end counts, also with `respawn=True`.
     """
 
@@ -109,21 +111,43 @@ class Launched(Action):
 
 @dataclass(frozen=True, kw_only=True)
 class Node(Launched):
-    """A program with a node in it: of an installed package, a plain Python file, or a class.
+    """A program with a node in it: of an installed package, a Python file, or a class.
 
     Attributes:
         package: The package, with `executable`.
         executable: One of its console scripts.
-        script: A Python file instead; a relative path is seen from the launch file's folder.
+        script: A Python file instead; a relative path starts at the folder of the launch file.
         node: A node class instead, or a function that returns a new node, or "module:Class". It runs in the
-            launch's own process, so that it must not block, and shares its environment and working folder.
-        name: The node's; None: as the program has it.
-        namespace: The node's, within the one that has been pushed.
-        parameters: Mappings of parameters, and paths of YAML files, seen from the launch file's folder; of
-            two values the last one counts.
+            launch's own process, so it must not block, and shares its working folder.
+        name: The node's name; None: as the program sets it.
+        namespace: The node's namespace, within the one that has been pushed.
+        parameters: Mappings of parameters, and paths of YAML files, relative to the folder of the launch
+            file. The last value of a parameter counts.
         remappings: Pairs of a name and the one to use instead.
-        arguments: For the program itself.
-        ros_arguments: More of what stands behind `--ros-args`.
+        arguments: Arguments for the program itself.
+        ros_arguments: Further arguments after `--ros-args`.
+        condition: When to carry it out; None: always.
+        cwd: The working folder of the process; None: the one of `callboard launch`.
+        env: Its whole environment; None: the one that is set at this place of the description.
+        additional_env: Variables to add to that.
+        prefix: A command to start it with, such as "gdb -ex run --args".
+        output: Where its lines go: "screen", "log", "both", "own_log" or "full".
+        emulate_tty: Whether its stdout and stderr are a terminal.
+        depends_on: What must be in the graph before it is started: a `Node` with a name, or "node NAME",
+            "topic NAME" or "service NAME"; one of these, or a list of them. Names are relative to the current
+            namespace.
+        depends_timeout: Seconds to wait for these. If they do not appear, the process counts as failed.
+        respawn: Whether to start it again when it ends, whatever its exit code.
+        respawn_delay: Seconds until then, at least `actors.launch.planning.steps.LEAST_RESPAWN_DELAY_SEC`.
+        respawn_backoff: Factor by which the delay grows each time. It is reset when the process has run for
+            twice `respawn_max_delay`.
+        respawn_max_delay: The longest delay, in seconds. A longer `respawn_delay` overrides it.
+        respawn_max_retries: How often to start it again; -1: without limit.
+        sigterm_timeout: Seconds between SIGINT and SIGTERM; None: as the launch has it.
+        sigkill_timeout: Seconds between SIGTERM and SIGKILL; None: as the launch has it.
+        required: Whether the launch ends when it ends. The launch fails if it died.
+        on_exit: What to do whenever it ends. `Shutdown()` alone is the same as `required=True`, except that
+            the first end counts, also with `respawn=True`.
     """
 
     package: Text | None = None
@@ -144,8 +168,30 @@ class ExecuteProcess(Launched):
 
     Attributes:
         cmd: The program and its arguments.
-        name: For the label of its lines; None: the program's.
-        shell: Whether `/bin/sh` reads the texts of `cmd`, with spaces between them, as a line of its own.
+        name: For the label of its lines; None: the program's name.
+        shell: Whether `/bin/sh` reads the texts of `cmd`, joined by spaces, as one line.
+        condition: When to carry it out; None: always.
+        cwd: The working folder of the process; None: the one of `callboard launch`.
+        env: Its whole environment; None: the one that is set at this place of the description.
+        additional_env: Variables to add to that.
+        prefix: A command to start it with, such as "gdb -ex run --args".
+        output: Where its lines go: "screen", "log", "both", "own_log" or "full".
+        emulate_tty: Whether its stdout and stderr are a terminal.
+        depends_on: What must be in the graph before it is started: a `Node` with a name, or "node NAME",
+            "topic NAME" or "service NAME"; one of these, or a list of them. Names are relative to the current
+            namespace.
+        depends_timeout: Seconds to wait for these. If they do not appear, the process counts as failed.
+        respawn: Whether to start it again when it ends, whatever its exit code.
+        respawn_delay: Seconds until then, at least `actors.launch.planning.steps.LEAST_RESPAWN_DELAY_SEC`.
+        respawn_backoff: Factor by which the delay grows each time. It is reset when the process has run for
+            twice `respawn_max_delay`.
+        respawn_max_delay: The longest delay, in seconds. A longer `respawn_delay` overrides it.
+        respawn_max_retries: How often to start it again; -1: without limit.
+        sigterm_timeout: Seconds between SIGINT and SIGTERM; None: as the launch has it.
+        sigkill_timeout: Seconds between SIGTERM and SIGKILL; None: as the launch has it.
+        required: Whether the launch ends when it ends. The launch fails if it died.
+        on_exit: What to do whenever it ends. `Shutdown()` alone is the same as `required=True`, except that
+            the first end counts, also with `respawn=True`.
     """
 
     cmd: Sequence[Text]
@@ -158,10 +204,11 @@ class DeclareLaunchArgument(Action):
     """An argument of the launch file, given as `name:=value`.
 
     Attributes:
-        name: What it is called.
-        default_value: What it is when it is not given; None: it must be given.
-        description: For people: one line.
-        choices: What it can be; None: anything.
+        name: Its name.
+        default_value: Its value when it is not given; None: it is required.
+        description: One line for people.
+        choices: The values it can have; None: any.
+        condition: When to carry it out; None: always.
     """
 
     name: str
@@ -173,10 +220,11 @@ class DeclareLaunchArgument(Action):
 
 @dataclass(frozen=True)
 class LogInfo(Action):
-    """A line for people.
+    """A line to show.
 
     Attributes:
-        msg: What to say.
+        msg: The text.
+        condition: When to carry it out; None: always.
     """
 
     _: KW_ONLY
@@ -185,12 +233,13 @@ class LogInfo(Action):
 
 @dataclass(frozen=True)
 class GroupAction(Action):
-    """Actions in a scope of their own: what they push, set and declare holds for them only.
+    """Actions in a scope of their own: what they push, set and declare applies to them only.
 
     Attributes:
         actions: The actions.
-        scoped: False: what they set holds after the group, too.
-        launch_configurations: Values that are set first, by name.
+        scoped: False: what they set applies after the group, too.
+        launch_configurations: Values to set first, by name.
+        condition: When to carry it out; None: always.
     """
 
     actions: Sequence[Action]
@@ -206,7 +255,14 @@ class Setting(Action):
 
 @dataclass(frozen=True)
 class PushNamespace(Setting):
-    """Nodes are in this namespace, within the one that has been pushed before."""
+    """Put nodes into this namespace, within the one that has been pushed before.
+
+    Applies from here to the end of the group or file.
+
+    Attributes:
+        namespace: The namespace.
+        condition: When to carry it out; None: always.
+    """
 
     namespace: Text
 
@@ -216,7 +272,15 @@ PushRosNamespace = PushNamespace
 
 @dataclass(frozen=True)
 class SetLaunchConfiguration(Setting):
-    """`LaunchConfiguration(name)` is this value."""
+    """Set the value of `LaunchConfiguration(name)`.
+
+    Applies from here to the end of the group or file.
+
+    Attributes:
+        name: The name.
+        value: The value.
+        condition: When to carry it out; None: always.
+    """
 
     name: Text
     value: Text
@@ -224,7 +288,15 @@ class SetLaunchConfiguration(Setting):
 
 @dataclass(frozen=True)
 class SetEnvironmentVariable(Setting):
-    """Programs get this variable."""
+    """Set an environment variable for programs.
+
+    Applies from here to the end of the group or file.
+
+    Attributes:
+        name: The variable.
+        value: Its value.
+        condition: When to carry it out; None: always.
+    """
 
     name: Text
     value: Text
@@ -232,20 +304,30 @@ class SetEnvironmentVariable(Setting):
 
 @dataclass(frozen=True)
 class UnsetEnvironmentVariable(Setting):
-    """Programs do not get this variable."""
+    """Remove an environment variable for programs.
+
+    Applies from here to the end of the group or file.
+
+    Attributes:
+        name: The variable.
+        condition: When to carry it out; None: always.
+    """
 
     name: Text
 
 
 @dataclass(frozen=True)
 class AppendEnvironmentVariable(Setting):
-    """Programs get more in this variable.
+    """Add to an environment variable for programs.
+
+    Applies from here to the end of the group or file.
 
     Attributes:
-        name: The variable; if it is not set, or empty, the value is all of it.
-        value: What is added.
-        prepend: Whether it is added at the beginning.
-        separator: What stands between.
+        name: The variable. If it is not set, or empty, it becomes `value`.
+        value: What to add.
+        prepend: Whether to add it at the beginning.
+        separator: The text in between.
+        condition: When to carry it out; None: always.
     """
 
     name: Text
@@ -257,7 +339,15 @@ class AppendEnvironmentVariable(Setting):
 
 @dataclass(frozen=True)
 class SetParameter(Setting):
-    """Nodes have this parameter, unless they are given a value of their own."""
+    """Set a parameter of nodes that do not set it themselves.
+
+    Applies from here to the end of the group or file.
+
+    Attributes:
+        name: The parameter.
+        value: Its value.
+        condition: When to carry it out; None: always.
+    """
 
     name: Text
     value: ParameterEntry
@@ -265,13 +355,14 @@ class SetParameter(Setting):
 
 @dataclass(frozen=True)
 class SetRemap(Setting):
-    """Nodes use another name.
+    """Make nodes use another name.
 
-    Of two rules that match the first one counts, and a node's own come later, as in ROS 2.
+    Of two rules that match the first one counts, and a node's own rules come later, as in ROS 2.
 
     Attributes:
         src: The name.
         dst: The one to use instead.
+        condition: When to carry it out; None: always.
     """
 
     src: Text
@@ -282,12 +373,13 @@ class SetRemap(Setting):
 class IncludeLaunchDescription(Action):
     """Another launch file, in a scope of its own.
 
-    It sees the arguments and variables that hold here; what it sets itself stays in it.
+    It gets the arguments and variables that are set here. What it sets does not apply after it.
 
     Attributes:
-        launch_description_source: The file, or a `PythonLaunchDescriptionSource` of it; a relative path is
-            seen from this launch file's folder.
+        launch_description_source: The file, or a `PythonLaunchDescriptionSource` of it; a relative path
+            starts at the folder of this launch file.
         launch_arguments: Arguments for it, as a mapping or as pairs.
+        condition: When to carry it out; None: always.
     """
 
     launch_description_source: Text
@@ -305,8 +397,9 @@ class TimerAction(Action):
     """Actions for later.
 
     Attributes:
-        period: In how many seconds.
-        actions: What to do then.
+        period: Seconds until then.
+        actions: The actions.
+        condition: When to carry it out; None: always.
     """
 
     _: KW_ONLY
@@ -316,10 +409,11 @@ class TimerAction(Action):
 
 @dataclass(frozen=True)
 class Shutdown(Action):
-    """The end of the launch.
+    """End the launch.
 
     Attributes:
-        reason: For people.
+        reason: A text for people.
+        condition: When to carry it out; None: always.
     """
 
     _: KW_ONLY
@@ -328,10 +422,11 @@ class Shutdown(Action):
 
 @dataclass(frozen=True, kw_only=True)
 class EmitEvent(Action):
-    """ROS 2's way to say `Shutdown`.
+    """ROS 2's form of `Shutdown`.
 
     Attributes:
         event: The Shutdown.
+        condition: When to carry it out; None: always.
     """
 
     event: Shutdown
@@ -339,14 +434,15 @@ class EmitEvent(Action):
 
 @dataclass(frozen=True)
 class OpaqueFunction(Action):
-    """A function that gives actions.
+    """A function that returns actions.
 
     It is called when the description is planned; in a timer or an event handler, when these are due.
 
     Attributes:
-        function: Called with the `LaunchContext` and what follows here; returns actions, or None.
+        function: Called with the `LaunchContext` and the arguments below; returns actions, or None.
         args: Further arguments.
         kwargs: Further arguments by name.
+        condition: When to carry it out; None: always.
     """
 
     _: KW_ONLY
@@ -357,10 +453,11 @@ class OpaqueFunction(Action):
 
 @dataclass(frozen=True)
 class RegisterEventHandler(Action):
-    """From here on react to something whenever it happens.
+    """React to something from here on, whenever it happens.
 
     Attributes:
-        event_handler: To what, and how.
+        event_handler: What to react to, and how.
+        condition: When to carry it out; None: always.
     """
 
     event_handler: EventHandler

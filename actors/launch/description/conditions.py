@@ -24,49 +24,93 @@ class Condition(Part, ABC):
 
     @abstractmethod
     def holds(self, scope: Scope) -> bool:
-        """Tell whether it holds.
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
 
         Raises:
-            LaunchError: That cannot be said.
+            LaunchError: It has no value there.
         """
 
 
 @dataclass(frozen=True)
 class IfCondition(Condition):
-    """Holds if a text is "true" or "1", and not if it is "false" or "0"; the case does not matter."""
+    """Holds if a text is "true" or "1", and not if it is "false" or "0", in upper or lower case.
+
+    Attributes:
+        predicate: The text.
+    """
 
     predicate: Text
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether it holds."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return truth(self.predicate, scope)
 
 
 @dataclass(frozen=True)
 class UnlessCondition(Condition):
-    """Holds if the text is "false" or "0"."""
+    """Holds if a text is "false" or "0".
+
+    Attributes:
+        predicate: The text.
+    """
 
     predicate: Text
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether it holds."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return not truth(self.predicate, scope)
 
 
 @dataclass(frozen=True)
 class LaunchConfigurationEquals(Condition):
-    """Holds if an argument has this value; with None as the value, if it has none.
+    """Holds if an argument has this value.
 
     Attributes:
         launch_configuration_name: The argument.
-        expected_value: The value.
+        expected_value: The value; None: it has no value.
     """
 
     launch_configuration_name: str
     expected_value: Text | None
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether it holds."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         scope.used.add(self.launch_configuration_name)
         value = scope.configurations.get(self.launch_configuration_name)
         return value == (None if self.expected_value is None else resolve(self.expected_value, scope))
@@ -74,10 +118,25 @@ class LaunchConfigurationEquals(Condition):
 
 @dataclass(frozen=True)
 class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
-    """Holds if an argument has another value, or none; with None as the value, if it has one."""
+    """Holds if an argument has another value, or none.
+
+    Attributes:
+        launch_configuration_name: The argument.
+        expected_value: The value; None: it has any value.
+    """
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether it holds."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return not super().holds(scope)
 
 

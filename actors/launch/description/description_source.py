@@ -27,7 +27,14 @@ class AnyLaunchDescriptionSource(Substitution):
     launch_file_path: Text
 
     def perform(self, scope: Scope) -> str:
-        """Return the path."""
+        """Return the path.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return resolve(self.launch_file_path, scope)
 
 

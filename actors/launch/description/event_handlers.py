@@ -47,10 +47,12 @@ class EventHandler(Part):
 
 @dataclass(frozen=True, kw_only=True)
 class ProcessHandler(EventHandler):
-    """Something that may happen to a process.
+    """React to what happens to a process.
 
     Attributes:
-        target_action: The action that it comes from, or its name: its label without the number; None: any.
+        target_action: The action that started the process, or its name: the label without the number; None:
+            any process.
+        handle_once: Whether to react only the first time.
     """
 
     target_action: Launched | str | None = None
@@ -58,26 +60,46 @@ class ProcessHandler(EventHandler):
 
 @dataclass(frozen=True, kw_only=True)
 class OnProcessStart(ProcessHandler):
-    """A process runs."""
+    """React to the start of a process.
+
+    Attributes:
+        on_start: An action, a list of actions, or a function that is called with the event and the
+            `LaunchContext`.
+        target_action: The action that started the process, or its name: the label without the number; None:
+            any process.
+        handle_once: Whether to react only the first time.
+    """
 
     on_start: Reaction
 
 
 @dataclass(frozen=True, kw_only=True)
 class OnProcessExit(ProcessHandler):
-    """A process has ended, however that was."""
+    """React to the end of a process, whatever its exit code.
+
+    Attributes:
+        on_exit: An action, a list of actions, or a function that is called with the event and the
+            `LaunchContext`.
+        target_action: The action that started the process, or its name: the label without the number; None:
+            any process.
+        handle_once: Whether to react only the first time.
+    """
 
     on_exit: Reaction
 
 
 @dataclass(frozen=True, kw_only=True)
 class OnProcessIO(ProcessHandler):
-    """A process has written whole lines; a function gets them as `event.text`.
+    """React to lines that a process has written. A function gets them as `event.text`.
 
     Attributes:
-        on_output: What to do, whether it was stdout or stderr.
-        on_stdout: What to do if it was stdout.
-        on_stderr: What to do if it was stderr.
+        on_output: An action, a list of actions, or a function that is called with the event and the
+            `LaunchContext`. For stdout and stderr.
+        on_stdout: The same for stdout only.
+        on_stderr: The same for stderr only.
+        target_action: The action that started the process, or its name: the label without the number; None:
+            any process.
+        handle_once: Whether to react only the first time.
     """
 
     on_output: Reaction | None = None
@@ -87,17 +109,26 @@ class OnProcessIO(ProcessHandler):
 
 @dataclass(frozen=True, kw_only=True)
 class OnShutdown(EventHandler):
-    """The launch ends. Processes are not started any more then."""
+    """React to the end of the launch. No process is started after it.
+
+    Attributes:
+        on_shutdown: An action, a list of actions, or a function that is called with the event and the
+            `LaunchContext`.
+        handle_once: Whether to react only the first time.
+    """
 
     on_shutdown: Reaction
 
 
 @dataclass(frozen=True, kw_only=True)
 class OnNodeUp(EventHandler):
-    """A node is there; if it is there already, at once.
+    """React to a node in the graph: at once if it is there already.
 
     Attributes:
-        node: Its name, seen from the namespace there, or an action that has one.
+        node: Its name, relative to the current namespace, or an action with a name.
+        on_up: An action, a list of actions, or a function that is called with the event and the
+            `LaunchContext`.
+        handle_once: Whether to react only the first time.
     """
 
     node: Text | Node
@@ -106,10 +137,13 @@ class OnNodeUp(EventHandler):
 
 @dataclass(frozen=True, kw_only=True)
 class OnServiceAvailable(EventHandler):
-    """A service has a server; if it has one already, at once.
+    """React to the first server of a service: at once if it has one already.
 
     Attributes:
-        service: Its name, seen from the namespace there.
+        service: Its name, relative to the current namespace.
+        on_available: An action, a list of actions, or a function that is called with the event and the
+            `LaunchContext`.
+        handle_once: Whether to react only the first time.
     """
 
     service: Text
@@ -118,10 +152,13 @@ class OnServiceAvailable(EventHandler):
 
 @dataclass(frozen=True, kw_only=True)
 class OnTopicPublished(EventHandler):
-    """A topic has a publisher; if it has one already, at once.
+    """React to the first publisher of a topic: at once if it has one already.
 
     Attributes:
-        topic: Its name, seen from the namespace there.
+        topic: Its name, relative to the current namespace.
+        on_published: An action, a list of actions, or a function that is called with the event and the
+            `LaunchContext`.
+        handle_once: Whether to react only the first time.
     """
 
     topic: Text

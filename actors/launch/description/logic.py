@@ -26,63 +26,142 @@ class TruthSubstitution(Substitution):
     """A text that is "true" or "false"."""
 
     def perform(self, scope: Scope) -> str:
-        """Return the word."""
+        """Return the word.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return str(self.holds(scope)).lower()
 
     @abstractmethod
     def holds(self, scope: Scope) -> bool:
-        """Tell whether it is true there."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
 
 
 @dataclass(frozen=True)
 class BooleanSubstitution(TruthSubstitution):
-    """A text that means yes or no, as "true" or "false"."""
+    """A text that means true or false, as "true" or "false".
+
+    Attributes:
+        value: The text.
+    """
 
     value: Truth
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether it means yes."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return truth(self.value, scope)
 
 
 @dataclass(frozen=True)
 class NotSubstitution(TruthSubstitution):
-    """The opposite."""
+    """The opposite of a value.
+
+    Attributes:
+        value: The value: true or false as a `bool`, "true", "false", "1" or "0".
+    """
 
     value: Truth
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether the value means no."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return not truth(self.value, scope)
 
 
 @dataclass(frozen=True)
 class AndSubstitution(TruthSubstitution):
-    """Whether both are true; the second is looked at only if the first is."""
+    """Whether both values are true. The second is evaluated only if the first is true.
+
+    Attributes:
+        left: The first value: true or false as a `bool`, "true", "false", "1" or "0".
+        right: The second value.
+    """
 
     left: Truth
     right: Truth
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether both are."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return truth(self.left, scope) and truth(self.right, scope)
 
 
 @dataclass(frozen=True)
 class OrSubstitution(TruthSubstitution):
-    """Whether one of both is true; the second is looked at only if the first is not."""
+    """Whether one of two values is true. The second is evaluated only if the first is false.
+
+    Attributes:
+        left: The first value: true or false as a `bool`, "true", "false", "1" or "0".
+        right: The second value.
+    """
 
     left: Truth
     right: Truth
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether one is."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return truth(self.left, scope) or truth(self.right, scope)
 
 
 @dataclass(frozen=True, init=False)
 class AllSubstitution(TruthSubstitution):
-    """Whether all are true: AllSubstitution(a, b, c). None is looked at behind one that is not."""
+    """Whether all values are true: AllSubstitution(a, b, c). Evaluation ends at the first that is false.
+
+    Attributes:
+        values: The values: true or false as a `bool`, "true", "false", "1" or "0".
+    """
 
     values: tuple[Truth, ...]
 
@@ -90,13 +169,27 @@ class AllSubstitution(TruthSubstitution):
         object.__setattr__(self, "values", values)
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether all are."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return all(truth(each, scope) for each in self.values)
 
 
 @dataclass(frozen=True, init=False)
 class AnySubstitution(TruthSubstitution):
-    """Whether one of them is true: AnySubstitution(a, b, c). None is looked at behind that one."""
+    """Whether one of the values is true: AnySubstitution(a, b, c). Evaluation ends at that one.
+
+    Attributes:
+        values: The values: true or false as a `bool`, "true", "false", "1" or "0".
+    """
 
     values: tuple[Truth, ...]
 
@@ -104,19 +197,44 @@ class AnySubstitution(TruthSubstitution):
         object.__setattr__(self, "values", values)
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether one is."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return any(truth(each, scope) for each in self.values)
 
 
 @dataclass(frozen=True)
 class EqualsSubstitution(TruthSubstitution):
-    """Whether two are the same: two words for yes or no, two numbers, or else two texts."""
+    """Whether two values are equal: as true and false, as numbers, or else as texts.
+
+    Attributes:
+        left: A text, number, or true or false.
+        right: Another one.
+    """
 
     left: Value
     right: Value
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether they are."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         left, right = _text(self.left, scope), _text(self.right, scope)
         words = {meaning(left), meaning(right)}
         if None not in words:
@@ -129,21 +247,36 @@ class EqualsSubstitution(TruthSubstitution):
 
 @dataclass(frozen=True)
 class NotEqualsSubstitution(EqualsSubstitution):
-    """Whether two are not the same."""
+    """Whether two values differ.
+
+    Attributes:
+        left: A text, number, or true or false.
+        right: Another one.
+    """
 
     def holds(self, scope: Scope) -> bool:
-        """Tell whether they are not."""
+        """Evaluate it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return not super().holds(scope)
 
 
 @dataclass(frozen=True)
 class IfElseSubstitution(Substitution):
-    """One text or another. Only the one that is chosen must stand for something.
+    """One of two texts. The other one is not evaluated.
 
     Attributes:
-        condition: What decides.
+        condition: Which one.
         if_value: The text if it is true.
-        else_value: The text if it is not.
+        else_value: The text if it is false.
     """
 
     condition: Truth
@@ -151,7 +284,14 @@ class IfElseSubstitution(Substitution):
     else_value: Text = ""
 
     def perform(self, scope: Scope) -> str:
-        """Return the text."""
+        """Return the text.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return resolve(self.if_value if truth(self.condition, scope) else self.else_value, scope)
 
 

@@ -50,7 +50,14 @@ class PythonExpression(Substitution):
     expression: Text
 
     def perform(self, scope: Scope) -> str:
-        """Return the text."""
+        """Return the text.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         expression = resolve(self.expression, scope)
         text = str(evaluate(expression))
         if len(text) > MAX_LENGTH:

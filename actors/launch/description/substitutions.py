@@ -88,8 +88,11 @@ class Substitution(Part, ABC):
     def perform(self, scope: Scope) -> str:
         """Return the text.
 
+        Args:
+            scope: What is set at the place of the description where it is used.
+
         Raises:
-            LaunchError: What it stands for is not there.
+            LaunchError: It has no value there.
         """
 
 
@@ -99,12 +102,23 @@ Text: TypeAlias = "str | PurePath | Substitution | Sequence[Text]"
 
 @dataclass(frozen=True)
 class TextSubstitution(Substitution):
-    """The text itself."""
+    """A text as it is.
+
+    Attributes:
+        text: The text.
+    """
 
     text: str
 
     def perform(self, scope: Scope) -> str:
-        """Return it."""
+        """Return it.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         del scope
         return self.text
 
@@ -115,14 +129,21 @@ class LaunchConfiguration(Substitution):
 
     Attributes:
         variable_name: The argument.
-        default: What stands there when nobody has declared or given it; None: that is an error.
+        default: Its value if nobody has declared or given it; None: that is an error.
     """
 
     variable_name: Text
     default: Text | None = None
 
     def perform(self, scope: Scope) -> str:
-        """Return the value."""
+        """Return the value.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         name = resolve(self.variable_name, scope)
         scope.used.add(name)
         value = scope.configurations.get(name)
@@ -135,18 +156,25 @@ class LaunchConfiguration(Substitution):
 
 @dataclass(frozen=True)
 class EnvironmentVariable(Substitution):
-    """The value of an environment variable, as the programs there get it.
+    """The value of an environment variable, as the programs here get it.
 
     Attributes:
         name: The variable.
-        default_value: What stands there when it is not set; None: that is an error.
+        default_value: Its value if it is not set; None: that is an error.
     """
 
     name: Text
     default_value: Text | None = None
 
     def perform(self, scope: Scope) -> str:
-        """Return the value."""
+        """Return the value.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         name = resolve(self.name, scope)
         value = scope.environment.get(name)
         if value is not None:
@@ -158,30 +186,55 @@ class EnvironmentVariable(Substitution):
 
 @dataclass(frozen=True)
 class PathJoinSubstitution(Substitution):
-    """A path of its parts."""
+    """A path made of parts.
+
+    Attributes:
+        substitutions: The parts.
+    """
 
     substitutions: Sequence[Text]
 
     def perform(self, scope: Scope) -> str:
-        """Return the path."""
+        """Return the path.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return str(PurePath(*(resolve(part, scope) for part in self.substitutions)))
 
 
 @dataclass(frozen=True)
 class ThisLaunchFileDir(Substitution):
-    """The folder of the launch file that says so."""
+    """The folder of the launch file with this substitution in it."""
 
     def perform(self, scope: Scope) -> str:
-        """Return the folder."""
+        """Return the folder.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         return scope.folder
 
 
 @dataclass(frozen=True)
 class ThisLaunchFile(Substitution):
-    """The path of the launch file that says so."""
+    """The path of the launch file with this substitution in it."""
 
     def perform(self, scope: Scope) -> str:
-        """Return the path."""
+        """Return the path.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
         if scope.file is None:
             raise LaunchError("ThisLaunchFile: this description comes from no file")
         return scope.file
