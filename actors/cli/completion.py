@@ -289,7 +289,7 @@ def _executables(line: _Line) -> Iterator[Offer]:
         yield FILES
 
 
-def _contexts(line: _Line) -> Iterator[Offer]:
+def _contexts(_line: _Line) -> Iterator[Offer]:
     """Yield the named brokers."""
     from actors.config.contexts import Contexts  # noqa: PLC0415
 

@@ -174,30 +174,6 @@ class Transcript:
             if process is None or writer.is_called(process):
                 yield line
 
-    def unknown(self, name: str) -> str:
-        """Return the end of an error: that no process has this name, and which names there are."""
-        known = ", ".join(each.label for each in self.processes)
-        return f"process is called '{name}'; there is: {known or 'none'}"
-
-    def unknown_name(self, process: str | None) -> str:
-        """Return the same if no process has this name, else nothing."""
-        if process is None or process == LAUNCH or self.called(process):
-            return ""
-        return f"; no {self.unknown(process)}"
-
-    def report(self, what: str, process: str | None) -> str:
-        """Return a text that says why a wait has failed: the processes, and the last lines of one or all."""
-        written = list(self.lines(process)) or list(self.lines())
-        return "\n".join(
-            [
-                what,
-                "Processes:",
-                *(f"  {each}" for each in self.processes),
-                f"Output, the last {SHOWN_LINES} lines:" if len(written) > SHOWN_LINES else "Output:",
-                *(f"  {line}" for line in written[-SHOWN_LINES:]),
-            ]
-        )
-
     def begin(self, search: Search, *, after: OutputLine | None = None) -> None:
         """Check the kept lines after `after`, and then each new one until `end`."""
         for line, writer, _ in self._lines:

@@ -100,7 +100,7 @@ def make_spec(
 def _name(name: str) -> str:
     if not 0 < len(name) <= MAX_NAME_CHARACTERS or not name.isprintable():
         limit = f"it has 1 to {MAX_NAME_CHARACTERS} printable characters"
-        raise LaunchError(f"A process cannot have the name '{shown(name)}': {limit}")
+        raise LaunchError(f"A process cannot have the name '{escape(name)}': {limit}")
     return name
 
 
