@@ -1,6 +1,6 @@
-"""Remapping: the rules `from:=to` that give nodes, namespaces, topics and services other names.
+"""Remapping rules `from:=to`, which rename nodes, namespaces, topics and services.
 
-foo:=bar                    topic or service, both sides expanded by the node that asks
+foo:=bar                    topic or service, both sides expanded by the node
 rostopic://foo:=bar         only topics; rosservice:// only services
 __node:=name  __ns:=/ns     the node's own names (`__name` is the same as `__node`)
 talker:foo:=bar             only for the node named `talker`
@@ -21,7 +21,7 @@ _EXPECTED: Final = "expected from:=to, such as chatter:=news, __node:=name, __ns
 
 
 class RemapKind(Enum):
-    """What a rule renames."""
+    """The kind of name that a rule changes."""
 
     TOPIC_OR_SERVICE = "topic or service"
     TOPIC = "topic"
@@ -36,21 +36,22 @@ _SPECIAL: Final = {"__node": RemapKind.NODE, "__name": RemapKind.NODE, "__ns": R
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RemapRule:
-    """One rule, as written: names are expanded only by the node that it is applied to."""
+    """One rule as written; the node that applies it expands its names."""
 
     kind: RemapKind
     replacement: str
     match: str = ""
     """The topic or service to rename; empty for node and namespace rules."""
     node: str | None = None
-    """Name of the only node that it applies to; None for all."""
+    """Name of the node that it applies to; None for all."""
 
     @classmethod
     def parse(cls, text: str) -> RemapRule:
-        """Read a rule from a command line.
+        """Return the rule of a command line.
 
         Raises:
-            ValueError: It is no rule, or a name in it is invalid (then an `InvalidNameError`).
+            ValueError: The text is not a rule.
+            InvalidNameError: A name in it is invalid.
         """
         left, separator, replacement = text.partition(":=")
         if not (separator and left and replacement):
@@ -75,21 +76,21 @@ class RemapRule:
         return cls(kind=kind, replacement=replacement, match=match, node=node)
 
     def applies_to(self, node_name: str) -> bool:
-        """Tell whether the rule is for the node with this name."""
+        """Return whether the rule applies to the node with this name."""
         return self.node is None or self.node == node_name
 
 
 class Remapper:
-    """The names of one node after remapping, and of everything that it uses.
+    """Remaps the name and namespace of one node, and the topics and services that it uses.
 
-    The node's own rules go before the process's; of several that match the first is applied, and only that
-    one. A rule for a single node is compared with its name after renaming.
+    The node's own rules precede those of the process, and only the first match is applied. A rule for a
+    single node is compared with its name after renaming.
 
     Args:
         name: The node's name in the code.
         namespace: Its full namespace in the code.
         rules: Given to this node.
-        process_rules: From the command line; pass none for a node that does not use global arguments.
+        process_rules: From the command line; none for a node that does not use global arguments.
 
     Raises:
         InvalidNameError: A name, or a rule expanded for this node, is invalid.
@@ -108,24 +109,32 @@ class Remapper:
         self.namespace = _first(ordered, RemapKind.NAMESPACE, self.name) or namespace
         validate_node_name(self.name)
         validate_namespace(self.namespace)
-        mine = [rule for rule in ordered if rule.applies_to(self.name)]
-        self._topics = self._table(mine, RemapKind.TOPIC)
-        self._services = self._table(mine, RemapKind.SERVICE)
+        applicable = [rule for rule in ordered if rule.applies_to(self.name)]
+        self._topics = self._table(applicable, RemapKind.TOPIC)
+        self._services = self._table(applicable, RemapKind.SERVICE)
 
     def resolve_topic(self, name: str, *, only_expand: bool = False) -> str:
-        """Return the full name of a topic that the node calls `name`.
+        """Return the full name of a topic.
+
+        Args:
+            name: Its name in the node's code.
+            only_expand: Do not remap it.
 
         Raises:
-            InvalidTopicNameError: `name` is invalid, or so when expanded.
+            InvalidTopicNameError: `name` is invalid, or its expansion is.
         """
         full = expand_topic_name(name, self.name, self.namespace, validate=True)
         return full if only_expand else self._topics.get(full, full)
 
     def resolve_service(self, name: str, *, only_expand: bool = False) -> str:
-        """Return the full name of a service that the node calls `name`.
+        """Return the full name of a service.
+
+        Args:
+            name: Its name in the node's code.
+            only_expand: Do not remap it.
 
         Raises:
-            InvalidServiceNameError: `name` is invalid, or so when expanded.
+            InvalidServiceNameError: `name` is invalid, or its expansion is.
         """
         full = expand_topic_name(name, self.name, self.namespace, is_service=True, validate=True)
         return full if only_expand else self._services.get(full, full)

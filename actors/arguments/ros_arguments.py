@@ -1,4 +1,4 @@
-"""ROS 2's command-line arguments: what stands between `--ros-args` and `--`."""
+"""ROS 2's command-line arguments, which are between `--ros-args` and `--`."""
 
 from __future__ import annotations
 
@@ -34,40 +34,47 @@ class InvalidRosArgumentError(CallboardError, ValueError):
 
 @dataclass(frozen=True, kw_only=True)
 class RosArguments:
-    """What a command line says to the nodes of a process."""
+    """ROS arguments for the nodes of a process.
+
+    Attributes:
+        remap_rules: In the order given; the first that matches is applied.
+        parameter_overrides: From `-p` and from files, in the order given; the last that matches wins.
+        log_level: For all loggers.
+        logger_levels: For single loggers, in the order given.
+        log_config_file: Accepted and ignored.
+        log_file_name: Accepted and ignored.
+        enclave: Accepted and ignored.
+        rosout_logs: Accepted and ignored: there is no /rosout.
+        stdout_logs: Whether the script's log lines go to the terminal.
+        external_lib_logs: Accepted and ignored: there is no external logging library.
+        remaining: All arguments that are not ROS's, in order.
+    """
 
     remap_rules: tuple[RemapRule, ...] = ()
-    """In the order given; the first that matches is applied."""
     parameter_overrides: tuple[ParameterOverride, ...] = ()
-    """From `-p` and from files, in the order given; the last that matches wins."""
     log_level: LoggingSeverity | None = None
-    """For all loggers."""
     logger_levels: tuple[tuple[str, LoggingSeverity], ...] = ()
-    """For single loggers, in the order given."""
     log_config_file: str | None = None
-    """Accepted; nothing reads it yet."""
     log_file_name: str | None = None
-    """Accepted; nothing reads it yet."""
     enclave: str | None = None
-    """Accepted; nothing reads it yet."""
     rosout_logs: bool = True
-    """Accepted; nothing publishes /rosout yet."""
     stdout_logs: bool = True
-    """Whether the script's log lines go to the terminal."""
     external_lib_logs: bool = True
-    """Accepted; there is no external logging library."""
     remaining: tuple[str, ...] = ()
-    """All that is not for ROS, in order."""
 
     def parameters_for(self, full_node_name: str) -> dict[str, ParameterValue]:
-        """Return the parameter values for one node."""
+        """Return the parameter values for one node.
+
+        Args:
+            full_node_name: Such as "/ns/talker".
+        """
         return overrides_for(self.parameter_overrides, full_node_name)
 
 
 process_arguments: Final[ContextVar[RosArguments | None]] = ContextVar(
     "callboard_process_arguments", default=None
 )
-"""What `actors.run` found on the command line; nodes take it unless `use_global_arguments=False`."""
+"""The arguments that `actors.run` has parsed; nodes use them unless `use_global_arguments=False`."""
 
 
 class _Builder:
@@ -134,14 +141,17 @@ _EXPECTED: Final = {
 
 
 def parse_ros_arguments(argv: Sequence[str]) -> RosArguments:
-    """Read a command line, with or without the program's name at its start.
+    """Return the ROS arguments of a command line.
 
-    Only what stands between `--ros-args` and the next `--` (or the end) is for ROS; there may be several such
-    sections. The rest, with further `--`, is kept for the program.
+    ROS arguments are between `--ros-args` and the next `--` (or the end); there may be several such sections.
+    The rest, with further `--`, is kept for the program.
+
+    Args:
+        argv: The command line, with or without the program's name.
 
     Raises:
-        InvalidRosArgumentError: Something in a section is unknown, lacks its value, or has a wrong one; a
-            parameter file cannot be used.
+        InvalidRosArgumentError: A ROS argument is unknown, lacks its value or has a wrong one, or a parameter
+            file cannot be used.
     """
     builder = _Builder()
     handlers = _handlers(builder)

@@ -1,7 +1,7 @@
-"""What a node holds, drops and spends its time on, at one moment, as plain data.
+"""A snapshot of a node's queues, counters and callback times, as plain data.
 
-`Node.diagnostics()` looks; nothing runs in the background for it. Counts are totals since the node was made,
-so two looks give rates: `later.rates_since(earlier)`. `as_dict()` is ready for `json.dumps`.
+`Node.diagnostics()` takes it; nothing runs in the background. Counters are totals since the node was made, so
+two snapshots give rates: `later.rates_since(earlier)`. `json.dumps` accepts the result of `as_dict()`.
 """
 
 from __future__ import annotations
@@ -19,16 +19,18 @@ SUBSCRIPTION_TOTALS: Final = ("received", "dropped", "expired", "lost", "lost_on
 SERVICE_TOTALS: Final = ("served", "errors")
 CLIENT_TOTALS: Final = ("calls", "failed", "timeouts")
 TIMER_TOTALS: Final = ("ticks", "skipped")
-"""The fields that only grow: what rates are made of."""
+"""The fields that only grow, from which rates are computed."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Size:
-    """One map or queue of a node that its other numbers do not show.
+    """The size of a map or queue of a node that no other field shows.
 
     Attributes:
-        limit: The most it may hold. None: as much as whoever fills it has (the program's own entities, tasks
-            and parameters, or what the broker allows).
+        name: Its name.
+        size: Its entries.
+        limit: The most it may hold; None if the program's own entities, tasks and parameters, or the broker's
+            limits, bound it.
     """
 
     name: str
@@ -38,15 +40,15 @@ class Size:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CallbackDiagnostics:
-    """How long a callback takes.
+    """The time that a callback takes.
 
     Attributes:
         name: The function's name.
         calls: How often it has been called.
-        busy_sec: Seconds for which it has held the event loop, in all; what it waits in `await` is not in it.
-        longest_sec: The longest time without a break: a batch of plain callbacks, or a coroutine from one
-            `await` to the next.
-        longest_elapsed_sec: For coroutines: the longest time since one began, waiting included.
+        busy_sec: Total seconds for which it has held the event loop, without the time in `await`.
+        longest_sec: The longest such time without a break: one batch of plain callbacks, or a coroutine from
+            one `await` to the next.
+        longest_elapsed_sec: The longest time from start to end of a coroutine, with the time in `await`.
         slow: How often it has held the loop for longer than the node's `slow_callback_sec`.
     """
 
@@ -65,14 +67,14 @@ class PublisherDiagnostics:
     Attributes:
         id: Its number in the node.
         topic: The full name of its topic.
-        matched: Subscriptions that it reaches now.
+        matched: Matched subscriptions now.
         published: Messages published.
         dropped: Messages dropped here, unsent.
-        queued: Messages that wait to be sent.
-        queued_bytes: Their size, those of this loop turn aside.
-        queue_limit: The most that may wait.
-        credit: Messages that may leave before the slowest KEEP_ALL reader must give credit; None: unlimited.
-        events: The callbacks of its events, those that it has.
+        queued: Unsent messages.
+        queued_bytes: Their size, without those of this loop turn.
+        queue_limit: Limit of unsent messages.
+        credit: Messages that may be sent before the slowest KEEP_ALL reader grants more; None: unlimited.
+        events: The callbacks of its events.
     """
 
     id: int
@@ -88,7 +90,7 @@ class PublisherDiagnostics:
 
     @property
     def name(self) -> str:
-        """What its rates stand under."""
+        """The key of its rates in `NodeRates`."""
         return self.topic
 
 
@@ -99,18 +101,18 @@ class SubscriptionDiagnostics:
     Attributes:
         id: Its number in the node.
         topic: The full name of its topic.
-        matched: Publishers that it hears now.
+        matched: Matched publishers now.
         received: Messages handed to the callback or the iterator.
-        queued: Messages that wait for it.
-        queue_limit: The most that may wait; with KEEP_ALL, of the publishers that are matched now.
-        running: Coroutine callbacks under way.
-        dropped: Messages dropped here, because the reader was slow.
-        expired: Messages that got too old while they waited here.
-        lost: Messages that never came over an unbroken link.
-        lost_on_break: Messages that never came because a link broke.
+        queued: Messages not yet handed over.
+        queue_limit: Limit of these; with KEEP_ALL, the sum for the publishers matched now.
+        running: Coroutine callbacks that run now.
+        dropped: Messages dropped here because the reader was slow.
+        expired: Messages that exceeded their lifespan in the queue.
+        lost: Messages that did not arrive over an unbroken link.
+        lost_on_break: Messages that did not arrive because a link broke.
         undecodable: Messages dropped because they were not valid.
-        callback: None for a subscription that is iterated over.
-        events: The callbacks of its events, those that it has.
+        callback: Its callback; None for a subscription that is iterated over.
+        events: The callbacks of its events.
     """
 
     id: int
@@ -130,7 +132,7 @@ class SubscriptionDiagnostics:
 
     @property
     def name(self) -> str:
-        """What its rates stand under."""
+        """The key of its rates in `NodeRates`."""
         return self.topic
 
 
@@ -143,8 +145,8 @@ class ServiceDiagnostics:
         service: Its full name.
         waiting: Requests that wait for the handler.
         waiting_bytes: Their size.
-        queue_limit: The most that may wait.
-        running: Requests whose handler is under way.
+        queue_limit: Limit of waiting requests.
+        running: Requests whose handler runs now.
         served: Requests answered, errors included.
         errors: Requests answered with an error.
         callback: The handler.
@@ -162,7 +164,7 @@ class ServiceDiagnostics:
 
     @property
     def name(self) -> str:
-        """What its rates stand under."""
+        """The key of its rates in `NodeRates`."""
         return self.service
 
 
@@ -173,12 +175,12 @@ class ClientDiagnostics:
     Attributes:
         id: Its number in the node.
         service: The full name of the service that it calls.
-        matched: Servers of it now.
+        matched: Matched servers now.
         pending: Calls in flight.
         calls: Calls made.
-        failed: Calls that have ended in an error, timeouts among them.
-        timeouts: Calls whose deadline has passed.
-        late: Replies that came when their call had ended already.
+        failed: Calls that ended in an error, timeouts included.
+        timeouts: Calls whose deadline passed.
+        late: Replies that arrived after the end of their call.
     """
 
     id: int
@@ -192,7 +194,7 @@ class ClientDiagnostics:
 
     @property
     def name(self) -> str:
-        """What its rates stand under."""
+        """The key of its rates in `NodeRates`."""
         return self.service
 
 
@@ -204,8 +206,8 @@ class TimerDiagnostics:
         id: Its number in the process.
         period_sec: Its period.
         ticks: Callbacks run.
-        skipped: Ticks that passed unused, because the callback still ran or waited.
-        callback: What it calls.
+        skipped: Ticks without a callback, because the last one still ran or waited.
+        callback: Its callback.
     """
 
     id: int
@@ -216,18 +218,18 @@ class TimerDiagnostics:
 
     @property
     def name(self) -> str:
-        """What its rates stand under."""
+        """The key of its rates in `NodeRates`."""
         return self.callback.name
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MailboxDiagnostics:
-    """What the node's callbacks do.
+    """The state of the node's mailbox.
 
     Attributes:
-        busy: Whether a coroutine callback is under way that lets no other run.
-        waiting: Subscriptions, services and timers that have something to run.
-        suspended: Coroutine callbacks that wait for a call, or for their turn after it.
+        busy: Whether a coroutine callback runs that excludes others.
+        waiting: Subscriptions, services and timers with callbacks to run.
+        suspended: Coroutine callbacks that wait for a call, or to be resumed after it.
         workers: Tasks that run coroutine callbacks, or are kept to run the next one.
     """
 
@@ -239,11 +241,11 @@ class MailboxDiagnostics:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LagDiagnostics:
-    """How late the event loop is with what is due; looked at some times a second, with a broker only.
+    """The delay of the event loop's timers, measured several times a second while connected.
 
     Attributes:
-        last_sec: At the last look.
-        longest_sec: In the last minute.
+        last_sec: The last measurement.
+        longest_sec: The longest of the last minute.
     """
 
     last_sec: float
@@ -252,14 +254,19 @@ class LagDiagnostics:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class NodeRates:
-    """What happened per second between two looks, by the name of topic, service or timer callback.
+    """Events per second between two snapshots, by the name of topic, service or timer callback.
 
-    What has one name in the node is added up. Of entities that have gone in between nothing is known.
+    Entities with the same name in the node are added up; entities destroyed in between are not included.
 
     Attributes:
-        seconds: The time between the looks.
-        busy: The part of it for which callbacks held the event loop, 0 to 1.
+        seconds: The time between the snapshots.
+        busy: The fraction of it for which callbacks held the event loop, 0 to 1.
         callback_errors: Callbacks that raised, per second.
+        publishers: By topic, the rate of each total.
+        subscriptions: By topic, the rate of each total.
+        services: By service, the rate of each total.
+        clients: By service, the rate of each total.
+        timers: By callback, the rate of each total.
     """
 
     seconds: float
@@ -272,27 +279,27 @@ class NodeRates:
     timers: dict[str, dict[str, float]]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the same as dicts and numbers."""
+        """Return the rates as dicts and numbers."""
         return asdict(self)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class NodeDiagnostics:
-    """A node at one moment.
+    """A snapshot of a node.
 
     Attributes:
         node: Its full name.
-        broker: The URL of its broker, or those that it tries.
-        connected: Whether there is a session with a broker now.
-        connections: Sessions so far; above 1 there was a loss.
-        stamp_ns: When this was, in ns since the epoch.
+        broker: The URL of its broker, or the URLs that it tries.
+        connected: Whether it has a session with a broker.
+        connections: Sessions so far; more than 1 after a lost session.
+        stamp_ns: Time of the snapshot in ns since the epoch.
         uptime_sec: Seconds since the node was made, by a steady clock.
-        callback_errors: Callbacks that have raised.
-        outbox_bytes: Control frames, requests and replies that wait to be sent.
-        mailbox: What its callbacks do.
-        loop_lag: How late the event loop is.
-        publishers, subscriptions, services, clients, timers: What it has.
-        sizes: Whatever else it holds, with its limits.
+        callback_errors: Callbacks that raised.
+        outbox_bytes: Unsent bytes of control frames, requests and replies.
+        mailbox: The state of its callbacks.
+        loop_lag: The delay of the event loop.
+        publishers, subscriptions, services, clients, timers: Its entities.
+        sizes: Sizes of its other queues and maps, with their limits.
     """
 
     node: str
@@ -329,20 +336,23 @@ class NodeDiagnostics:
         return tuple(sorted(found, key=lambda callback: callback.busy_sec, reverse=True))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the same as dicts, tuples, strings and numbers."""
+        """Return the snapshot as dicts, tuples, strings and numbers."""
         return asdict(self)
 
     def rates_since(self, earlier: NodeDiagnostics) -> NodeRates:
-        """Return what has happened per second since an earlier look at the same node.
+        """Return the events per second since an earlier snapshot of the same node.
 
-        What has begun anew in between, in another life of the node, counts from zero.
+        Counters that were reset in between, by a new start of the node, count from zero.
+
+        Args:
+            earlier: The earlier snapshot.
 
         Raises:
-            ValueError: `earlier` is not earlier, or another node's.
+            ValueError: `earlier` is not earlier, or is of another node.
         """
         seconds = self.uptime_sec - earlier.uptime_sec
         if seconds <= 0 or self.node != earlier.node:
-            raise ValueError("Rates need an earlier look at the same node")
+            raise ValueError("Rates need an earlier snapshot of the same node")
         return NodeRates(
             seconds=seconds,
             busy=max(0.0, _busy(self) - _busy(earlier)) / seconds,
@@ -356,7 +366,7 @@ class NodeDiagnostics:
 
 
 class _Counted(Protocol):
-    """What has totals."""
+    """A record with totals."""
 
     @property
     def id(self) -> int: ...

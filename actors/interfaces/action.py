@@ -1,6 +1,6 @@
-"""The services and the message that carry an action, under ROS's names.
+"""The services and the message of an action, with ROS's names.
 
-An action `Fibonacci` is spoken as two services, `Fibonacci_SendGoal` and `Fibonacci_GetResult`, and a topic
+An action `Fibonacci` uses two services, `Fibonacci_SendGoal` and `Fibonacci_GetResult`, and a topic
 of `Fibonacci_FeedbackMessage`, beside the common `action_msgs/srv/CancelGoal` and
 `action_msgs/msg/GoalStatusArray`.
 """
@@ -19,7 +19,7 @@ from actors.interfaces.unique_identifier_msgs.msg import UUID
 
 @dataclass(frozen=True)
 class ActionTypes:
-    """The types that an action implies.
+    """The types derived from an action.
 
     Attributes:
         send_goal: Service: Request(goal_id, goal), Response(accepted, stamp).
@@ -46,13 +46,13 @@ def _service(
 
 
 def is_action_type(cls: object) -> bool:
-    """Whether `cls` is an action class."""
+    """Return whether `cls` is an action class."""
     return isinstance(cls, type) and issubclass(cls, Action) and cls is not Action
 
 
 @cache
 def action_types(action: type[Action]) -> ActionTypes:
-    """Return the types that carry `action`; they are made once.
+    """Return the types derived from an action; they are made once.
 
     Raises:
         TypeError: `action` is not an action class.

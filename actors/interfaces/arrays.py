@@ -1,14 +1,14 @@
-"""Numeric sequences: packed arrays that travel as one msgpack extension each.
+"""Numeric sequences: packed arrays, each encoded as one msgpack extension.
 
-An extension's code says the element type; its bytes are the elements, little-endian, without padding:
+The code of an extension is the element type; its bytes are the elements, little-endian, without padding:
 
     1 int8      2 int16     3 int32     4 int64
-    5 (uint8: not used, `uint8[]`, `byte[]` and `char[]` travel as bin)
+    5 (unused: `uint8[]`, `byte[]` and `char[]` are encoded as bin)
     6 uint16    7 uint32    8 uint64
     9 float32  10 float64
 
-A sender may also write such a field as a plain msgpack array of numbers; a reader accepts both. `bool[]`,
-strings and messages are plain arrays always. Codes 11 to 31 are kept for later element types.
+A sender may also encode such a field as a plain msgpack array of numbers; a reader accepts both. `bool[]`,
+strings and messages are always plain arrays. Codes 11 to 31 are reserved for more element types.
 """
 
 from __future__ import annotations
@@ -43,10 +43,13 @@ def _element_name(typecode: str) -> str:
 
 
 class NumericArray(_Base):
-    """An `array.array` whose element type is its class's: base of `Float64Array` and its like.
+    """An `array.array` with the element type of its class: base of `Float64Array` and the others.
 
-    Takes any iterable of numbers or any buffer (bytes are taken as numbers 0 to 255). A buffer of the same
-    element type, NumPy's included, is copied without a loop. Compares equal to lists of equal numbers.
+    A buffer of the same element type, such as a NumPy array, is copied without a loop. Arrays are equal to
+    lists of equal numbers.
+
+    Args:
+        values: An iterable of numbers, or a buffer; bytes are numbers from 0 to 255.
 
     Raises:
         TypeError: An element is not a number of the right kind, or a buffer has more than one dimension.
@@ -88,7 +91,7 @@ class NumericArray(_Base):
 
     @classmethod
     def from_packed(cls, data: Buffer) -> Self:
-        """Return the array that `data`, little-endian packed elements, stands for.
+        """Return the array of little-endian packed elements.
 
         Raises:
             ValueError: The length is not a multiple of the element's size.
@@ -194,7 +197,7 @@ ARRAY_BY_ELEMENT: dict[str, type[NumericArray]] = {cls.element: cls for cls in A
 
 
 def pack(value: object) -> tuple[int, memoryview] | memoryview | None:
-    """Return how a buffer travels: (extension code, bytes), a view for bin, or None if it has no numbers.
+    """Return the encoding of a buffer: (extension code, bytes), a view for bin, or None without numbers.
 
     Raises:
         TypeError: The buffer has more than one dimension.

@@ -1,7 +1,7 @@
-"""Which interface packages and types there are, without importing a class: what lists need, at once.
+"""Lists interface packages and types without importing a class.
 
-An interface package is one of callboard's, a Python package that `interface generate` has written, or a
-folder on the import path with msg/*.msg, srv/*.srv or action/*.action.
+An interface package is one of callboard's, a Python package written by `interface generate`, or a folder on
+the import path with msg/*.msg, srv/*.srv or action/*.action.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _STANDARD: Final = Path(__file__).parent
 _PACKAGE: Final = re.compile(r"[a-z][a-z0-9_]*")
 _TYPE: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
 _GENERATED: Final = "from actors.interfaces.lazy import lazy_exports"
-"""What the packages that `interface generate` writes have in common."""
+"""A line in every package written by `interface generate`."""
 
 
 def standard_packages() -> list[str]:
@@ -34,17 +34,17 @@ def standard_packages() -> list[str]:
 def known_packages() -> list[str]:
     """Return the names of all interface packages: the standard ones and those on the import path, sorted."""
     found = set(standard_packages())
-    for place in sys.path:
+    for entry in sys.path:
         try:
-            folders = [each for each in Path(place or ".").iterdir() if _PACKAGE.fullmatch(each.name)]
-        except OSError:  # a zip file, or a folder that is not there
+            folders = [each for each in Path(entry or ".").iterdir() if _PACKAGE.fullmatch(each.name)]
+        except OSError:  # a zip file or a missing folder
             continue
         found.update(folder.name for folder in folders if any(_has(folder / kind, kind) for kind in KINDS))
     return sorted(found)
 
 
 def python_package(package: str, kind: str) -> str | None:
-    """Return the Python package with the interfaces of `kind`, not imported; None if there is none."""
+    """Return the name of the Python package with the interfaces of a kind, None if there is none."""
     if (_STANDARD / package / kind / "__init__.py").is_file():
         return f"{STANDARD_ROOT}.{package}.{kind}"
     if any((folder / kind / "__init__.py").is_file() for folder in _folders(package)):
@@ -53,7 +53,7 @@ def python_package(package: str, kind: str) -> str | None:
 
 
 def source_file(package: str, kind: str, name: str) -> Path | None:
-    """Return the file that an interface is written in, None if it is not at hand."""
+    """Return the file with the text of an interface, None if there is none."""
     if not (_PACKAGE.fullmatch(package) and kind in KINDS and _TYPE.fullmatch(name)):
         return None
     if package in standard_packages():
@@ -75,7 +75,7 @@ def interfaces_of(package: str) -> list[str]:
 
 
 def unknown_package(package: str) -> str:
-    """Say that there is no such interface package, and which one may be meant."""
+    """Return the error text for an unknown package, with a suggestion."""
     close = difflib.get_close_matches(package, known_packages(), n=1)
     return f"Unknown package '{package}'" + (f"; did you mean {close[0]}?" if close else "")
 
@@ -121,7 +121,7 @@ def _folders(package: str) -> list[Path]:
 
 
 def _has(folder: Path, kind: str) -> bool:
-    """Tell whether a folder has interfaces of a kind: generated, or as text."""
+    """Return whether a folder has interfaces of a kind: generated, or as text."""
     if not folder.is_dir():
         return False
     try:

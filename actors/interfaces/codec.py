@@ -1,10 +1,10 @@
 """Messages to bytes and back: the hot path.
 
-A message travels as a msgpack map of field name to value. msgspec checks nothing while it encodes, so a codec
-decodes what it has just encoded with the typed decoder, and a wrong value raises at the line that sent it.
-Large binary fields and arrays are not copied by this check.
+A message travels as a msgpack map of field name to value. msgspec does not check values while it encodes, so
+a codec decodes its own result with the typed decoder, and a wrong value raises where the message is sent.
+This check does not copy large binary fields and arrays.
 
-Fields that a reader does not know are ignored; fields that a writer left out take their defaults.
+Unknown fields are ignored when decoding; missing fields have their defaults.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ T = TypeVar("T", bound=Message)
 
 
 def _encode_hook(value: object) -> object:
-    """Encode what msgspec does not know: arrays, NumPy arrays and NumPy scalars."""
+    """Encode types that msgspec does not know: arrays, NumPy arrays and NumPy scalars."""
     if isinstance(value, NumericArray) and not BIG_ENDIAN:
-        return msgspec.msgpack.Ext(value.code, memoryview(value))  # as `pack` would, without its questions
-    # A NumPy scalar is a buffer, too, of no dimension.
+        return msgspec.msgpack.Ext(value.code, memoryview(value))  # as `pack` does, without its checks
+    # A NumPy scalar is a buffer without dimensions.
     if hasattr(value, "dtype") and getattr(value, "ndim", None) == 0:
         return cast("Any", value).item()
     packed = pack(value)
@@ -43,7 +43,7 @@ def _encode_hook(value: object) -> object:
 
 
 def _extension_hook(code: int, data: memoryview) -> object:
-    """Build the array of a received extension; what cannot be one is left for the field's hook to refuse."""
+    """Return the array of a received extension; the field's hook refuses an invalid one."""
     array = ARRAY_BY_CODE.get(code)
     try:
         return array.from_packed(data) if array is not None else msgspec.msgpack.Ext(code, bytes(data))
@@ -52,7 +52,7 @@ def _extension_hook(code: int, data: memoryview) -> object:
 
 
 def _decode_hook(wire: type, value: Any) -> object:
-    """Check a received numeric sequence, or turn a plain array of numbers into one."""
+    """Check a received numeric sequence, or convert a plain array of numbers."""
     assert isinstance(wire, SequenceWire)
     array = wire.array
     if type(value) is not array:
@@ -70,7 +70,7 @@ def _decode_hook(wire: type, value: Any) -> object:
 
 
 def _measure_extension(code: int, data: memoryview) -> object:
-    """Stand in for an array that was just encoded, without copying it."""
+    """Return the code and size of an array that was just encoded, without copying it."""
     return code, len(data)
 
 
@@ -91,7 +91,7 @@ def _verify_hook(wire: type, value: Any) -> object:
     return None
 
 
-# Whatever a message holds or a peer sends, these are the errors that msgspec and the hooks have for it.
+# All errors that msgspec and the hooks raise for invalid messages and data.
 _ENCODING_ERRORS = (
     msgspec.MsgspecError, ValueError, TypeError, OverflowError, RecursionError, AttributeError,
     NotImplementedError, BufferError,
@@ -122,7 +122,7 @@ class Codec(Generic[T]):
                 ext_hook=_measure_extension if verify else _extension_hook,
             )
 
-        one, run, verifier = wired(
+        one, batch, verifier = wired(
             msg_type,
             lambda: (
                 decoder(msg_type),
@@ -130,15 +130,18 @@ class Codec(Generic[T]):
                 decoder(msg_type, verify=True),
             ),
         )
-        # Bound methods as attributes: a lookup less per message.
+        # Bound methods as attributes save a lookup per message.
         self._encode = encoder.encode
         self._encode_into = encoder.encode_into
         self._decode = one.decode
-        self._decode_run = run.decode
+        self._decode_batch = batch.decode
         self._verify = verifier.decode
 
     def encode(self, message: T) -> bytes:
-        """Return `message` as msgpack, verified.
+        """Return a message as msgpack, verified.
+
+        Args:
+            message: An instance of `msg_type`.
 
         Raises:
             TypeError: `message` is not a `msg_type`.
@@ -153,20 +156,32 @@ class Codec(Generic[T]):
             raise InvalidMessageError(explain_encoding(message, error, self._encode)) from error
         return data
 
-    def encode_behind(self, message: T, room: int) -> bytearray:
-        """Return the same behind `room` free bytes: what goes before a large message then costs no copy."""
+    def encode_behind(self, message: T, offset: int) -> bytearray:
+        """Return a message as `encode` does, after free bytes for a header, which then needs no copy.
+
+        Args:
+            message: An instance of `msg_type`.
+            offset: Number of free bytes.
+
+        Raises:
+            TypeError: `message` is not a `msg_type`.
+            InvalidMessageError: A field's value does not fit its type.
+        """
         if not isinstance(message, self.msg_type):
             raise self._wrong_type(message)
-        data = bytearray(room)
+        data = bytearray(offset)
         try:
-            self._encode_into(message, data, room)
-            self._verify(memoryview(data)[room:])
+            self._encode_into(message, data, offset)
+            self._verify(memoryview(data)[offset:])
         except _ENCODING_ERRORS as error:
             raise InvalidMessageError(explain_encoding(message, error, self._encode)) from error
         return data
 
     def decode(self, data: Buffer) -> T:
-        """Return the message that `data` holds. `uint8[]` fields are views that keep `data` alive.
+        """Return the message in `data`.
+
+        Args:
+            data: One message as msgpack; `uint8[]` fields are views that keep it alive.
 
         Raises:
             InvalidMessageError: `data` is not one message of this type.
@@ -177,13 +192,16 @@ class Codec(Generic[T]):
             raise InvalidMessageError(explain_decoding(self.msg_type, error)) from error
 
     def decode_batch(self, data: Buffer) -> list[T]:
-        """Return the messages that `data`, a msgpack array of them, holds.
+        """Return the messages in `data`.
+
+        Args:
+            data: A msgpack array of messages.
 
         Raises:
-            InvalidMessageError: Any of them is not a message of this type; `decode` tells which.
+            InvalidMessageError: One of them is not a message of this type; `decode` finds out which.
         """
         try:
-            return cast("list[T]", self._decode_run(data))
+            return cast("list[T]", self._decode_batch(data))
         except _DECODING_ERRORS as error:
             raise InvalidMessageError(explain_decoding(self.msg_type, error)) from error
 
@@ -202,8 +220,11 @@ def _codec(msg_type: type[Message]) -> Codec[Message]:
 def codec_for(msg_type: type[T]) -> Codec[T]:
     """Return the codec of a message class; it is made once.
 
+    Args:
+        msg_type: The message class.
+
     Raises:
-        TypeError: `msg_type` is no message class, or one of its fields has no ROS type.
+        TypeError: `msg_type` is not a message class, or one of its fields has no ROS type.
     """
     return cast("Codec[T]", _codec(msg_type))
 
@@ -212,7 +233,10 @@ _untyped = msgspec.msgpack.Decoder(ext_hook=_extension_hook)
 
 
 def decode_untyped(data: Buffer) -> dict[str, Any]:
-    """Return a message whose type is not at hand as a dict of its fields; numeric sequences are arrays.
+    """Return a message of unknown type as a dict of its fields; numeric sequences are arrays.
+
+    Args:
+        data: One message as msgpack.
 
     Raises:
         InvalidMessageError: `data` is not a msgpack map with string keys.

@@ -1,7 +1,7 @@
 """Messages from and to plain values: dicts, YAML, CSV; for the command line and for people.
 
-The outgoing functions take a message, or the dict that `codec.decode_untyped` returns where the type is not
-at hand; then sequences are described by what arrived.
+The `message_to_` functions take a message, or the dict that `codec.decode_untyped` returns for an unknown
+type; then sequences are described by their received types.
 """
 
 from __future__ import annotations
@@ -38,23 +38,25 @@ _IDL_NAMES: Final = {
 }
 _MAX_WIDTH: Final = 2**31 - 1
 _MAX_DEPTH: Final = 64
-"""Nesting that a received message may have, to be printed; real types have about ten levels."""
+"""Limit of the nesting of a printed message; real types have about ten levels."""
 _LONG: Final = 64
-"""Numbers in a list that is worth writing without PyYAML."""
+"""Numbers in a list from which on it is written without PyYAML."""
 _NUMBERS: Final = frozenset({bool, int, float})
 _FLAT: Final[tuple[type[Any], ...]] = (bytes, bytearray, memoryview, NumericArray)
-"""Sequences that hold numbers alone."""
+"""Sequences of numbers only."""
 T = TypeVar("T", bound=Message)
 
 
 def set_message_fields(message: Message, values: Mapping[str, Any]) -> None:
-    """Set the fields of `message` that `values` names; the others stay. After an error none is set.
+    """Set fields of a message; after an error none is set.
 
-    Nested messages take dicts, and sequences of messages lists of dicts.
+    Args:
+        message: The message; fields that are not in `values` keep their values.
+        values: Field name to value: a dict for a nested message, a list of dicts for a sequence of messages.
 
     Raises:
         AttributeError: A key is not a field.
-        TypeError: `values`, or what stands for a nested message, is not a dict.
+        TypeError: `values`, or the value of a nested message, is not a dict.
         ValueError: A value does not fit its field.
     """
     filled = _filled(type(message), message, values, type_name(type(message)))
@@ -64,11 +66,15 @@ def set_message_fields(message: Message, values: Mapping[str, Any]) -> None:
 
 
 def message_from_fields(msg_type: type[T], values: Mapping[str, Any]) -> T:
-    """Return a new message with the fields that `values` names, as `set_message_fields` takes them.
+    """Return a new message.
+
+    Args:
+        msg_type: Its class.
+        values: As for `set_message_fields`.
 
     Raises:
         AttributeError: A key is not a field.
-        TypeError: `values`, or what stands for a nested message, is not a dict.
+        TypeError: `values`, or the value of a nested message, is not a dict.
         ValueError: A value does not fit its field, or a field without default is missing.
     """
     filled = cast("T", _filled(msg_type, None, values, type_name(msg_type)))
@@ -121,7 +127,7 @@ def _converted(field_type: FieldType, value: Any, current: Any, path: str) -> An
 
 
 def _scalar(field_type: FieldType, value: Any, path: str) -> Any:
-    """Convert as a command line needs: `data: 5` is text for a string field, and 1 is true for a bool."""
+    """Convert a command line's value: `data: 5` is text for a string field, and 1 is true for a bool."""
     base = field_type.base
     if base in {"string", "wstring"} and isinstance(value, bool | int | float):
         return str(value)
@@ -144,7 +150,7 @@ def _scalar(field_type: FieldType, value: Any, path: str) -> Any:
 
 
 class _Renderer:
-    """What is shortened or left out while values are made plain."""
+    """Converts values to plain ones; shortens or omits what the options say."""
 
     def __init__(self, truncate_length: int | None, *, no_arr: bool, no_str: bool) -> None:
         self._limit = truncate_length
@@ -225,13 +231,13 @@ def message_to_ordereddict(
     """Return a message as nested dicts, lists, numbers and strings.
 
     Args:
-        message: A message, or the dict of a message whose type is not at hand.
+        message: A message, or the dict of a message of unknown type.
         truncate_length: Longer strings and sequences are cut to this many items and `...`; None: never.
         no_arr: Describe sequences (`<sequence type: double, length: 3>`) rather than list them.
         no_str: Describe strings (`<string length: <15>>`) rather than show them.
 
     Raises:
-        InvalidMessageError: A message without type is nested too deeply.
+        InvalidMessageError: A message of unknown type is nested too deeply.
     """
     renderer = _Renderer(truncate_length, no_arr=no_arr, no_str=no_str)
     return renderer.message(message) if isinstance(message, Message) else renderer.mapping(message)
@@ -248,7 +254,7 @@ def message_to_yaml(
     """Return a message as YAML, ending with a newline; the arguments are `message_to_ordereddict`'s.
 
     Args:
-        message: A message, or the dict of a message whose type is not at hand.
+        message: A message, or the dict of a message of unknown type.
         truncate_length: See `message_to_ordereddict`.
         no_arr: See `message_to_ordereddict`.
         no_str: See `message_to_ordereddict`.
@@ -271,7 +277,7 @@ def message_to_yaml(
 
 
 def _dict(value: Any, mark: str, numbers: list[list[float]]) -> Any:
-    """Turn ordered dicts into dicts, which YAML's safe dumper knows; put long lists of numbers aside."""
+    """Convert ordered dicts to dicts, for YAML's safe dumper; move long lists into `numbers`."""
     if isinstance(value, dict):
         fields = cast("dict[str, Any]", value).items()
         return {name: _dict(item, mark, numbers) for name, item in fields}
@@ -285,7 +291,7 @@ def _dict(value: Any, mark: str, numbers: list[list[float]]) -> Any:
 
 
 def _with_numbers(text: str, mark: str, numbers: list[list[float]], *, flow_style: bool) -> str:
-    """Put long lists of numbers where their marks stand: PyYAML takes seconds for an image."""
+    """Replace marks by their lists of numbers: PyYAML takes seconds for an image."""
 
     def listed(match: re.Match[str]) -> str:
         texts = map(_number, numbers[int(match["index"])])

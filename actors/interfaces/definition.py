@@ -2,7 +2,7 @@
 
 The definition is the JSON text of ROS's TypeDescription without default values and comments: the described
 type and, sorted by name, every type it refers to. The hash is "RIHS01_" and the SHA-256 of that text in hex,
-so a ROS tool and a client in any language come to the same value from the definition alone.
+so ROS tools and clients in any language compute the same value from the definition alone.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Description = dict[str, Any]
 """One type: {"type_name": …, "fields": [{"name": …, "type": {…}}]}."""
 
 _NESTED: Final = 1
-# `char` is uint8: .msg's char has been an unsigned byte since ROS 1, and ROS 2 describes it so.
+# `char` is uint8: in .msg files it has been an unsigned byte since ROS 1.
 TYPE_IDS: Final = {
     "int8": 2, "uint8": 3, "char": 3, "int16": 4, "uint16": 5, "int32": 6, "uint32": 7, "int64": 8,
     "uint64": 9, "float32": 10, "float64": 11, "bool": 15, "byte": 16, "string": 17, "wstring": 18,
@@ -66,7 +66,7 @@ def _of_type(name: str, field_type: FieldType) -> Description:
 
 
 def _type(name: str, fields: list[Description]) -> Description:
-    # Like ROS, whose C structures cannot be empty.
+    # As in ROS, whose C structures cannot be empty.
     empty = [_field(EMPTY_MEMBER, TYPE_IDS["uint8"])]
     return {"type_name": name, "fields": fields or empty}
 
@@ -133,10 +133,10 @@ def _service_types(name: str) -> list[Description]:
 
 
 def array_kind(type_id: int) -> tuple[str, int]:
-    """Split a field's type id into how its brackets are written, {} standing for the capacity, and the rest.
+    """Return the brackets of a field's type id, with {} for the capacity, and the id of its element.
 
     Raises:
-        KeyError: There is no such kind.
+        KeyError: The type id is unknown.
     """
     offset = type_id - type_id % _FIXED
     return {0: "", _FIXED: "[{}]", _BOUNDED: "[<={}]", _UNBOUNDED: "[]"}[offset], type_id - offset

@@ -1,4 +1,4 @@
-"""From a type's canonical definition back to text: how a type is shown whose class is not at hand."""
+"""Renders the text of a type from its canonical definition, without its class."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ _SEPARATOR: Final = "---\n"
 
 
 def texts_of(definition: bytes) -> dict[str, str]:
-    """Return the texts of a definition's types: type name to what stands in a `.msg` or `.srv` file.
+    """Return the texts of a definition's types: type name to the content of a `.msg` or `.srv` file.
 
     Constants, defaults and comments are not part of a definition.
 
     Args:
-        definition: As `actors.interfaces.message.definition` makes it, and the broker keeps it.
+        definition: The result of `actors.interfaces.message.definition`, which the broker keeps.
 
     Raises:
-        InvalidMessageError: It is no such definition.
+        InvalidMessageError: It is not such a definition.
     """
     try:
         whole: Any = json.loads(definition)

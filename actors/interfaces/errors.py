@@ -1,11 +1,11 @@
-"""Everything that can go wrong with message types and messages.
+"""Errors of message types and messages.
 
     CallboardError (proto.errors)
-    ├── InvalidMessageError (ValueError)   a field's value breaks its type, or bytes are not such a message
+    ├── InvalidMessageError (ValueError)   a value does not fit its field, or bytes are not such a message
     ├── InterfaceSyntaxError (ValueError)  a .msg, .srv or .action file breaks a rule; says file and line
     └── UnknownInterfaceError (LookupError) no message, service or action of that name can be imported
 
-Handing in an object of another class altogether (`publish("text")`) is a plain `TypeError`, as in rclpy.
+An object of another class (`publish("text")`) raises a plain `TypeError`, as in rclpy.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from proto.errors import CallboardError
 
 
 class InvalidMessageError(CallboardError, ValueError):
-    """A message does not fit its type: the text names the type, the field's path and what was expected."""
+    """A message does not fit its type: the text names the type, the field's path and the expected value."""
 
 
 class InterfaceSyntaxError(CallboardError, ValueError):
     """An interface definition breaks a rule.
 
-    ROS raises NameError, ValueError or TypeError here, by rule; callboard has this one type for all.
+    ROS raises NameError, ValueError or TypeError here; callboard has one type for all.
 
     Attributes:
-        source: The file, or the name that stands for it.
-        line: The line number, counted from 1; 0 if the whole file is meant.
-        reason: The broken rule and the remedy, in words.
+        source: The file, or a name for it.
+        line: The line number, from 1; 0 for the whole file.
+        reason: The broken rule and the remedy.
     """
 
     def __init__(self, source: str, line: int, reason: str) -> None:

@@ -1,4 +1,4 @@
-"""Texts for messages that do not fit their type: which field, what was expected, what was there."""
+"""Error texts for messages that do not fit their type: the field, the expected value, the actual one."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _split(error: BaseException) -> tuple[str, str]:
 
 
 def explain_decoding(cls: type[Message], error: BaseException) -> str:
-    """Say why bytes are not a message of type `cls`."""
+    """Return why bytes are not a message of type `cls`."""
     path, reason = _split(error)
     return f"{message_name(cls)}{path}: {reason}"
 
@@ -44,7 +44,7 @@ def _value_at(message: Message, path: str) -> object:
 
 
 def _unencodable(message: Message, encode: Callable[[Any], bytes]) -> tuple[str, Any, Any]:
-    """Return the path to the innermost value that cannot be encoded, it, and the message that holds it."""
+    """Return the path to the innermost value that cannot be encoded, the value, and its message."""
     path = ""
     value: Any = message
     owner: Any = None
@@ -58,7 +58,7 @@ def _unencodable(message: Message, encode: Callable[[Any], bytes]) -> tuple[str,
         for step, child in children:
             try:
                 encode(child)
-            except Exception:  # noqa: BLE001 - whatever it is, it is what is looked for
+            except Exception:  # noqa: BLE001 - any error identifies the value
                 path, value = path + step, child
                 break
         else:
@@ -66,7 +66,7 @@ def _unencodable(message: Message, encode: Callable[[Any], bytes]) -> tuple[str,
 
 
 def _expected(owner: Any, path: str, value: object, error: BaseException) -> str:
-    """Return what the field that `path` ends with takes, where `value` could not even be encoded."""
+    """Return the expected type of the field at the end of `path`, whose `value` cannot be encoded."""
     if not isinstance(value, int) or isinstance(value, bool):
         return _split(error)[1]
     name = path.rpartition(".")[2].partition("[")[0]
@@ -78,7 +78,7 @@ def _expected(owner: Any, path: str, value: object, error: BaseException) -> str
 
 
 def explain_encoding(message: Message, error: BaseException, encode: Callable[[Any], bytes]) -> str:
-    """Say which field of `message` does not fit, why, and what it holds."""
+    """Return which field of `message` does not fit, why, and its value."""
     name = message_name(type(message))
     if isinstance(error, RecursionError):
         return f"{name}: the message contains itself, or is nested too deeply"

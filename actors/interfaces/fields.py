@@ -1,8 +1,8 @@
-"""What the fields of a message class are: their ROS types, and the types that the decoder is given.
+"""The fields of a message class: their ROS types, and the types for msgspec's decoder.
 
-A class's annotations are read once, here. `fields_of` says what each field is in ROS's terms (for the
-definition, the hash and the rendered text); `wired` says what msgspec shall check and build, which differs:
-a plain `int` is checked as int64, a numeric sequence is decoded through the hooks of `codec.py`.
+A class's annotations are read once, here. `fields_of` returns the ROS types, for the definition, the hash and
+the rendered text. `wired` gives msgspec the types to check and build, which differ: a plain `int` is checked
+as int64, and a numeric sequence is decoded by the hooks of `codec.py`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
 BINARY: Final = frozenset({"uint8", "byte", "char"})
-"""Element types whose sequences travel as msgpack bin."""
+"""Element types whose sequences are encoded as msgpack bin."""
 _PLAIN: Final[dict[type, str]] = {
     bool: "bool", int: "int64", float: "float64", str: "string",
     bytes: "uint8[]", bytearray: "uint8[]", memoryview: "uint8[]",
@@ -91,13 +91,13 @@ class Field:
 
 
 class SequenceWire(type):
-    """What the decoder is told a numeric sequence is: the value is built and checked by a hook.
+    """The decoder's type of a numeric sequence, whose value a hook builds and checks.
 
     Attributes:
         field_type: The sequence's ROS type.
         array: The class that holds its elements.
         as_list: Whether the field's value is a plain list.
-        is_bounded: Whether `check_length` has anything to check.
+        is_bounded: Whether its length is limited.
     """
 
     field_type: FieldType
@@ -106,7 +106,7 @@ class SequenceWire(type):
     is_bounded: bool
 
     def __instancecheck__(cls, instance: object) -> bool:
-        # The hook has checked the value; msgspec asks nevertheless.
+        # The hook has checked the value, but msgspec checks the type again.
         return True
 
     def check_length(cls, count: int) -> None:
@@ -169,10 +169,10 @@ def _list_type(item: Any, extras: list[Any]) -> tuple[FieldType, Any]:
 
 
 def _resolve(annotation: Any) -> tuple[FieldType, Any]:
-    """Return what `annotation` is in ROS's terms and what the decoder shall use for it.
+    """Return the ROS type of an annotation, and the decoder's type for it.
 
     Raises:
-        TypeError: There is no ROS type for it; the text continues "field x of class Y …".
+        TypeError: It has no ROS type; the text continues "field x of class Y …".
     """
     extras: list[Any] = []
     while get_origin(annotation) is Annotated:
@@ -250,12 +250,12 @@ def constants_of(cls: MessageType) -> tuple[tuple[str, FieldType, object], ...]:
 def nested_classes(cls: MessageType) -> set[MessageType]:
     """Return every message class that `cls` contains, at any depth, and `cls` itself."""
     found: set[MessageType] = set()
-    waiting = [cls]
-    while waiting:
-        this = waiting.pop()
+    pending = [cls]
+    while pending:
+        this = pending.pop()
         if this not in found:
             found.add(this)
-            waiting += [field.type.message for field in fields_of(this) if field.type.message is not None]
+            pending += [field.type.message for field in fields_of(this) if field.type.message is not None]
     return found
 
 
@@ -276,10 +276,10 @@ def _wired_annotations(classes: set[MessageType]) -> Generator[None]:
 
 
 def wired(cls: MessageType, build: Callable[[], T]) -> T:
-    """Call `build`, which makes msgspec decoders for `cls`, while the classes show the decoder's types.
+    """Call `build`, which makes msgspec decoders for `cls`, while the classes have the decoder's annotations.
 
-    msgspec reads a Struct's annotations when it first makes a decoder for it, and keeps what it found with
-    the class; so the annotations can be as the author wrote them before and after.
+    msgspec reads a Struct's annotations once, when it first makes a decoder for it; before and after that the
+    annotations are the author's.
     """
     with _annotations_lock, _wired_annotations(nested_classes(cls)):
         return build()

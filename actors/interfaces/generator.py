@@ -27,11 +27,11 @@ __all__ = ["find_interface", "generate", "interface_source", "read_package", "re
 
 
 def read_package(source_dir: Path) -> list[InterfaceSpec]:
-    """Parse a package folder's interfaces, those that others contain first.
+    """Parse the interfaces of a package folder; dependencies precede their users.
 
     Raises:
-        InterfaceSyntaxError: The folder's name is no package name, it has no interfaces, a file breaks a
-            rule, or messages contain one another in a circle.
+        InterfaceSyntaxError: The folder's name is not a package name, it has no interfaces, a file breaks a
+            rule, or messages contain one another in a cycle.
         OSError: A file cannot be read.
     """
     source_dir = source_dir.resolve()
@@ -67,8 +67,8 @@ def _in_order(source_dir: Path, specs: dict[str, InterfaceSpec]) -> list[Interfa
 
     def visit(type_name: str, path: list[str]) -> None:
         if type_name in path:
-            circle = " -> ".join([*path[path.index(type_name) :], type_name])
-            raise InterfaceSyntaxError(str(source_dir), 0, f"Messages contain one another: {circle}")
+            cycle = " -> ".join([*path[path.index(type_name) :], type_name])
+            raise InterfaceSyntaxError(str(source_dir), 0, f"Messages contain one another: {cycle}")
         if type_name in done:
             return
         spec = specs[type_name]
@@ -87,7 +87,7 @@ def _in_order(source_dir: Path, specs: dict[str, InterfaceSpec]) -> list[Interfa
 
 
 def _locator(package: str, root: str) -> Callable[[str], str]:
-    """Return what gives the module of a message's class."""
+    """Return a function from a message's type name to the module of its class."""
     standard = set(standard_packages())
 
     def module_of(type_name: str) -> str:
@@ -127,11 +127,11 @@ def generate(source_dir: Path, output_dir: Path | None = None, *, root: str = ""
 
     Args:
         source_dir: The package's folder, named as the package, with msg, srv and action folders.
-        output_dir: Where the Python package's folder goes; by default beside the sources, in `source_dir`.
+        output_dir: Parent of the Python package's folder; None: write into `source_dir`.
         root: The Python package's full name, if it is not a top-level package.
 
     Returns:
-        The written files; an `__init__.py` that is there already is left alone.
+        The written files; an existing `__init__.py` is not overwritten.
 
     Raises:
         InterfaceSyntaxError: The package or one of its files breaks a rule.
@@ -144,7 +144,7 @@ def generate(source_dir: Path, output_dir: Path | None = None, *, root: str = ""
     for name, text in render_package(specs, root or source_dir.name).items():
         path = target / name
         if "/" not in name and path.exists():
-            continue  # the package's own __init__.py may be its author's
+            continue  # the author may have written it
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8", newline="\n")
         written.append(path)

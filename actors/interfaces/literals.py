@@ -1,4 +1,4 @@
-"""Values in interface text: what `int32 x 0x10` or `string[] names ["a", 'b']` stand for, and back."""
+"""Parses and renders values in interface text, as in `int32 x 0x10` or `string[] names ["a", 'b']`."""
 
 from __future__ import annotations
 
@@ -79,10 +79,10 @@ def _items(text: str) -> list[str]:
 
 
 def parse_value(field_type: FieldType, text: str) -> object:
-    """Return the value that `text` stands for: a bool, int, float, str, bytes (for byte), or a list.
+    """Return the value of a text: a bool, int, float, str, bytes (for byte), or a list.
 
     Raises:
-        ValueError: It is no value of this primitive type, or an array's length is not allowed.
+        ValueError: It is not a value of this primitive type, or an array's length is not allowed.
     """
     if not field_type.is_array:
         return _scalar(field_type, text)
@@ -96,7 +96,7 @@ def parse_value(field_type: FieldType, text: str) -> object:
 
 
 def render_value(field_type: FieldType, value: Any) -> str:
-    """Return how `value` is written in interface text; `parse_value` reads it back."""
+    """Return the interface text of a value, which `parse_value` accepts."""
     if field_type.is_array:
         element = replace(field_type, is_array=False, low=0, high=None)
         if isinstance(value, bytes) and field_type.base == "byte":

@@ -1,4 +1,4 @@
-"""Message, Service and Action: the bases of all types that travel.
+"""Message, Service and Action: the bases of all interface types.
 
     class Reading(actors.Message):                      # "<top module>/msg/Reading"
         sensor: str = ""
@@ -11,9 +11,9 @@
         class Response(actors.Message):
             ok: bool = False
 
-The name of a class in a script begins with the script's: the same class written in `pub.py` and in `sub.py`
-is two types, which do not match. Put it in a module that both import, or give both classes the same name:
-`class Reading(actors.Message, type_name="lab/msg/Reading")`.
+The type name of a class in a script begins with the script's name: the same class in `pub.py` and in `sub.py`
+is two types, which do not match. Put it in a module that both import, or give both classes the same type
+name: `class Reading(actors.Message, type_name="lab/msg/Reading")`.
 
 Fields are checked when a message is sent and when it is received, not when they are assigned.
 """
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from actors.interfaces.service_event import ServiceEvent
 
 _REPR_BYTES = 256
-"""Longer binary fields are not written out in a repr."""
+"""A repr shows only the length of longer binary fields."""
 
 
 def _shown(value: object) -> str:
@@ -53,7 +53,7 @@ def _rebuilt(cls: type[Message], values: dict[str, Any]) -> Message:
 class Message(msgspec.Struct, metaclass=MessageType):
     """Base of all message types, generated or written by hand.
 
-    The class keyword `type_name` sets the ROS type name; without it the name is derived from the class's top
+    The class keyword `type_name` sets the ROS type name; by default it is derived from the class's top
     module, or the script's file name. Field types are those of `actors.interfaces.types`.
     """
 
@@ -69,7 +69,7 @@ class Message(msgspec.Struct, metaclass=MessageType):
 
 
 def _adopt(owner: type, parts: tuple[str, ...], kind: str, type_name: str | None) -> None:
-    """Give a service or action and its parts their type names.
+    """Set the type names of a service or action and of its parts.
 
     Raises:
         TypeError: A part is missing or is not a message class.
@@ -91,12 +91,12 @@ ResponseT = TypeVar("ResponseT", bound=Message)
 
 
 class _EventClass:
-    """Makes a service's event class when somebody asks for it."""
+    """Makes a service's event class on first use."""
 
     def __get__(
         self, instance: object, owner: type[ServiceType[RequestT, ResponseT]]
     ) -> type[ServiceEvent[RequestT, ResponseT]]:
-        from actors.interfaces.service_event import service_event  # noqa: PLC0415 - a circle, and seldom needed
+        from actors.interfaces.service_event import service_event  # noqa: PLC0415 - circular, and seldom needed
 
         return service_event(owner)
 
@@ -105,7 +105,7 @@ class Service:
     """Base of service types: a namespace with the message classes `Request` and `Response`.
 
     Attributes:
-        Event: The message class in which service introspection tells of calls; made when first used.
+        Event: The message class of service introspection; made on first use.
     """
 
     Event = _EventClass()
@@ -129,7 +129,7 @@ FeedbackT_co = TypeVar("FeedbackT_co", bound=Message, covariant=True)
 
 
 class ServiceType(Protocol[RequestT_co, ResponseT_co]):
-    """What a service class is to a type checker.
+    """Type of a service class for type checkers.
 
     `def create_client(srv_type: type[ServiceType[RequestT, ResponseT]])` infers both message types from
     `AddTwoInts`, in pyright and in mypy.
@@ -147,7 +147,7 @@ class ServiceType(Protocol[RequestT_co, ResponseT_co]):
 
 
 class ActionType(Protocol[GoalT_co, ResultT_co, FeedbackT_co]):
-    """What an action class is to a type checker: see `ServiceType`."""
+    """Type of an action class for type checkers; see `ServiceType`."""
 
     @property
     def Goal(self) -> type[GoalT_co]:  # noqa: N802 - rclpy's name
@@ -166,12 +166,12 @@ class ActionType(Protocol[GoalT_co, ResultT_co, FeedbackT_co]):
 
 
 def message_class(owner: type, name: str, fields: dict[str, tuple[Any, Any]]) -> type[Message]:
-    """Make a message class that ROS derives from another type.
+    """Return a new message class that ROS derives from another type.
 
     Args:
-        owner: The class it is derived from; theirs is the module.
+        owner: The class that it is derived from, whose module it gets.
         name: The new type's name, such as "example_interfaces/action/Fibonacci_FeedbackMessage".
-        fields: Field name to its type and its default: a value, or a class to make it with.
+        fields: Field name to type and default: a value, or a class whose new instance is the default.
     """
     namespace: dict[str, Any] = {
         "__module__": owner.__module__,
@@ -184,7 +184,7 @@ def message_class(owner: type, name: str, fields: dict[str, tuple[Any, Any]]) ->
 
 
 def is_message_type(cls: object) -> bool:
-    """Whether `cls` is a message class (`Message` itself, which has no type name, is none)."""
+    """Return whether `cls` is a message class other than `Message` itself."""
     return isinstance(cls, MessageType) and cls is not Message
 
 
@@ -202,7 +202,7 @@ def type_name(cls: object) -> str:
     """Return the ROS type name of a message, service or action class: "std_msgs/msg/String".
 
     Raises:
-        TypeError: `cls` is no such class.
+        TypeError: `cls` is not such a class.
     """
     _check_type(cls)
     if isinstance(cls, MessageType):
@@ -229,7 +229,7 @@ def definition(cls: object) -> bytes:
     """Return the canonical definition of a message, service or action class: JSON, UTF-8.
 
     Raises:
-        TypeError: `cls` is no such class, or one of its fields has no ROS type.
+        TypeError: `cls` is not such a class, or one of its fields has no ROS type.
     """
     _check_type(cls)
     return _definition(cls)
@@ -239,7 +239,7 @@ def type_hash(cls: object) -> str:
     """Return the RIHS01 hash of a message, service or action class: "RIHS01_…", 71 characters.
 
     Raises:
-        TypeError: `cls` is no such class, or one of its fields has no ROS type.
+        TypeError: `cls` is not such a class, or one of its fields has no ROS type.
     """
     _check_type(cls)
     return _hash(cls)

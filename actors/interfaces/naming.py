@@ -13,14 +13,14 @@ import msgspec
 from actors.interfaces.arrays import NumericArray
 
 TYPE_NAME: Final = "__ros_type_name__"
-"""The attribute, in the class's own dict, that holds a declared or derived name."""
+"""The attribute, in the class's own dict, with a declared or derived name."""
 
 
 def package_of(module: str) -> str:
     """Return the package part of a derived type name: the top module's name.
 
-    A script's classes live in `__main__` while it runs and in the script's own module when another program
-    imports it; both must have the same name, or publisher and subscriber would not match.
+    A script's classes are in `__main__` when it runs and in the script's own module when another program
+    imports it; both must have the same type name, or publisher and subscriber would not match.
     """
     if module == "__main__":
         main = sys.modules["__main__"]
@@ -37,7 +37,7 @@ def package_of(module: str) -> str:
 
 @dataclass_transform(field_specifiers=(msgspec.field,))
 class MessageType(msgspec.StructMeta):
-    """The class of message classes: takes `type_name=` beside msgspec's own options."""
+    """The class of message classes: accepts `type_name=` in addition to msgspec's options."""
 
     def __new__(  # noqa: PYI034 - Self is not for metaclasses
         mcls,

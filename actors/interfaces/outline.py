@@ -1,4 +1,4 @@
-"""The text of an interface with that of the messages it contains, indented below: as ROS 2 shows it.
+"""The text of an interface with the texts of contained messages indented below, as ROS 2 prints it.
 
 std_msgs/Header header
 builtin_interfaces/Time stamp
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 MAX_LINES: Final = 50_000
-"""A text from afar may contain a message a million times; real ones have hundreds of lines."""
+"""A received text may contain a message a million times; real ones have hundreds of lines."""
 MAX_DEPTH: Final = 64
-"""Messages in messages; real ones have about ten levels. One that contains itself is stopped by this."""
+"""Nesting of messages; real ones have about ten levels. This stops a message that contains itself."""
 _TYPE: Final = re.compile(r"(?:(?P<package>\w+)/(?:msg/)?)?(?P<name>\w+)")
 
 
 class Comments(Enum):
-    """Which comments and blank lines are shown."""
+    """Which comments and blank lines are included."""
 
     NONE = 0
     OWN = 1
@@ -41,8 +41,8 @@ def outline(name: str, text_of: Callable[[str], str | None], comments: Comments 
 
     Args:
         name: Its full type name.
-        text_of: Gives the text behind a type name; None if that is not known: then it is not shown.
-        comments: Which to show.
+        text_of: Returns the text of a type name; None if it is unknown and is left out.
+        comments: Which comments to include.
 
     Raises:
         InterfaceSyntaxError: It is too large, or contains itself.
@@ -72,7 +72,7 @@ def _lines(name: str, text_of: Callable[[str], str | None], comments: Comments, 
 
 
 def _nested(code: str, package: str) -> str:
-    """Return the type name of the message that a line's field holds, or nothing."""
+    """Return the type name of the message in a line's field, "" if there is none."""
     match = _TYPE.match(code)
     if match is None or (match["package"] is None and match["name"] in PRIMITIVES):
         return ""

@@ -1,4 +1,4 @@
-"""Reads `.msg`, `.srv` and `.action` text into specifications.
+"""Parses `.msg`, `.srv` and `.action` text into specifications.
 
     int32 count                 a field            int32 count 5           with a default
     int32 LIMIT=10              a constant         int32[3] x [1, 2, 3]    arrays: T[], T[n], T[<=n]
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 MAX_FILE_BYTES: Final = 1 << 20
-"""An interface text is written by people; a larger file is not one."""
+"""People write interface texts; a larger file is something else."""
 MAX_FIELDS: Final = 1000
 """Fields and constants in one part."""
 MAX_FIXED: Final = 1 << 20
-"""Elements of a fixed-size array: each message starts with that many."""
+"""Elements of a fixed-size array: each new message has that many."""
 
 PRIMITIVES: Final = frozenset(
     {
@@ -100,7 +100,7 @@ class InterfaceSpec:
 
 
 class _Reader:
-    """Parses one part; holds where it is, for the errors."""
+    """Parses one part; keeps the position for errors."""
 
     def __init__(self, package: str, source: str) -> None:
         self._package = package
@@ -231,14 +231,14 @@ def parse(text: str, package: str, kind: str, name: str, source: str = "") -> In
         package: Its package's name; types without a package are looked for there.
         kind: "msg", "srv" or "action".
         name: The interface's name, such as "String".
-        source: What errors call the text; by default its type name.
+        source: Name of the text in errors; by default its type name.
 
     Raises:
         InterfaceSyntaxError: The text or a name breaks a rule.
     """
     source = source or f"{package}/{kind}/{name}"
     if kind not in PARTS:
-        raise InterfaceSyntaxError(source, 0, f"'{kind}' is no kind of interface; use msg, srv or action")
+        raise InterfaceSyntaxError(source, 0, f"'{kind}' is not a kind of interface; use msg, srv or action")
     if keyword.iskeyword(package) or keyword.iskeyword(name):
         raise InterfaceSyntaxError(source, 0, "The name is a Python keyword; use another")
     if not PACKAGE_NAME.fullmatch(package):

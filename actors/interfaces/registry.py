@@ -1,8 +1,8 @@
-"""Finds interface classes by ROS name, and writes out their text.
+"""Finds interface classes by ROS name, and renders their text.
 
-Looked for, in this order: classes that this program has defined already, callboard's standard packages, and
-importable packages that look like `generate`'s output. A name may come from another machine, so nothing is
-imported but a package with the right folder.
+The order of the search: classes that this program has defined, callboard's standard packages, importable
+packages with the layout of `generate`'s output. A name may come from another machine, so only packages with
+the right folder are imported.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def _suggestion(name: str, package: str) -> str:
     if package in standard_packages():
         candidates = interfaces_of(package)
     else:
-        # example_interfaces copies std_msgs, which is the one to suggest.
+        # example_interfaces copies std_msgs; suggest the original.
         packages = sorted(standard_packages(), key=lambda each: each == "example_interfaces")
         candidates = [each for standard in packages for each in interfaces_of(standard)]
     short = {each.replace("/msg/", "/"): each for each in candidates} | {each: each for each in candidates}
@@ -93,10 +93,13 @@ def _find_event(name: str) -> type[Message]:
 def find_interface(name: str) -> type[Message | Service | Action]:
     """Return the class of an interface: "std_msgs/msg/String", "std_msgs/String", "std_srvs/srv/SetBool".
 
-    "std_srvs/srv/SetBool_Event" is the message in which introspection tells of calls of that service.
+    "std_srvs/srv/SetBool_Event" is the message of that service's introspection.
+
+    Args:
+        name: The full name, or the name without its kind.
 
     Raises:
-        UnknownInterfaceError: The name is none, or no such class can be imported; with a suggestion.
+        UnknownInterfaceError: The name is invalid, or no such class can be imported; with a suggestion.
     """
     match = _NAME.fullmatch(name)
     if match is None and name.endswith(_EVENT):
@@ -150,7 +153,7 @@ def source_of(cls: type[Message | Service | Action]) -> str:
     """Return the `.msg`, `.srv` or `.action` text of a class, generated or hand-written.
 
     Raises:
-        TypeError: `cls` is no such class, or one of its fields has no ROS type.
+        TypeError: `cls` is not such a class, or one of its fields has no ROS type.
     """
     kind = type_name(cls).split("/")[1]
     if issubclass(cls, Message):
@@ -164,7 +167,10 @@ def source_of(cls: type[Message | Service | Action]) -> str:
 
 
 def interface_source(name: str) -> str:
-    """Return the text of the interface with this name, as `find_interface` takes it, without comments.
+    """Return the text of an interface, without comments.
+
+    Args:
+        name: As for `find_interface`.
 
     Raises:
         UnknownInterfaceError: There is no such interface.

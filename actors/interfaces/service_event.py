@@ -1,7 +1,7 @@
-"""The message in which service introspection tells of a call: ROS's `<Service>_Event`.
+"""The message of service introspection: ROS's `<Service>_Event`.
 
-Every service type has one, `AddTwoInts.Event`, generated and hand-written types alike. It is part of the
-service's definition, and so of its hash; the class is made when it is first asked for.
+Every service type has one, such as `AddTwoInts.Event`. It is part of the service's definition, and so of its
+hash. The class is made on first use.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ ResponseT = TypeVar("ResponseT", bound=Message)
 if TYPE_CHECKING:
 
     class ServiceEvent(Message, Generic[RequestT, ResponseT]):
-        """What an event class is to a type checker."""
+        """Type of an event class for type checkers."""
 
         info: ServiceEventInfo = msgspec.field(default_factory=ServiceEventInfo)
         """What happened, when, and in which call."""
         request: list[RequestT] = msgspec.field(default_factory=list[RequestT])
-        """The request, in events about one, if contents are told."""
+        """The request, in events about one with contents."""
         response: list[ResponseT] = msgspec.field(default_factory=list[ResponseT])
-        """The response, in events about one, if contents are told."""
+        """The response, in events about one with contents."""
 
 
 def service_event(
@@ -41,7 +41,7 @@ def service_event(
     """Return the event class of a service class; it is made once.
 
     Raises:
-        TypeError: `srv_type` is no service class.
+        TypeError: `srv_type` is not a service class.
     """
     return cast("type[ServiceEvent[RequestT, ResponseT]]", _event(srv_type))
 

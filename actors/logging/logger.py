@@ -1,10 +1,10 @@
-"""Loggers as rclpy's nodes have them, on top of the standard `logging` module.
+"""rclpy's loggers on top of the standard `logging` module.
 
-A logger named `ns.node` writes to `logging.getLogger("callboard.ns.node")`: its records go wherever the
-program sends them. While neither that logger nor one above it has a handler, they are written to stderr as
-ROS 2's lines; no handler is added for that. A program that wants silence adds a `logging.NullHandler` to the
-`callboard` logger; `configure_logging` is for scripts that want more. The level of the
-`callboard` logger starts at INFO, as in ROS 2, and is inherited.
+A logger named `ns.node` writes to `logging.getLogger("callboard.ns.node")`, so the program's handlers get its
+records. If neither that logger nor a parent has a handler, records are written to stderr in ROS 2's format,
+without adding a handler. To silence them, add a `logging.NullHandler` to the `callboard` logger; scripts that
+want more call `configure_logging`. The level of the `callboard` logger is INFO at first, as in ROS 2, and
+other loggers inherit it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _PREFIX: Final = ROOT_NAME + "."
 
 
 class LoggingSeverity(IntEnum):
-    """How bad it is; the numbers are those of rclpy and of the standard `logging` module."""
+    """Severity of a message; the numbers are those of rclpy and of the standard `logging` module."""
 
     UNSET = 0
     DEBUG = 10
@@ -48,7 +48,11 @@ if _top.level == logging.NOTSET:
 
 
 def severity_from_name(name: str) -> LoggingSeverity:
-    """Return the severity that a word means, in any case; `ValueError` lists the words."""
+    """Return the severity of a name, in any case.
+
+    Raises:
+        ValueError: The name is unknown; the text lists the known ones.
+    """
     try:
         return LoggingSeverity[name.upper()]
     except KeyError:
@@ -62,27 +66,27 @@ def node_logger_name(full_name: str) -> str:
 
 
 class LogOptions(TypedDict, total=False):
-    """What a log call may ask for. The filters belong to the line of code that calls."""
+    """Options of a log call. Filters belong to the calling line of code."""
 
     once: bool
     """Log only the first call."""
     skip_first: bool
     """Log all calls but the first."""
     throttle_duration_sec: float
-    """Log at most once in so many seconds, by the monotonic clock."""
+    """Log at most once per this many seconds, by the monotonic clock."""
     exc_info: BaseException | None
     """Add this exception's traceback."""
 
 
 MAX_FILTERS: Final = 1000
-"""Lines of code whose filters a logger remembers; beyond it the oldest begin anew. Only a program that makes
-code as it runs has so many."""
+"""Lines of code whose filters a logger keeps; beyond it the oldest are reset. Only generated code needs so
+many."""
 
 _KNOWN_OPTIONS: Final = LogOptions.__annotations__.keys()
 
 
 class _Site:
-    """What one line of code with filters remembers, and whether it may log now."""
+    """State of the filters of one line of code."""
 
     __slots__ = ("_done", "_last_sec", "_once", "_skip_first", "_skipped", "_throttle_sec", "level")
 
@@ -99,7 +103,7 @@ class _Site:
         return self.level, self._throttle_sec, self._skip_first, self._once
 
     def passes(self, now_sec: float) -> bool:
-        """Apply the filters in rclpy's order; what a later one stops still counts for the earlier ones."""
+        """Apply the filters in rclpy's order; earlier ones count messages that a later one stops."""
         if self._throttle_sec:
             if now_sec < self._last_sec + self._throttle_sec:
                 return False
@@ -116,12 +120,12 @@ class _Site:
 class Logger:
     """A named logger; `get_logger` returns the one of a name.
 
-    Every log method returns True if the message was logged. A message is taken as it is, it is no format, and
-    it becomes text only if it is logged. The options are those of `LogOptions`, another one is a `TypeError`.
-    Changing the severity or the filters of a line that has filters is a `ValueError`: one line has one state.
+    Messages are not format strings, and are converted to text only if they are logged. All log methods raise
+    TypeError for an unknown option, and ValueError if the severity or the filters of a line that has filters
+    change between calls: one line has one state.
 
     Args:
-        name: Dotted, not empty.
+        name: Its name, with dots between the levels, not empty.
         monotonic: Source of seconds for throttling.
     """
 
@@ -137,45 +141,84 @@ class Logger:
 
     @property
     def filters(self) -> int:
-        """Lines of code whose filters are remembered."""
+        """Number of lines of code whose filters are kept."""
         return len(self._sites)
 
     def __repr__(self) -> str:
         return f"Logger({self.name!r})"
 
     def get_child(self, name: str) -> Logger:
-        """Return the logger `<this>.<name>`, which inherits this one's level until it has its own."""
+        """Return the logger `<this>.<name>`, which inherits this one's level until it has its own.
+
+        Args:
+            name: The rest of its name, not empty.
+
+        Raises:
+            ValueError: The name is empty.
+        """
         if not name:
             raise ValueError("Child logger name must not be empty.")
         return get_logger(f"{self.name}.{name}")
 
     def set_level(self, level: LoggingSeverity | int) -> None:
-        """Log what is at least this bad; UNSET inherits the parent's level again."""
+        """Set the least severity that is logged.
+
+        Args:
+            level: The severity; UNSET inherits the parent's level again.
+        """
         self._logger.setLevel(int(LoggingSeverity(level)))
 
     def get_effective_level(self) -> LoggingSeverity:
-        """Return the level in force, own or inherited; one between two of ours counts as the higher."""
+        """Return the effective level, own or inherited; a level between two severities is rounded up."""
         level = self._logger.getEffectiveLevel()
         return next((severity for severity in LoggingSeverity if severity >= level), LoggingSeverity.FATAL)
 
     def is_enabled_for(self, severity: LoggingSeverity | int) -> bool:
-        """Tell whether a message of this severity would be logged."""
+        """Return whether a message would be logged.
+
+        Args:
+            severity: Its severity.
+        """
         return self._logger.isEnabledFor(int(LoggingSeverity(severity)))
 
     def debug(self, message: object, **options: Unpack[LogOptions]) -> bool:
-        """Log what helps to find a fault."""
+        """Log a message for debugging.
+
+        Args:
+            message: The message; any object.
+            options: See `LogOptions`.
+
+        Returns:
+            Whether it was logged.
+        """
         if self._logger.isEnabledFor(_DEBUG):
             return self._log(_DEBUG, message, options)
         return _skip(options)
 
     def info(self, message: object, **options: Unpack[LogOptions]) -> bool:
-        """Log what goes on."""
+        """Log normal operation.
+
+        Args:
+            message: The message; any object.
+            options: See `LogOptions`.
+
+        Returns:
+            Whether it was logged.
+        """
         if self._logger.isEnabledFor(_INFO):
             return self._log(_INFO, message, options)
         return _skip(options)
 
     def warning(self, message: object, **options: Unpack[LogOptions]) -> bool:
-        """Log what may turn out badly."""
+        """Log a possible problem.
+
+        Args:
+            message: The message; any object.
+            options: See `LogOptions`.
+
+        Returns:
+            Whether it was logged.
+        """
         if self._logger.isEnabledFor(_WARN):
             return self._log(_WARN, message, options)
         return _skip(options)
@@ -183,19 +226,44 @@ class Logger:
     warn = warning
 
     def error(self, message: object, **options: Unpack[LogOptions]) -> bool:
-        """Log what went wrong."""
+        """Log an error.
+
+        Args:
+            message: The message; any object.
+            options: See `LogOptions`.
+
+        Returns:
+            Whether it was logged.
+        """
         if self._logger.isEnabledFor(_ERROR):
             return self._log(_ERROR, message, options)
         return _skip(options)
 
     def fatal(self, message: object, **options: Unpack[LogOptions]) -> bool:
-        """Log what ends the node."""
+        """Log an error that ends the node.
+
+        Args:
+            message: The message; any object.
+            options: See `LogOptions`.
+
+        Returns:
+            Whether it was logged.
+        """
         if self._logger.isEnabledFor(_FATAL):
             return self._log(_FATAL, message, options)
         return _skip(options)
 
     def log(self, message: object, severity: LoggingSeverity | int, **options: Unpack[LogOptions]) -> bool:
-        """Log with a severity that is known only when called."""
+        """Log with a severity that is an argument.
+
+        Args:
+            message: The message; any object.
+            severity: Its severity.
+            options: See `LogOptions`.
+
+        Returns:
+            Whether it was logged.
+        """
         level = int(LoggingSeverity(severity))
         if self._logger.isEnabledFor(level):
             return self._log(level, message, options)
@@ -228,19 +296,19 @@ class Logger:
         return True
 
     def _filters_pass(self, key: tuple[CodeType, int], level: int, options: LogOptions) -> bool:
-        asked = _Site(level, options)
-        if not any(asked.settings()[1:]):
+        wanted = _Site(level, options)
+        if not any(wanted.settings()[1:]):
             return True
-        site = self._sites.setdefault(key, asked)
+        site = self._sites.setdefault(key, wanted)
         if len(self._sites) > MAX_FILTERS:
             del self._sites[next(iter(self._sites))]
-        if site.settings() != asked.settings():
+        if site.settings() != wanted.settings():
             raise ValueError("The severity and the filters of a log call cannot be changed between calls.")
         return site.passes(self._monotonic())
 
 
 def _skip(options: LogOptions) -> bool:
-    """Return False for a message that is not logged; a misspelt option is an error in silence too."""
+    """Return False for a message that is not logged; a misspelt option raises nevertheless."""
     if options and (unknown := options.keys() - _KNOWN_OPTIONS):
         known = ", ".join(_KNOWN_OPTIONS)
         raise TypeError(f"{min(unknown)!r} is not one of the recognized logging options: {known}")
@@ -249,5 +317,9 @@ def _skip(options: LogOptions) -> bool:
 
 @cache
 def get_logger(name: str) -> Logger:
-    """Return the logger of this name, always the same object, so that filters keep their state."""
+    """Return the logger of a name, always the same object, so that filters keep their state.
+
+    Args:
+        name: With dots between the levels, not empty.
+    """
     return Logger(name)

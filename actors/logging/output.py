@@ -1,4 +1,4 @@
-"""What a script's log lines look like, and where they go: ROS 2's format on stderr.
+"""Format and destination of a script's log lines: ROS 2's format on stderr.
 
 [INFO] [1605120000.123456789] [minimal_publisher]: text
 """
@@ -22,10 +22,13 @@ _LABELS: Final = {logging.WARNING: "WARN", logging.CRITICAL: "FATAL"}
 
 
 class RosFormatter(logging.Formatter):
-    """Formats any record as ROS 2 does, in colour if asked.
+    """Formats any record as ROS 2 does.
 
-    Control characters are escaped, so that what a stranger sent cannot steer a terminal: all of them in
-    names, all but line ends and tabs in messages and tracebacks.
+    Control characters are escaped, so that received text cannot control a terminal: all of them in names, all
+    but line ends and tabs in messages and tracebacks.
+
+    Args:
+        color: Whether to colour a line by its level.
     """
 
     def __init__(self, *, color: bool = False) -> None:
@@ -33,7 +36,11 @@ class RosFormatter(logging.Formatter):
         self._color = color
 
     def format(self, record: logging.LogRecord) -> str:
-        """Return the line, or several if the message has line ends or a traceback."""
+        """Return the line, or several if the message has line ends or a traceback.
+
+        Args:
+            record: The record.
+        """
         stamp_ns = getattr(record, "stamp_ns", None)
         if not isinstance(stamp_ns, int):
             stamp_ns = round(record.created * 1e9)
@@ -57,7 +64,7 @@ class RosFormatter(logging.Formatter):
 
 
 class _RosHandler(logging.StreamHandler["TextIO"]):
-    """The handler that `configure_logging` adds, by a type of its own so that it can be found again."""
+    """The handler that `configure_logging` adds; the type identifies it in later calls."""
 
 
 @lru_cache(maxsize=1)
@@ -68,7 +75,7 @@ def _handler(stream: TextIO, *, color: bool) -> _RosHandler:
 
 
 def write_unhandled(record: logging.LogRecord) -> None:
-    """Write a record to stderr for which the program has no handler, as rclpy's loggers do."""
+    """Write a record without a handler to stderr, as rclpy's loggers do."""
     if sys.stderr is not None:  # pyright: ignore[reportUnnecessaryComparison] - it is None under pythonw
         _handler(sys.stderr, color=_wants_color(sys.stderr)).handle(record)
 
@@ -79,15 +86,18 @@ def configure_logging(
     stream: TextIO | None = None,
     color: bool | None = None,
 ) -> None:
-    """Send all log records of this process to a stream as ROS 2's lines. For scripts, not for libraries.
+    """Send all log records of this process to a stream in ROS 2's format. For scripts, not for libraries.
 
-    Calling it again replaces what it did before. If the program has given the root logger handlers of its own
-    and names no stream, only the level is set: its choice stands.
+    A later call replaces an earlier one. If the root logger has other handlers and no stream is given, only
+    the level is set.
 
     Args:
-        level: Of callboard's loggers, also as a word; UNSET means INFO. Other libraries keep theirs.
-        stream: stderr if not given.
-        color: None asks NO_COLOR and FORCE_COLOR, and then whether the stream is a terminal.
+        level: Level of callboard's loggers, or its name; UNSET means INFO. Other libraries keep theirs.
+        stream: The stream; None: stderr.
+        color: Whether to use colours; None: as NO_COLOR and FORCE_COLOR say, else if it is a terminal.
+
+    Raises:
+        ValueError: The level is unknown.
     """
     severity = severity_from_name(level) if isinstance(level, str) else LoggingSeverity(level)
     logging.getLogger(ROOT_NAME).setLevel(int(severity or LoggingSeverity.INFO))

@@ -1,7 +1,7 @@
 """Errors of parameters.
 
 CallboardError
-└── ParameterError                       base; `parameter` is the name it is about
+└── ParameterError                       base; `parameter` is the parameter's name
     ├── ParameterAlreadyDeclaredError    declared before
     ├── ParameterNotDeclaredError        used without being declared
     ├── ParameterUninitializedError      declared with a type only, and read before it was set
@@ -18,10 +18,10 @@ from proto.errors import CallboardError, escape
 
 
 class ParameterError(CallboardError):
-    """Something is wrong with a parameter.
+    """Base of the errors about a parameter.
 
     Attributes:
-        parameter: Its name; for a file, the file's.
+        parameter: The parameter's name, or the file's.
     """
 
     def __init__(self, message: str, parameter: str) -> None:

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
 MAX_FILE_SIZE: Final = 1 << 20
-"""Bytes; a larger file is a mistake."""
+"""In bytes; a larger file is a mistake."""
 MAX_FILE_PARAMETERS: Final = 100_000
-"""Aliases let a small file stand for any number of parameters."""
+"""YAML aliases let a small file contain any number of parameters."""
 
 _PARAMETERS_KEY: Final = "ros__parameters"
 _NAME = re.compile(r"[A-Za-z_~/][A-Za-z0-9_./~-]*")
@@ -46,12 +46,12 @@ class ParameterOverride:
 
     @classmethod
     def parse(cls, text: str) -> ParameterOverride:
-        """Read `[node:]name:=value` from a command line.
+        """Return the override of a command line's `[node:]name:=value`.
 
-        A bare node name means nodes of that name in any namespace.
+        A bare node name matches nodes of that name in any namespace.
 
         Raises:
-            ValueError: It has not that form.
+            ValueError: The text does not have this form.
         """
         left, separator, value = text.partition(":=")
         node, colon, name = left.rpartition(":")
@@ -64,7 +64,7 @@ class ParameterOverride:
 
 
 def overrides_for(overrides: Iterable[ParameterOverride], full_node_name: str) -> dict[str, ParameterValue]:
-    """Return the values for one node; of several for one parameter the last one wins."""
+    """Return the values for one node; the last of several for one parameter wins."""
     matches: dict[str, bool] = {}
     chosen: dict[str, ParameterValue] = {}
     for override in overrides:
@@ -77,7 +77,7 @@ def overrides_for(overrides: Iterable[ParameterOverride], full_node_name: str) -
 
 
 def node_matches(pattern: str, full_node_name: str) -> bool:
-    """Tell whether a full node name matches a pattern, in which `*` is one part and `**` any number."""
+    """Return whether a full node name matches a pattern, with `*` for one part and `**` for any number."""
     remaining: set[int] = {0}
     name = full_node_name.strip("/").split("/")
     for part in pattern.strip("/").split("/"):
@@ -89,11 +89,11 @@ def node_matches(pattern: str, full_node_name: str) -> bool:
 
 
 def load_parameter_file(path: str | Path) -> tuple[ParameterOverride, ...]:
-    """Read a parameter file, its entries in order.
+    """Return the entries of a parameter file, in order.
 
     Raises:
-        InvalidParameterFileError: It cannot be read, is over `MAX_FILE_SIZE`, is no YAML, or has not the form
-            that the top of this module shows; the text says what is wrong.
+        InvalidParameterFileError: It cannot be read, is over `MAX_FILE_SIZE`, is not YAML, or does not have
+            the form in this module's docstring; the text gives the reason.
     """
     import yaml  # noqa: PLC0415 - only needed where there is a file
 
@@ -152,7 +152,7 @@ def _parameters(pattern: str, prefix: str, value: object) -> Iterator[ParameterO
 
 def _mapping(value: object, where: str) -> dict[str, object]:
     if not isinstance(value, dict):
-        # Not a TypeError: it is a file's content that is wrong, and the caller reports all of that alike.
+        # Not a TypeError: the content of a file is wrong, and the caller reports all such errors alike.
         raise ValueError(f"{where} must hold '<node>: {_PARAMETERS_KEY}: <name>: <value>'")  # noqa: TRY004
     mapping = cast("dict[object, object]", value)
     return {str(key): each for key, each in mapping.items()}

@@ -1,4 +1,4 @@
-"""What a parameter can hold: ten types, their Python values, and descriptions of single parameters."""
+"""Types, values and descriptors of parameters."""
 
 from __future__ import annotations
 
@@ -44,7 +44,10 @@ class ParameterType(IntEnum):
 
     @classmethod
     def from_parameter_value(cls, value: object) -> ParameterType:
-        """Return the type of a Python value; an empty list counts as a byte array, as in rclpy.
+        """Return the type of a Python value; an empty list is a byte array, as in rclpy.
+
+        Args:
+            value: Any object.
 
         Raises:
             TypeError: No parameter can hold it; ints have 64 bits.
@@ -64,7 +67,11 @@ class ParameterType(IntEnum):
         raise TypeError(f"The given value is not one of the allowed types: {value!r}")
 
     def check(self, value: object) -> bool:
-        """Tell whether a parameter of this type can hold the value."""
+        """Return whether a parameter of this type can hold a value.
+
+        Args:
+            value: Any object.
+        """
         if self is ParameterType.NOT_SET:
             return value is None
         if self not in _ARRAYS:
@@ -104,7 +111,7 @@ class Parameter:
 
     Args:
         name: Its name, levels separated by dots.
-        type_: The type, taken from the value if not given.
+        type_: Its type; None: that of the value.
         value: The value; None for a parameter without one.
 
     Raises:
@@ -169,14 +176,14 @@ class Parameter:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FloatingPointRange:
-    """Bounds of a double; a step of 0 means any value between them. The bounds are always in it."""
+    """Bounds of a double, included; a step of 0 allows any value between them."""
 
     from_value: float
     to_value: float
     step: float = 0.0
 
     def fault(self, value: float) -> str:
-        """Say why a value is outside, nothing if it is inside."""
+        """Return why a value is outside, "" if it is inside."""
         if _close(value, self.from_value) or _close(value, self.to_value):
             return ""
         if not self.from_value <= value <= self.to_value:
@@ -191,14 +198,14 @@ class FloatingPointRange:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class IntegerRange:
-    """Bounds of an integer; a step of 0 or 1 means any value between them. The bounds are always in it."""
+    """Bounds of an integer, included; a step of 0 or 1 allows any value between them."""
 
     from_value: int
     to_value: int
     step: int = 1
 
     def fault(self, value: int) -> str:
-        """Say why a value is outside, nothing if it is inside."""
+        """Return why a value is outside, "" if it is inside."""
         if value in {self.from_value, self.to_value}:
             return ""
         if not self.from_value <= value <= self.to_value:
@@ -209,7 +216,18 @@ class IntegerRange:
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterDescriptor:
-    """What is allowed and said about one parameter. `type` is filled in when it is declared."""
+    """Description and constraints of one parameter.
+
+    Attributes:
+        name: Its name; filled in by the declaration.
+        type: Its type; filled in by the declaration.
+        description: For people.
+        additional_constraints: For people: constraints that callbacks check.
+        read_only: Whether it can only be declared, not set.
+        dynamic_typing: Whether its type may change; None then removes the value.
+        floating_point_range: At most one; for doubles only.
+        integer_range: At most one; for integers only.
+    """
 
     name: str = ""
     type: ParameterType = ParameterType.NOT_SET
@@ -217,14 +235,15 @@ class ParameterDescriptor:
     additional_constraints: str = ""
     read_only: bool = False
     dynamic_typing: bool = False
-    """Whether the type may change, and None remove the value."""
     floating_point_range: Sequence[FloatingPointRange] = field(default=())
-    """At most one; applies to doubles only."""
     integer_range: Sequence[IntegerRange] = field(default=())
-    """At most one; applies to integers only."""
 
     def fault(self, value: ParameterValue) -> str:
-        """Say why the ranges refuse a value, nothing if they do not."""
+        """Return why the ranges refuse a value, "" if they do not.
+
+        Args:
+            value: The value.
+        """
         if isinstance(value, float):
             return next(filter(None, (bounds.fault(value) for bounds in self.floating_point_range)), "")
         if isinstance(value, int) and not isinstance(value, bool):
@@ -234,7 +253,12 @@ class ParameterDescriptor:
 
 @dataclass(frozen=True, slots=True)
 class SetParametersResult:
-    """Whether values were set, and if not, why."""
+    """Result of setting parameters.
+
+    Attributes:
+        successful: Whether they were set.
+        reason: Why not.
+    """
 
     successful: bool
     reason: str = ""
@@ -242,16 +266,24 @@ class SetParametersResult:
 
 @dataclass(frozen=True, slots=True)
 class ListParametersResult:
-    """Names of parameters, and each prefix that one of them has, once."""
+    """Result of listing parameters.
+
+    Attributes:
+        names: Their names.
+        prefixes: The prefixes of these names, each once.
+    """
 
     names: list[str]
     prefixes: list[str]
 
 
 def parameter_value_from_string(text: str) -> ParameterValue:
-    """Return the value that a text on a command line means, by YAML's rules.
+    """Return the value of a text on a command line, by YAML's rules.
 
-    What is no bool, int, double, string or list of one of them is the text itself.
+    A text that is not a bool, int, double, string or list of one of them is a string.
+
+    Args:
+        text: The text.
     """
     import yaml  # noqa: PLC0415 - only needed where somebody types parameters
 

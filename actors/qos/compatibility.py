@@ -1,6 +1,6 @@
-"""Whether a publisher offers what a subscription asks for, as two profiles tell it (rclpy's rules and texts).
+"""Whether a publisher offers the QoS that a subscription requests, by rclpy's rules and texts.
 
-callboard delivers between incompatible endpoints all the same, and warns both (docs/protocol.md §5.4.2).
+callboard delivers between incompatible endpoints nevertheless, and warns both (docs/protocol.md §5.4.2).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class QoSPolicyKind(IntEnum):
 
 
 class QoSCompatibility(IntEnum):
-    """What `qos_check_compatible` found."""
+    """Result of `qos_check_compatible`."""
 
     OK = 0
     WARNING = 1
@@ -41,11 +41,15 @@ class QoSCompatibility(IntEnum):
 def qos_check_compatible(
     publisher_qos: QoSProfile, subscription_qos: QoSProfile
 ) -> tuple[QoSCompatibility, str]:
-    """Tell whether a publisher offers what a subscription asks for, and why not.
+    """Compare the QoS that a publisher offers with the QoS that a subscription requests.
+
+    Args:
+        publisher_qos: The offered QoS.
+        subscription_qos: The requested QoS.
 
     Returns:
-        The verdict, and the reasons, each ending in a semicolon: empty if OK. A WARNING means that a side
-        leaves a policy open, so that nobody can tell.
+        The verdict and its reasons, each ending in a semicolon; "" if OK. WARNING means that one side leaves
+        a policy open, so that the compatibility is unknown.
     """
     errors = [text for _, text in disagreements(publisher_qos, subscription_qos)]
     if errors:
@@ -57,9 +61,9 @@ def qos_check_compatible(
 
 
 def disagreements(pub: QoSProfile, sub: QoSProfile) -> list[tuple[QoSPolicyKind, str]]:
-    """Return the policies in which a subscription asks for more than a publisher offers, each with why."""
+    """Return each policy in which a subscription requests more than a publisher offers, with a text."""
     found: list[tuple[QoSPolicyKind, str]] = []
-    pub, sub = _settled(pub), _settled(sub)
+    pub, sub = _without_best_available(pub), _without_best_available(sub)
     offered, wanted = pub.resolved(), sub.resolved()
     lease = _shortage(
         "liveliness lease duration", offered.liveliness_lease_duration, wanted.liveliness_lease_duration
@@ -82,8 +86,8 @@ def disagreements(pub: QoSProfile, sub: QoSProfile) -> list[tuple[QoSPolicyKind,
     return found
 
 
-def _settled(profile: QoSProfile) -> QoSProfile:
-    """Return a profile in which BEST_AVAILABLE is what it becomes on the wire."""
+def _without_best_available(profile: QoSProfile) -> QoSProfile:
+    """Return the profile with BEST_AVAILABLE replaced by its value on the wire."""
     resolved = profile.resolved()
     return replace(
         profile,
@@ -96,7 +100,7 @@ def _settled(profile: QoSProfile) -> QoSProfile:
 
 
 def _shortage(name: str, offered: Duration, wanted: Duration) -> str:
-    """Say how a publisher's time does not do for a subscription; zero is no limit. Empty if it does."""
+    """Return why a publisher's time is too long for a subscription, "" if it is not; zero is no limit."""
     if not wanted.nanoseconds:
         return ""
     if not offered.nanoseconds:
@@ -107,7 +111,7 @@ def _shortage(name: str, offered: Duration, wanted: Duration) -> str:
 
 
 def _doubts(pub: QoSProfile, sub: QoSProfile) -> list[str]:
-    """Say where nobody can tell, because a side leaves a policy open that the other side's depends on."""
+    """Return a text for each policy that one side leaves open and on which the other side depends."""
     return [
         *_doubt("reliability", (pub.reliability, sub.reliability), *_RELIABILITY),
         *_doubt("durability", (pub.durability, sub.durability), *_DURABILITY),
@@ -118,7 +122,7 @@ def _doubts(pub: QoSProfile, sub: QoSProfile) -> list[str]:
 _RELIABILITY = (ReliabilityPolicy.BEST_EFFORT, ReliabilityPolicy.RELIABLE)
 _DURABILITY = (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL)
 _LIVELINESS = (LivelinessPolicy.AUTOMATIC, LivelinessPolicy.MANUAL_BY_TOPIC)
-"""Of each policy what offers less, and what wants more."""
+"""Of each policy, the weaker offer and the stronger request."""
 
 
 def _doubt(

@@ -1,8 +1,8 @@
-"""Quality of service: how many messages are kept, for whom, and what two sides can agree on.
+"""QoS profiles: policies, presets and their form on the wire.
 
-Names, numbers and presets are rclpy's. A profile is immutable: `dataclasses.replace` makes another one.
-What is kept and who is held back is the broker's business, too; deadline, lifespan and lease are judged by
-the nodes (watchdogs.py, docs/protocol.md §5.3.2).
+Names, numbers and presets are rclpy's. A profile is immutable: `dataclasses.replace` makes another one. The
+broker applies history, depth and durability; nodes check deadline, lifespan and lease (watchdogs.py,
+docs/protocol.md §5.3.2).
 """
 
 from __future__ import annotations
@@ -24,23 +24,30 @@ if TYPE_CHECKING:
 
 
 class InvalidQoSProfileError(CallboardError, ValueError):
-    """A QoS profile whose settings are missing, out of range or contradictory; the text says which."""
+    """Settings of a QoS profile are missing, out of range or contradictory; the text names them."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(f"Invalid QoSProfile: {reason}")
 
 
 class QoSPolicyEnum(IntEnum):
-    """Base of the policies: their lower-case short keys are what people type on a command line."""
+    """Base of the policies; a short key is a policy's name in lower case, as on a command line."""
 
     @classmethod
     def short_keys(cls) -> list[str]:
-        """Return the keys that `get_from_short_key` knows, in the order of their numbers."""
+        """Return the keys that `get_from_short_key` accepts, in the order of their numbers."""
         return [name.lower() for name in cls.__members__]
 
     @classmethod
     def get_from_short_key(cls, name: str) -> Self:
-        """Return the policy with this short key, in any case; `ValueError` lists the known keys."""
+        """Return the policy with a short key.
+
+        Args:
+            name: The key, in any case.
+
+        Raises:
+            ValueError: It is unknown; the text lists the known keys.
+        """
         try:
             return cls[name.upper()]
         except KeyError:
@@ -64,7 +71,7 @@ class HistoryPolicy(QoSPolicyEnum):
 
 @unique
 class ReliabilityPolicy(QoSPolicyEnum):
-    """What the two sides expect of delivery."""
+    """Whether messages may be lost on the way."""
 
     SYSTEM_DEFAULT = 0
     RELIABLE = wire.RELIABLE
@@ -75,7 +82,7 @@ class ReliabilityPolicy(QoSPolicyEnum):
 
 @unique
 class DurabilityPolicy(QoSPolicyEnum):
-    """Whether a subscription that comes late still gets the last messages (TRANSIENT_LOCAL) or not."""
+    """Whether a late subscription still gets the last messages (TRANSIENT_LOCAL) or not."""
 
     SYSTEM_DEFAULT = 0
     TRANSIENT_LOCAL = wire.TRANSIENT_LOCAL
@@ -86,7 +93,7 @@ class DurabilityPolicy(QoSPolicyEnum):
 
 @unique
 class LivelinessPolicy(QoSPolicyEnum):
-    """What shows that a publisher is alive: its process (AUTOMATIC), or its messages (MANUAL_BY_TOPIC)."""
+    """How a publisher shows that it is alive: by running (AUTOMATIC) or publishing (MANUAL_BY_TOPIC)."""
 
     SYSTEM_DEFAULT = 0
     AUTOMATIC = wire.AUTOMATIC
@@ -103,7 +110,7 @@ QoSLivelinessPolicy = LivelinessPolicy
 _Policy = TypeVar("_Policy", HistoryPolicy, ReliabilityPolicy, DurabilityPolicy, LivelinessPolicy)
 
 UNLIMITED: Final = Duration()
-"""A time that is not given; rclpy's default."""
+"""No limit; rclpy's default."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, init=False)
@@ -112,17 +119,17 @@ class QoSProfile:
 
     Args:
         history: KEEP_LAST if only a depth is given. KEEP_LAST needs a depth.
-        depth: Messages to keep, 0 to `MAX_DEPTH`. Zero with KEEP_LAST warns, and counts as `DEFAULT_DEPTH`.
-        reliability: RELIABLE unless said otherwise.
-        durability: VOLATILE unless said otherwise.
-        deadline: A publisher publishes, and a subscription wants a message, at least this often.
-        lifespan: A publisher's messages are of no use after this time; no subscription gets an older one.
-            The hosts' clocks must agree to well below it.
-        liveliness: AUTOMATIC unless said otherwise.
-        liveliness_lease_duration: A MANUAL_BY_TOPIC publisher publishes or calls `assert_liveliness` at least
-            this often. An AUTOMATIC publisher is taken for dead at the broker's keepalive limit.
+        depth: Messages to keep, 0 to `MAX_DEPTH`. Zero with KEEP_LAST warns and is used as `DEFAULT_DEPTH`.
+        reliability: RELIABLE by default.
+        durability: VOLATILE by default.
+        deadline: Longest time between two messages that a publisher offers or a subscription accepts.
+        lifespan: Age at which a publisher's messages expire; subscriptions do not get expired ones. The
+            clocks of the hosts must agree to well below it.
+        liveliness: AUTOMATIC by default.
+        liveliness_lease_duration: Longest time in which a MANUAL_BY_TOPIC publisher publishes or calls
+            `assert_liveliness`. An AUTOMATIC publisher is dead at the broker's keepalive limit.
 
-    Times are a Duration or seconds; zero and infinite ones are none at all.
+    Times are a Duration or seconds; zero and infinity mean no limit.
 
     Raises:
         InvalidQoSProfileError: Neither history nor depth is given, KEEP_LAST has no depth, or a number is out
@@ -175,20 +182,20 @@ class QoSProfile:
         object.__setattr__(self, "liveliness_lease_duration", lease)
 
     def resolved(self) -> QoSProfile:
-        """Return the profile that is in force: nothing in it is left to a default.
+        """Return the effective profile, without open policies.
 
-        SYSTEM_DEFAULT, UNKNOWN and BEST_AVAILABLE become KEEP_LAST, RELIABLE, VOLATILE and AUTOMATIC; with a
-        history left to the system, or a KEEP_LAST depth of 0, the depth becomes `DEFAULT_DEPTH`; infinite
-        times become zero, which is none.
+        SYSTEM_DEFAULT, UNKNOWN and BEST_AVAILABLE become KEEP_LAST, RELIABLE, VOLATILE and AUTOMATIC; with an
+        open history, or a KEEP_LAST depth of 0, the depth becomes `DEFAULT_DEPTH`; infinite times become
+        zero.
         """
         keep_all = self.history is HistoryPolicy.KEEP_ALL
         best_effort = self.reliability is ReliabilityPolicy.BEST_EFFORT
         transient = self.durability is DurabilityPolicy.TRANSIENT_LOCAL
         manual = self.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
-        said = self.history in {HistoryPolicy.KEEP_LAST, HistoryPolicy.KEEP_ALL}
+        has_history = self.history in {HistoryPolicy.KEEP_LAST, HistoryPolicy.KEEP_ALL}
         return QoSProfile(
             history=HistoryPolicy.KEEP_ALL if keep_all else HistoryPolicy.KEEP_LAST,
-            depth=self.depth if said and self.depth else DEFAULT_DEPTH,
+            depth=self.depth if has_history and self.depth else DEFAULT_DEPTH,
             reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
             durability=DurabilityPolicy.TRANSIENT_LOCAL if transient else DurabilityPolicy.VOLATILE,
             deadline=_limited(self.deadline),
@@ -198,9 +205,9 @@ class QoSProfile:
         )
 
     def to_wire(self) -> dict[str, int]:
-        """Return the resolved profile as plain ints by name, ready for a declaration frame.
+        """Return the resolved profile as plain ints by name, for a declaration frame.
 
-        Times are in nanoseconds; what is at its default beyond the first four keys is left out.
+        Times are in nanoseconds. Values at their default are omitted, except for the first four keys.
         """
         profile = self.resolved()
         fields = {
@@ -216,9 +223,11 @@ class QoSProfile:
 
     @classmethod
     def from_wire(cls, fields: Mapping[str, object]) -> QoSProfile:
-        """Read what `to_wire` of this or a later version made; the result is resolved.
+        """Return the resolved profile of a declaration frame.
 
-        Unknown keys are ignored and missing ones take their defaults.
+        Args:
+            fields: Result of `to_wire`, of this or a later version. Unknown keys are ignored, and missing
+                ones have their defaults.
 
         Raises:
             ValueError: A value is not an int, or out of range.
@@ -255,7 +264,10 @@ _TIMES: Final = {
 
 
 def qos_from(value: QoSProfile | int) -> QoSProfile:
-    """Return the profile that an API's `qos` argument means: an int is KEEP_LAST with that depth.
+    """Return the profile of an API's `qos` argument.
+
+    Args:
+        value: A profile, or a depth for KEEP_LAST.
 
     Raises:
         ValueError: The depth is negative or over `MAX_DEPTH`.
@@ -348,7 +360,7 @@ qos_profile_best_available: Final = QoSProfile(
 
 
 class QoSPresetProfiles(Enum):
-    """The ready-made profiles by name; `.value` is the profile. Equal profiles are aliases of one member."""
+    """The presets by name; `.value` is the profile. Equal profiles are aliases of one member."""
 
     UNKNOWN = qos_profile_unknown
     DEFAULT = qos_profile_default
@@ -363,12 +375,19 @@ class QoSPresetProfiles(Enum):
 
     @classmethod
     def short_keys(cls) -> list[str]:
-        """Return the lower-case names that `get_from_short_key` knows."""
+        """Return the lower-case names that `get_from_short_key` accepts."""
         return [name.lower() for name in cls.__members__]
 
     @classmethod
     def get_from_short_key(cls, name: str) -> QoSProfile:
-        """Return the profile with this short key, in any case; `ValueError` lists the known keys."""
+        """Return the profile with a short key.
+
+        Args:
+            name: The key, in any case.
+
+        Raises:
+            ValueError: It is unknown; the text lists the known keys.
+        """
         try:
             return cls[name.upper()].value
         except KeyError:

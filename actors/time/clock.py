@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _LONGEST_WAIT_SEC: Final = 86_400.0
-"""Longer sleeps are taken in turns, because not every loop's timers reach further."""
+"""Longer sleeps are split, because some loops limit their timers."""
 _RECHECK_SEC: Final = 1.0
-"""A wall clock may be set while somebody sleeps until a point of it; it is looked at again this often."""
+"""How often a sleep until a point in time reads the clock again, since a wall clock may be set."""
 
 
 class Clock:
@@ -23,7 +23,7 @@ class Clock:
 
     Args:
         clock_type: STEADY_TIME counts from an arbitrary zero and never jumps; the others are the wall clock.
-        source: Nanoseconds to read instead, for tests.
+        source: Function to read instead, in nanoseconds, for tests.
     """
 
     def __init__(
@@ -40,24 +40,25 @@ class Clock:
 
     @property
     def clock_type(self) -> ClockType:
-        """What it counts from."""
+        """The kind of clock."""
         return self._clock_type
 
     def __repr__(self) -> str:
         return f"Clock(clock_type={self._clock_type.name})"
 
     def now(self) -> Time:
-        """Read the clock."""
+        """Return the current time."""
         return Time(nanoseconds=self._source(), clock_type=self._clock_type)
 
     async def sleep_for(self, duration: Duration | float) -> None:
-        """Sleep for a duration, or for a number of seconds; zero and less returns at once.
+        """Sleep for a duration, measured by the loop's clock: setting the wall clock does not affect it.
 
-        Measured by the loop's own clock, so setting the wall clock changes nothing.
+        Args:
+            duration: A Duration, or seconds; zero or less returns immediately.
 
         Raises:
             RuntimeError: The clock is destroyed.
-            asyncio.CancelledError: It was destroyed meanwhile, or the task was cancelled.
+            asyncio.CancelledError: The clock was destroyed during the sleep, or the task was cancelled.
             ValueError: The duration is not a number.
         """
         self._require_alive()
@@ -68,28 +69,31 @@ class Clock:
             raise ValueError("the duration of a sleep must be a number, not nan")
         loop = asyncio.get_running_loop()
         deadline = loop.time() + seconds
-        while (left := deadline - loop.time()) > 0:
-            await self._wait(loop, min(left, _LONGEST_WAIT_SEC))
+        while (remaining := deadline - loop.time()) > 0:
+            await self._wait(loop, min(remaining, _LONGEST_WAIT_SEC))
 
     sleep = sleep_for
 
     async def sleep_until(self, until: Time) -> None:
-        """Sleep until this clock shows `until` or later; a point in the past returns at once.
+        """Sleep until a point in time.
+
+        Args:
+            until: A time of this kind of clock; one in the past returns immediately.
 
         Raises:
             RuntimeError: The clock is destroyed.
-            asyncio.CancelledError: It was destroyed meanwhile, or the task was cancelled.
+            asyncio.CancelledError: The clock was destroyed during the sleep, or the task was cancelled.
             ValueError: `until` is of another kind of clock.
         """
         self._require_alive()
         if until.clock_type is not self._clock_type:
             raise ValueError("until's clock type does not match this clock's type")
         loop = asyncio.get_running_loop()
-        while (left := until.nanoseconds - self._source()) > 0:
-            await self._wait(loop, min(left / NANOSECONDS_PER_SECOND, _RECHECK_SEC))
+        while (remaining := until.nanoseconds - self._source()) > 0:
+            await self._wait(loop, min(remaining / NANOSECONDS_PER_SECOND, _RECHECK_SEC))
 
     def destroy(self) -> None:
-        """Cancel all sleeps; further ones raise RuntimeError. Reading goes on. Harmless twice."""
+        """Cancel all sleeps; further ones raise RuntimeError. The clock can still be read."""
         self._destroyed = True
         for sleeper in self._sleepers:
             sleeper.cancel("the clock is destroyed")

@@ -1,4 +1,4 @@
-"""Points and spans of time as rclpy has them: whole nanoseconds in 64 bits, as exact as in a message."""
+"""rclpy's points and spans of time: whole nanoseconds in 64 bits, as exact as in a message."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MIN_NANOSECONDS: Final = -(1 << 63)
 
 
 class ClockType(IntEnum):
-    """What a clock counts from; the numbers are rclpy's. ROS_TIME is the wall clock for now."""
+    """The kind of a clock, with rclpy's numbers. ROS_TIME is the wall clock."""
 
     UNINITIALIZED = 0
     ROS_TIME = 1
@@ -47,11 +47,11 @@ def _total(seconds: float, nanoseconds: float, kind: str) -> int:
 
 @total_ordering
 class Duration:
-    """A span of time, negative ones included. Immutable.
+    """A span of time, which may be negative. Immutable.
 
     Args:
-        seconds: Added to `nanoseconds`; floats are rounded to whole nanoseconds.
-        nanoseconds: As above.
+        seconds: Added to `nanoseconds`; a float is rounded to whole nanoseconds.
+        nanoseconds: Added to `seconds`; a float is rounded.
 
     Raises:
         OverflowError: The sum does not fit into 64 bits.
@@ -65,11 +65,11 @@ class Duration:
 
     @property
     def nanoseconds(self) -> int:
-        """The whole span in nanoseconds."""
+        """The span in nanoseconds."""
         return self._nanoseconds
 
     def to_msg(self) -> DurationMsg:
-        """Return it as a builtin_interfaces Duration, whose seconds are rounded down."""
+        """Return a builtin_interfaces Duration; its seconds are rounded down."""
         from actors.interfaces.builtin_interfaces.msg import Duration as Message  # noqa: PLC0415 - lazy
 
         sec, nanosec = divmod(self._nanoseconds, NANOSECONDS_PER_SECOND)
@@ -77,7 +77,11 @@ class Duration:
 
     @classmethod
     def from_msg(cls, msg: _Stamp) -> Duration:
-        """Read a builtin_interfaces Duration."""
+        """Return the Duration of a message.
+
+        Args:
+            msg: A builtin_interfaces Duration, or any object with `sec` and `nanosec`.
+        """
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec)
 
     def __add__(self, other: Duration) -> Duration:
@@ -112,7 +116,7 @@ class Duration:
 
 
 INFINITE: Final = Duration(nanoseconds=_MAX_NANOSECONDS)
-"""The longest duration, which stands for no limit."""
+"""The longest duration, which means no limit."""
 
 
 @total_ordering
@@ -120,9 +124,10 @@ class Time:
     """A point in time of one kind of clock. Immutable.
 
     Args:
-        seconds: Added to `nanoseconds`, not negative; floats are rounded to whole nanoseconds.
-        nanoseconds: As above.
-        clock_type: Points of different kinds of clocks are never equal, and comparing them is a `TypeError`.
+        seconds: Added to `nanoseconds`, not negative; a float is rounded to whole nanoseconds.
+        nanoseconds: Added to `seconds`, not negative; a float is rounded.
+        clock_type: The kind of clock. Times of different clocks are never equal, and ordering or subtracting
+            them raises TypeError.
 
     Raises:
         OverflowError: The sum does not fit into 64 bits.
@@ -152,15 +157,15 @@ class Time:
 
     @property
     def clock_type(self) -> ClockType:
-        """The kind of clock that this was read from."""
+        """The kind of clock that it was read from."""
         return self._clock_type
 
     def seconds_nanoseconds(self) -> tuple[int, int]:
-        """Return whole seconds, and the nanoseconds that are left."""
+        """Return whole seconds and the remaining nanoseconds."""
         return divmod(self._nanoseconds, NANOSECONDS_PER_SECOND)
 
     def to_msg(self) -> TimeMsg:
-        """Return it as a builtin_interfaces Time, which does not tell the kind of clock."""
+        """Return a builtin_interfaces Time, which has no kind of clock."""
         from actors.interfaces.builtin_interfaces.msg import Time as Message  # noqa: PLC0415 - lazy
 
         sec, nanosec = self.seconds_nanoseconds()
@@ -168,7 +173,15 @@ class Time:
 
     @classmethod
     def from_msg(cls, msg: _Stamp, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
-        """Read a builtin_interfaces Time; `ValueError` if its seconds are negative."""
+        """Return the Time of a message.
+
+        Args:
+            msg: A builtin_interfaces Time, or any object with `sec` and `nanosec`.
+            clock_type: The kind of clock, which the message does not contain.
+
+        Raises:
+            ValueError: Its seconds are negative.
+        """
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec, clock_type=clock_type)
 
     def __add__(self, other: Duration) -> Time:

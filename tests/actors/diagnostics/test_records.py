@@ -262,10 +262,10 @@ def test_a_node_that_came_again_counts_from_zero() -> None:
 
 
 @pytest.mark.parametrize("changes", [{"uptime_sec": 10.0}, {"uptime_sec": 9.0}, {"node": "/other"}])
-def test_rates_need_an_earlier_look_at_the_same_node(changes: dict[str, Any]) -> None:
+def test_rates_need_an_earlier_snapshot_at_the_same_node(changes: dict[str, Any]) -> None:
     """Two looks in the wrong order, at one moment, or at two nodes give no rates."""
     earlier, later = looks(lambda look: replace(look, **changes))
-    with pytest.raises(ValueError, match="earlier look"):
+    with pytest.raises(ValueError, match="earlier snapshot"):
         later.rates_since(earlier)
 
 
