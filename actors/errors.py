@@ -1,13 +1,13 @@
-"""What can go wrong on the node's side, as types.
+"""Errors of nodes, clients and supervisors.
 
     CallboardError (proto.errors)
-    ├── BrokerUnreachable (ConnectionError)   no broker answered in time, or the link broke meanwhile
+    ├── BrokerUnreachable (ConnectionError)   no broker answered in time, or the link broke
     ├── NodeNameTaken                         another live node has this full name
     ├── NodeDestroyed (RuntimeError)          the node or entity has been destroyed
     ├── NodeAlreadyRunning (RuntimeError)     a node runs once at a time
-    ├── PublisherRefused                      the broker will not have this publisher
+    ├── PublisherRefused                      the broker refuses this publisher
     ├── PublisherFull                         a KEEP_ALL publisher's readers are too slow; wait for ready()
-    ├── WaitTimeout (TimeoutError)            ready() or flush() did not come true in time
+    ├── WaitTimeout (TimeoutError)            ready() or flush() did not finish in time
     ├── SupervisorGaveUp                      a child has died too often
     └── CallFailed                            a call ended without a reply:
         ├── ServiceUnavailable                no server, no connection, or it broke before the reply
@@ -15,7 +15,7 @@
         ├── ServiceTimeout (TimeoutError)     the deadline passed
         └── RemoteError                       the handler raised
 
-Others are beside what raises them: actors/interfaces/errors.py, actors/parameters/errors.py,
+Other errors are in the packages that raise them: actors/interfaces/errors.py, actors/parameters/errors.py,
 actors/arguments/ros_arguments.py, and proto/errors.py for names and URLs.
 """
 
@@ -41,19 +41,19 @@ class NodeAlreadyRunning(CallboardError, RuntimeError):
 
 
 class PublisherRefused(CallboardError):
-    """The broker will not have this publisher, so that nothing of it is sent in this session."""
+    """The broker refuses this publisher; none of its messages is sent in this session."""
 
 
 class PublisherFull(CallboardError):
-    """A KEEP_ALL publisher has queued as much as it may; nothing of this message was queued."""
+    """The queue of a KEEP_ALL publisher is full; this message was not queued."""
 
 
 class WaitTimeout(CallboardError, TimeoutError):
-    """What was waited for did not come true in time."""
+    """A condition did not become true in time."""
 
 
 class SupervisorGaveUp(CallboardError):
-    """A child has died too often, so that its supervisor has stopped all children.
+    """A child died too often, and its supervisor has stopped all children.
 
     Attributes:
         supervisor: The supervisor's name.
@@ -72,23 +72,23 @@ class SupervisorGaveUp(CallboardError):
 
 
 class CallFailed(CallboardError):
-    """A call ended without a reply. Catch this for every way in which that can happen."""
+    """A call ended without a reply; base of all such errors."""
 
 
 class ServiceUnavailable(CallFailed):
-    """No server, no connection to a broker, or it broke before the reply came."""
+    """No server, no connection to a broker, or it broke before the reply arrived."""
 
 
 class ServiceOverloaded(ServiceUnavailable):
-    """Too many calls wait already: of this client, of its link, or at the server. The handler did not run."""
+    """Too many calls wait: of this client, of its link, or at the server. The handler did not run."""
 
 
 class ServiceTimeout(CallFailed, TimeoutError):
-    """The deadline passed; the server's handler has been told to stop."""
+    """The deadline passed; the server's handler is cancelled."""
 
 
 class RemoteError(CallFailed):
-    """The server could not give a valid reply.
+    """The server did not give a valid reply.
 
     Attributes:
         type_name: The exception's type in the server ("ZeroDivisionError").
@@ -105,7 +105,7 @@ class RemoteError(CallFailed):
 
 
 def error_text(error: BaseException) -> str:
-    """Return the text of an exception, whatever that does when it is asked, as one that UTF-8 can hold."""
+    """Return the text of an exception as valid UTF-8, even if its `__str__` raises."""
     try:
         text = str(error)
     except Exception:  # noqa: BLE001 - the user's exception; its own text must not hide it

@@ -10,7 +10,7 @@ from typing import Any
 
 import actors
 from actors.bench.roles import HELD, ROLES
-from actors.bench.roles.parent import Parent, say
+from actors.bench.roles.parent import Parent, report
 
 
 async def _play(parameters: dict[str, Any]) -> dict[str, Any] | None:
@@ -35,7 +35,7 @@ def main() -> int:
     figures = actors.run(lambda: _play(parameters), args=[])
     if figures is None:
         return 1
-    say("done", **figures)
+    report("done", **figures)
     return 0
 
 

@@ -1,4 +1,4 @@
-"""callboard measured alone: what `callboard bench` does."""
+"""Measures callboard alone, for `callboard bench`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ async def measure(
     transport: Transport,
     command: str,
 ) -> Results:
-    """Run the workloads, with a progress bar, and return what came out."""
+    """Run the workloads with a progress bar and return their results."""
     contender = callboard(loop=loop, transport=transport)
     results = Results(
         machine=machine.describe(),
@@ -38,5 +38,5 @@ async def measure(
         entrants=[Entrant.of(contender)],
     )
     with ProgressBar() as bar:
-        await run(plan(workloads, [contender], repetitions), results, bar.tell)
+        await run(plan(workloads, [contender], repetitions), results, bar.draw)
     return results

@@ -1,4 +1,4 @@
-"""What goes wrong in a measurement.
+"""Errors of a measurement.
 
 CallboardError (proto.errors)
 └── TrialError                  a trial has no figures: a role or server failed, or messages were lost
@@ -10,4 +10,4 @@ from proto.errors import CallboardError
 
 
 class TrialError(CallboardError):
-    """A trial gave no figures that count; the text says why."""
+    """A trial has no valid figures; the text gives the reason."""

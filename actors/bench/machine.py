@@ -1,4 +1,4 @@
-"""What a run ran on, as the report says it."""
+"""Describes the machine for the report."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What another process uses, told by the system: CPU time, memory and open files, by its id.
+"""CPU time, memory and open files of another process, by its id.
 
-Linux tells both; elsewhere psutil does, if it is there. Where nobody tells, the answer is None.
+They come from /proc on Linux, elsewhere from psutil if it is installed; otherwise the result is None.
 """
 
 from __future__ import annotations
@@ -19,40 +19,40 @@ def cpu_s(pid: int) -> float | None:
     try:
         text = Path(f"/proc/{pid}/stat").read_text("ascii", "replace")
     except OSError:
-        times = _asked(pid, "cpu_times")
+        times = _psutil(pid, "cpu_times")
         return None if times is None else float(times.user + times.system)
-    # The name in parentheses may contain anything, so fields are counted behind it.
+    # The name in parentheses may contain anything, so fields are counted after it.
     fields = text.rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def memory_kib(pid: int) -> float | None:
-    """Return the memory of a process in KiB, shared pages counted in part where the system says so."""
+    """Return the memory of a process in KiB, with a share of shared pages where the system knows it."""
     try:
         found = _PSS.search(Path(f"/proc/{pid}/smaps_rollup").read_text("ascii"))
     except OSError:
         found = None
     if found is not None:
         return float(found[1])
-    memory = _asked(pid, "memory_info")
+    memory = _psutil(pid, "memory_info")
     return None if memory is None else memory.rss / 1024
 
 
 def open_files(pid: int) -> int | None:
-    """Return how many descriptors a process has open: its connections are among them."""
+    """Return how many descriptors a process has open, connections included."""
     try:
         return sum(1 for _ in Path(f"/proc/{pid}/fd").iterdir())
     except OSError:
-        count = _asked(pid, "num_fds")
+        count = _psutil(pid, "num_fds")
         return None if count is None else int(count)
 
 
-def _asked(pid: int, what: str) -> Any:
+def _psutil(pid: int, method: str) -> Any:
     try:
         psutil: Any = import_module("psutil")
     except ImportError:
         return None
     try:
-        return getattr(psutil.Process(pid), what)()
-    except (psutil.Error, AttributeError):  # not everything is told everywhere
+        return getattr(psutil.Process(pid), method)()
+    except (psutil.Error, AttributeError):  # not every system has every figure
         return None

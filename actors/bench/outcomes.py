@@ -1,4 +1,4 @@
-"""What a trial's roles have reported, and the figures it comes to. A trial that lost anything has none."""
+"""Computes a trial's figures from the reports of its roles. A trial that lost messages has none."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CPU: Final = "cpu_us."
 
 @dataclass(frozen=True, kw_only=True)
 class Played:
-    """A role, what it was told and what it reported."""
+    """A role with its parameters and its reported figures."""
 
     role: str
     parameters: Mapping[str, Any]
@@ -25,23 +25,23 @@ class Played:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """A whole trial. The server's numbers are None if there is none, or nobody can tell."""
+    """A whole trial. The server's numbers are None if there is no server, or if they are unknown."""
 
     played: tuple[Played, ...]
     server_cpu_s: float | None
     server_kib: float | None = None
-    """How its memory has grown while idle connections were made."""
+    """Growth of its memory while idle connections were made."""
     server_files: int | None = None
-    """How many descriptors more it had at the end of that time."""
+    """Growth of its open descriptors in that time."""
     window_s: float = 0.0
-    """How long the server was watched while they were held."""
+    """Length of the measurement while they were held."""
 
     def all(self, role: str) -> list[Played]:
-        """Return everybody who played a role."""
+        """Return the reports of a role."""
         return [each for each in self.played if each.role == role]
 
     def only(self, role: str) -> Played:
-        """Return the one who played a role."""
+        """Return the only report of a role."""
         (found,) = self.all(role)
         return found
 
@@ -51,7 +51,7 @@ class Outcome:
 
 
 def cost(*players: Played) -> dict[str, float]:
-    """Return the CPU time of those who play one role for each message that they handled."""
+    """Return the CPU time of a role per message."""
     messages = sum(each.figures["messages"] for each in players)
     if not messages:
         raise TrialError(f"{players[0].role} handled nothing")
@@ -59,7 +59,7 @@ def cost(*players: Played) -> dict[str, float]:
 
 
 def stream(outcome: Outcome) -> dict[str, float]:
-    """Rates of a publisher and its subscribers, together."""
+    """Return the rates of a publisher and its subscribers."""
     publisher, subscribers = outcome.only("publisher"), outcome.all("subscriber")
     sent: int = publisher.figures["sent"]
     for each in subscribers:
@@ -69,7 +69,7 @@ def stream(outcome: Outcome) -> dict[str, float]:
             raise TrialError(f"lost messages: {received} of {due} received, {lost} counted as lost")
     received = sum(each.figures["received"] for each in subscribers)
     if received < 2 * len(subscribers):
-        raise TrialError("too few messages to tell a rate: more seconds are needed")
+        raise TrialError("too few messages for a rate: use more seconds")
     rate = received / max(each.figures["elapsed_s"] for each in subscribers)
     return {
         "rate": rate,
@@ -81,31 +81,31 @@ def stream(outcome: Outcome) -> dict[str, float]:
 
 
 def requests(outcome: Outcome) -> dict[str, float]:
-    """Rate and latencies of calls."""
+    """Return the rate and the latencies of calls."""
     requester, server = outcome.only("requester"), outcome.only("server")
-    told = {key: requester.figures[key] for key in ("rate", "p50_us", "p99_us", "p999_us")}
-    # What was served has the warm-up calls in it, as the server's CPU time has.
+    figures = {key: requester.figures[key] for key in ("rate", "p50_us", "p99_us", "p999_us")}
+    # Served requests include the warm-up calls, as the server's CPU time does.
     served = server.figures["messages"]
-    return {**told, **cost(requester), **outcome.broker_cost(served), **cost(server)}
+    return {**figures, **cost(requester), **outcome.broker_cost(served), **cost(server)}
 
 
 def mixed(outcome: Outcome) -> dict[str, float]:
-    """How late small messages come, and how much of the stream beside them there was."""
+    """Return the latencies of small messages, and the rate of the stream beside them."""
     listener, pacer = outcome.only("listener"), outcome.only("pacer")
     received, sent = listener.figures["received"], pacer.figures["sent"]
     if received != sent:
         raise TrialError(f"lost messages: {received} of {sent} received")
-    told = {key: listener.figures[key] for key in ("p50_us", "p99_us")}
+    figures = {key: listener.figures[key] for key in ("p50_us", "p99_us")}
     beside = stream(outcome)["mb_s"] if outcome.all("subscriber") else 0.0
-    return {**told, "mb_s": beside, **cost(pacer), **cost(listener)}
+    return {**figures, "mb_s": beside, **cost(pacer), **cost(listener)}
 
 
 def growth(outcome: Outcome) -> dict[str, float]:
-    """What one delivered message or call costs everybody together, but for those who only hold something."""
+    """Return the CPU time per delivered message or call, of all processes that do not only hold something."""
     working = [each for each in outcome.played if each.role not in {"holder", "hoarder"}]
     for each in outcome.all("hoarder"):
         if each.figures["messages"] != each.parameters["pending"]:
-            raise TrialError("pending requests have ended before the load has")
+            raise TrialError("pending requests ended before the load")
     takers = [each for each in working if each.role in {"subscriber", "topics_subscriber", "server"}]
     for giver in outcome.all("topics_publisher"):
         received = takers[0].figures["received"]
@@ -122,10 +122,12 @@ def growth(outcome: Outcome) -> dict[str, float]:
 
 
 def idle(outcome: Outcome) -> dict[str, float]:
-    """What an idle connection costs the server."""
+    """Return the server's cost of an idle connection."""
     player = outcome.only("idle")
     wanted, held = player.parameters["connections"], player.figures["connections"]
-    if outcome.server_files is not None:  # the server may have closed what the client takes for open
+    if (
+        outcome.server_files is not None
+    ):  # the server may have closed connections that the client believes open
         held = min(held, outcome.server_files)
     if held < wanted:
         raise TrialError(f"only {held} of {wanted} idle connections lasted")

@@ -1,8 +1,8 @@
-"""The processes of a trial: started in groups of their own, spoken to in lines, and gone when it ends.
+"""The processes of a trial: each in its own process group, controlled by lines on its pipes.
 
-A role says `{"event": "ready"}` when it is set up, begins at `go`, and says `{"event": "done", ...}` with its
-figures. A role that is held does so when its stdin closes. Whatever happens, Ctrl-C included, leaving `Stage`
-kills and reaps them all.
+A role writes `{"event": "ready"}` when it is set up, begins when it reads `go`, and writes `{"event": "done",
+...}` with its figures; a held role does so when its stdin closes. Leaving `TrialProcesses` kills and reaps
+them all, also after Ctrl-C.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ SERVER_TIMEOUT_S: Final = 20.0
 END_TIMEOUT_S: Final = 60.0
 """From a role's figures to its end: 10,000 connections take a while to close, too."""
 REAP_TIMEOUT_S: Final = 10.0
-_KNOCK_INTERVAL_S: Final = 0.01
-"""Foreign servers do not say when they listen, so their door is knocked at."""
+_CONNECT_INTERVAL_S: Final = 0.01
+"""Servers do not report when they listen, so the trial tries to connect this often."""
 _LOG_LINES: Final = 5
-"""Last lines of a process's log that an error shows."""
+"""Lines at the end of a process's log that an error shows."""
 
 
 _LAUNCHER: Final = """
@@ -43,16 +43,16 @@ import ctypes, os, signal, sys
 PR_SET_PDEATHSIG = 1
 ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 if os.getppid() != int(sys.argv[1]):
-    sys.exit("whoever has started it has gone")
+    sys.exit("the parent process has ended")
 os.execvp(sys.argv[2], sys.argv[2:])
 """
 
 
-def _dies_with_us(command: Sequence[str]) -> Sequence[str]:
-    """Return a command that has the kernel end it when we end without a chance to, by SIGKILL or SIGHUP.
+def _killed_with_parent(command: Sequence[str]) -> Sequence[str]:
+    """Return a command that the kernel kills when this process is killed.
 
-    Roles notice that by their stdin; servers, ours and others', do not. A program that says so of itself and
-    then becomes the command needs no code between fork and exec, which threads of ours could make hang.
+    Roles notice that by their stdin; servers do not. A launcher that sets this and then executes the command
+    needs no code between fork and exec, where other threads of this process could cause a deadlock.
     """
     if sys.platform != "linux":
         return command
@@ -69,14 +69,14 @@ class Child:
         self._log = log
 
     @classmethod
-    async def start(cls, name: str, command: Sequence[str], scratch: Path, *, talks: bool) -> Self:
-        """Start a process; `talks` gives it pipes instead of nothing and its log."""
+    async def start(cls, name: str, command: Sequence[str], scratch: Path, *, pipes: bool) -> Self:
+        """Start a process; `pipes` connects its stdin and stdout to this process."""
         log = scratch / f"{name}.log"
         with log.open("wb") as file:
             process = await asyncio.create_subprocess_exec(
-                *_dies_with_us(command),
-                stdin=subprocess.PIPE if talks else subprocess.DEVNULL,
-                stdout=subprocess.PIPE if talks else file,
+                *_killed_with_parent(command),
+                stdin=subprocess.PIPE if pipes else subprocess.DEVNULL,
+                stdout=subprocess.PIPE if pipes else file,
                 stderr=file,
                 start_new_session=True,
             )
@@ -88,12 +88,12 @@ class Child:
         return self._process.returncode
 
     def failure(self, what: str) -> TrialError:
-        """Return the error that says what happened, with the end of the process's log."""
+        """Return an error with the end of the process's log."""
         lines = self._log.read_text("utf-8", "replace").splitlines()[-_LOG_LINES:]
         return TrialError("\n".join([f"{self.name} {what}", *(f"    {line}" for line in lines)]))
 
     def kill(self) -> None:
-        """End the whole group at once, unless it has been reaped: its id may be another's by now."""
+        """Kill the process group, unless it has been reaped: its id may have been reused."""
         if self._process.returncode is not None:
             return
         with suppress(ProcessLookupError):
@@ -103,39 +103,39 @@ class Child:
                 self._process.kill()
 
     async def reap(self) -> None:
-        """Wait for the end of a process that has been killed."""
+        """Wait for the end of a killed process."""
         async with asyncio.timeout(REAP_TIMEOUT_S):
             await self._process.wait()
 
 
 class RoleProcess(Child):
-    """A process that plays a role: says ready, goes, says what it measured."""
+    """A process of a role: reports that it is ready, runs, and reports its figures."""
 
     async def ready(self) -> None:
         """Wait until it is set up.
 
         Raises:
-            TrialError: It ended, or said something else, or nothing in time.
+            TrialError: It ended, or wrote something else, or nothing in time.
         """
         await self._event("ready", READY_TIMEOUT_S)
 
     async def go(self) -> None:
-        """Let it begin."""
-        await self._tell(b"go\n")
+        """Start its load."""
+        await self._write(b"go\n")
 
     async def release(self) -> None:
         """Close its stdin: a held role ends."""
         stdin = self._process.stdin
         assert stdin is not None
         stdin.close()
-        with suppress(BrokenPipeError, ConnectionResetError):  # it has ended by itself
+        with suppress(BrokenPipeError, ConnectionResetError):  # it has already ended
             await stdin.wait_closed()
 
     async def done(self, timeout_s: float) -> dict[str, Any]:
         """Wait for its figures.
 
         Raises:
-            TrialError: It ended without, or failed afterwards, or took longer.
+            TrialError: It ended without figures, failed afterwards, or took longer.
         """
         figures = await self._event("done", timeout_s)
         try:
@@ -147,14 +147,14 @@ class RoleProcess(Child):
             raise self.failure(f"reported and then ended with {code}")
         return figures
 
-    async def _tell(self, line: bytes) -> None:
+    async def _write(self, line: bytes) -> None:
         stdin = self._process.stdin
         assert stdin is not None
         try:
             stdin.write(line)
             await stdin.drain()
         except (BrokenPipeError, ConnectionResetError):
-            raise self.failure("ended before it was told to go") from None
+            raise self.failure("ended before its start") from None
 
     async def _event(self, event: str, timeout_s: float) -> dict[str, Any]:
         stdout = self._process.stdout
@@ -167,15 +167,15 @@ class RoleProcess(Child):
         except TimeoutError:
             raise self.failure(f"was not {event} within {timeout_s:g} s") from None
         try:
-            said = msgspec.json.decode(raw, type=dict[str, Any])
+            report = msgspec.json.decode(raw, type=dict[str, Any])
         except msgspec.DecodeError:
-            said = {}
-        if said.get("event") != event:
-            raise self.failure(f"said {raw!r} where '{event}' was due")
-        return said
+            report = {}
+        if report.get("event") != event:
+            raise self.failure(f"wrote {raw!r} instead of '{event}'")
+        return report
 
 
-class Stage:
+class TrialProcesses:
     """One trial's processes: a server, if the contender has one, and roles."""
 
     def __init__(self, contender: Contender, scratch: Path) -> None:
@@ -205,14 +205,14 @@ class Stage:
         if contender.server_command is None:
             return
         command = contender.server_command(port, self._scratch)
-        self.server = await Child.start("server", command, self._scratch, talks=False)
+        self.server = await Child.start("server", command, self._scratch, pipes=False)
         self._children.append(self.server)
         try:
             async with asyncio.timeout(SERVER_TIMEOUT_S):
                 while not self._listens(port):
                     if self.server.exit_code is not None:
                         raise self.server.failure(f"ended with {self.server.exit_code}")
-                    await asyncio.sleep(_KNOCK_INTERVAL_S)
+                    await asyncio.sleep(_CONNECT_INTERVAL_S)
         except TimeoutError:
             raise self.server.failure(f"did not listen within {SERVER_TIMEOUT_S:g} s") from None
 
@@ -222,8 +222,8 @@ class Stage:
             if name is None:
                 socket.create_connection(("127.0.0.1", port), 1.0).close()
                 return True
-            with socket.socket(socket.AF_UNIX) as knocker:
-                knocker.connect(str(self._scratch / name))
+            with socket.socket(socket.AF_UNIX) as probe:
+                probe.connect(str(self._scratch / name))
             return True
         except (ConnectionRefusedError, FileNotFoundError):
             return False
@@ -233,13 +233,13 @@ class Stage:
         argument = json.dumps({"role": role, "url": self.url, **parameters})
         command = (*self.contender.role_command, argument)
         name = f"{role}{len(self._children)}"
-        process = await RoleProcess.start(name, command, self._scratch, talks=True)
+        process = await RoleProcess.start(name, command, self._scratch, pipes=True)
         self._children.append(process)
         await process.ready()
         return process
 
     async def _clear(self) -> None:
-        # All signals go out before anything is awaited, so that a second Ctrl-C finds nothing left to kill.
+        # Kill all before the first await, so that a second Ctrl-C cannot leave one running.
         for child in self._children:
             child.kill()
         for child in self._children:

@@ -1,4 +1,4 @@
-"""A progress bar: one line on a terminal, drawn over itself and gone in the end. Elsewhere: nothing."""
+"""A progress bar: one line on a terminal, redrawn in place and removed at the end. Elsewhere nothing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _BACK_AND_CLEAR: Final = "\r\x1b[K"
 
 
 class ProgressBar:
-    """Draws what a run tells. Use with `with`, so that the line goes whatever happens."""
+    """Draws the progress. Use it with `with`, so that the line is always removed."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream = sys.stderr if stream is None else stream
@@ -27,11 +27,11 @@ class ProgressBar:
         return self
 
     def __exit__(self, *exc: object) -> None:
-        """Take the line away."""
+        """Remove the line."""
         self._write("")
 
-    def tell(self, progress: Progress) -> None:
-        """Draw."""
+    def draw(self, progress: Progress) -> None:
+        """Draw the current progress."""
         columns = shutil.get_terminal_size().columns
         self._write(line(progress)[: columns - 1])
 

@@ -1,4 +1,4 @@
-"""What a run has measured: every sample, so that medians can be made again; written and read as JSON."""
+"""The results of a benchmark, with every sample; written and read as JSON."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Sample(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Failure(msgspec.Struct, frozen=True, kw_only=True):
-    """A trial without figures, and why."""
+    """A failed trial and its reason."""
 
     workload: str
     case: str
@@ -35,7 +35,7 @@ class Failure(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Entrant(msgspec.Struct, frozen=True, kw_only=True):
-    """A contender as the report names it."""
+    """A contender in the report."""
 
     name: str
     version: str
@@ -43,7 +43,7 @@ class Entrant(msgspec.Struct, frozen=True, kw_only=True):
 
     @classmethod
     def of(cls, contender: Contender) -> Entrant:
-        """Return what the report needs of a contender."""
+        """Return the entrant of a contender."""
         return cls(name=contender.name, version=contender.version, brokered=contender.brokered)
 
 
@@ -59,13 +59,13 @@ class Results(msgspec.Struct, kw_only=True):
     """A whole run.
 
     Attributes:
-        machine: What it ran on: CPU, cores, system, Python.
-        date: When it began, ISO 8601, UTC.
-        command: What was typed.
+        machine: CPU, cores, system, Python.
+        date: Start, ISO 8601, UTC.
+        command: The command line.
         seconds: Length of each load.
         repetitions: Trials of each case by each contender.
-        entrants: Who took part, in order; callboard is the first.
-        skipped: Who or what did not take part, and why.
+        entrants: The contenders in order; callboard is the first.
+        skipped: Contenders and workloads that did not take part, with the reason.
     """
 
     machine: dict[str, str]
@@ -88,7 +88,7 @@ class Results(msgspec.Struct, kw_only=True):
         return {key: spread(values) for key, values in found.items()}
 
     def document(self) -> dict[str, Any]:
-        """Return everything as JSON's types, with the medians beside the samples."""
+        """Return the results as JSON types, with medians added."""
         tried = dict.fromkeys((each.workload, each.case, each.contender) for each in self.samples)
         medians = [
             {

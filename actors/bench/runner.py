@@ -1,7 +1,7 @@
-"""A run: trials one after another, interleaved, and how far it has come.
+"""Runs trials one after another and reports the progress.
 
-Repetitions are outermost and contenders innermost, so that whatever else the machine does meanwhile hits all
-contenders alike.
+Repetitions are outermost and contenders innermost, so that other load on the machine affects all contenders
+alike.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from actors.bench.workloads import Case, Workload
 
 OVERHEAD_S: Final = 0.7
-"""A first guess of what starting and stopping a trial's processes takes."""
+"""First estimate of the time to start and stop a trial's processes."""
 
 
-class Turn(NamedTuple):
-    """One trial that is to be run."""
+class PlannedTrial(NamedTuple):
+    """A trial to run."""
 
     workload: Workload
     case: Case
@@ -40,19 +40,19 @@ class Turn(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """How far a run has come."""
+    """The progress of a benchmark."""
 
     part: float
-    """Done so far, 0 to 1, by expected time."""
+    """Completed fraction, 0 to 1, by expected time."""
     left_s: float
     """Expected time to the end."""
     title: str
-    """What is being done."""
+    """The current trial."""
 
 
 @dataclass
 class _Pace:
-    """Expected and real time of what has been done: how far off the expectation is."""
+    """Compares expected and real time of the trials so far."""
 
     total_s: float
     expected_s: float = 0.0
@@ -66,12 +66,14 @@ class _Pace:
         return Progress(self.expected_s / self.total_s, factor * (self.total_s - self.expected_s), title)
 
 
-def plan(workloads: Iterable[Workload], contenders: Iterable[Contender], repetitions: int) -> list[Turn]:
-    """Return the trials in the order in which they are run."""
+def plan(
+    workloads: Iterable[Workload], contenders: Iterable[Contender], repetitions: int
+) -> list[PlannedTrial]:
+    """Return the trials in order."""
     contenders = list(contenders)
     workloads = list(workloads)
     return [
-        Turn(workload, case, contender, repetition)
+        PlannedTrial(workload, case, contender, repetition)
         for repetition in range(repetitions)
         for workload in workloads
         for case in workload.cases
@@ -81,37 +83,37 @@ def plan(workloads: Iterable[Workload], contenders: Iterable[Contender], repetit
 
 
 def lacking(workloads: Iterable[Workload], contenders: Iterable[Contender]) -> dict[str, str]:
-    """Return which contenders cannot play in a workload that some of them can play in, and why."""
+    """Return which contenders cannot run a workload that others can, and why."""
     contenders = list(contenders)
-    said: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     for workload in workloads:
         lacks = {each.name: missing(each, workload.cases[0]) for each in contenders}
         if all(lacks.values()):
             continue
         for name, roles in lacks.items():
             if roles:
-                said[f"{name} in {workload.id}"] = f"it has no role {', '.join(roles)}"
-    return said
+                reasons[f"{name} in {workload.id}"] = f"it has no role {', '.join(roles)}"
+    return reasons
 
 
-async def run(turns: list[Turn], results: Results, tell: Callable[[Progress], None]) -> None:
-    """Run trials, put what they give into `results`, and tell before each how far we are."""
-    pace = _Pace(sum(_expected_s(turn, results.seconds) for turn in turns))
-    for turn in turns:
-        tell(pace.progress(turn.title))
+async def run(trials: list[PlannedTrial], results: Results, report: Callable[[Progress], None]) -> None:
+    """Run trials, add their figures to `results`, and report the progress before each."""
+    pace = _Pace(sum(_expected_s(trial, results.seconds) for trial in trials))
+    for trial in trials:
+        report(pace.progress(trial.title))
         where = {
-            "workload": turn.workload.id,
-            "case": turn.case.name,
-            "contender": turn.contender.name,
+            "workload": trial.workload.id,
+            "case": trial.case.name,
+            "contender": trial.contender.name,
         }
         try:
-            figures = await run_trial(turn.contender, turn.case, results.seconds)
+            figures = await run_trial(trial.contender, trial.case, results.seconds)
         except (TrialError, OSError, ArithmeticError) as error:  # TimeoutError is an OSError
-            results.failures.append(Failure(**where, repetition=turn.repetition, reason=str(error)))
+            results.failures.append(Failure(**where, repetition=trial.repetition, reason=str(error)))
         else:
-            results.samples.append(Sample(**where, repetition=turn.repetition, figures=figures))
-        pace.expected_s += _expected_s(turn, results.seconds)
+            results.samples.append(Sample(**where, repetition=trial.repetition, figures=figures))
+        pace.expected_s += _expected_s(trial, results.seconds)
 
 
-def _expected_s(turn: Turn, seconds: float) -> float:
-    return OVERHEAD_S + turn.case.extra_s + (0.0 if turn.case.connections else seconds)
+def _expected_s(trial: PlannedTrial, seconds: float) -> float:
+    return OVERHEAD_S + trial.case.extra_s + (0.0 if trial.case.connections else seconds)

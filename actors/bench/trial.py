@@ -1,4 +1,4 @@
-"""One trial: one contender does one case once, in fresh processes, and its figures come out."""
+"""One trial: one contender runs one case once, in new processes, and yields its figures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from actors.bench import meters
 from actors.bench.errors import TrialError
 from actors.bench.outcomes import Outcome, Played
-from actors.bench.processes import Stage
+from actors.bench.processes import TrialProcesses
 from proto.aio.process import raise_file_limit
 
 if TYPE_CHECKING:
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from actors.bench.workloads import Case, Part
 
 DONE_TIMEOUT_S: Final = 60.0
-"""Beyond the load: what consumers and their server may take to finish."""
-SETTLE_S: Final = 3.0
-"""After the last idle connection was made, before the server is watched."""
+"""Time after the load for consumers and their server to finish."""
+PAUSE_S: Final = 3.0
+"""Between the last idle connection and the start of the measurement."""
 WINDOW_S: Final = 5.0
-"""How long it is watched."""
+"""Length of the measurement."""
 ENOUGH_FILES: Final = 65_536
 SPARE_FILES: Final = 256
 """Descriptors that a process needs beside its connections."""
@@ -38,29 +38,29 @@ async def run_trial(contender: Contender, case: Case, seconds: float) -> dict[st
     if case.connections:
         raise_file_limit(ENOUGH_FILES)  # before the server starts, which inherits it
     with TemporaryDirectory(prefix="bench-") as folder:
-        async with Stage(contender, Path(folder)) as stage:
+        async with TrialProcesses(contender, Path(folder)) as processes:
             play = _hold if case.connections else _load
-            return case.measure(await play(stage, case, seconds))
+            return case.measure(await play(processes, case, seconds))
 
 
 def missing(contender: Contender, case: Case) -> list[str]:
-    """Return what a case needs and a contender does not have: roles, or what they must understand."""
+    """Return the roles and abilities that a case needs and a contender does not have."""
     return sorted(({part.role for part in case.parts} | case.needs) - contender.roles)
 
 
-async def _load(stage: Stage, case: Case, seconds: float) -> Outcome:
-    """Let the roles go; the server's CPU time is measured until the last of them has ended."""
+async def _load(processes: TrialProcesses, case: Case, seconds: float) -> Outcome:
+    """Start the roles; measure the server's CPU time until the last of them has ended."""
     playing: list[tuple[Part, RoleProcess]] = []
     for part in case.parts:
-        process = await stage.add(part.role, {**part.parameters, "seconds": seconds})
+        process = await processes.add(part.role, {**part.parameters, "seconds": seconds})
         playing.append((part, process))
-    before_s = _server_cpu_s(stage)
+    before_s = _server_cpu_s(processes)
     for _, process in playing:
         await process.go()
     limit_s = seconds + DONE_TIMEOUT_S
     played = await _ends([each for each in playing if not each[0].held], limit_s)
-    after_s = _server_cpu_s(stage)
-    for part, process in reversed(playing):  # who was there first may serve those who came later
+    after_s = _server_cpu_s(processes)
+    for part, process in reversed(playing):  # earlier roles may serve later ones
         if part.held:
             await process.release()
             played += await _ends([(part, process)], limit_s)
@@ -69,7 +69,7 @@ async def _load(stage: Stage, case: Case, seconds: float) -> Outcome:
 
 
 async def _ends(playing: list[tuple[Part, RoleProcess]], limit_s: float) -> list[Played]:
-    """Wait for the figures of all of them; the first failure is everybody's."""
+    """Wait for all figures; the first failure fails the trial."""
     try:
         async with asyncio.TaskGroup() as group:
             tasks = [(part, group.create_task(process.done(limit_s))) for part, process in playing]
@@ -81,18 +81,18 @@ async def _ends(playing: list[tuple[Part, RoleProcess]], limit_s: float) -> list
     return [Played(role=part.role, parameters=part.parameters, figures=task.result()) for part, task in tasks]
 
 
-async def _hold(stage: Stage, case: Case, seconds: float) -> Outcome:
-    """Make idle connections and watch the server while they are held, which no load's length changes."""
+async def _hold(processes: TrialProcesses, case: Case, seconds: float) -> Outcome:
+    """Make idle connections and measure the server for `WINDOW_S` while they are held."""
     (part,) = case.parts
-    server = stage.server
+    server = processes.server
     if server is None:
         raise TrialError("there is no server whose connections could be counted")
     connections = min(case.connections, raise_file_limit(ENOUGH_FILES) - SPARE_FILES)
     parameters = {**part.parameters, "connections": connections}
     empty_kib, few = meters.memory_kib(server.pid), meters.open_files(server.pid)
-    process = await stage.add(part.role, {**parameters, "seconds": seconds})
+    process = await processes.add(part.role, {**parameters, "seconds": seconds})
     await process.go()
-    await asyncio.sleep(SETTLE_S)
+    await asyncio.sleep(PAUSE_S)
     before_s = meters.cpu_s(server.pid)
     await asyncio.sleep(WINDOW_S)
     after_s, full_kib = meters.cpu_s(server.pid), meters.memory_kib(server.pid)
@@ -108,5 +108,5 @@ async def _hold(stage: Stage, case: Case, seconds: float) -> Outcome:
     )
 
 
-def _server_cpu_s(stage: Stage) -> float | None:
-    return None if stage.server is None else meters.cpu_s(stage.server.pid)
+def _server_cpu_s(processes: TrialProcesses) -> float | None:
+    return None if processes.server is None else meters.cpu_s(processes.server.pid)

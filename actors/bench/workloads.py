@@ -1,4 +1,4 @@
-"""The workloads as data: which roles play, with what parameters, and what their figures say."""
+"""The workloads as data: their roles, parameters and figures."""
 
 from __future__ import annotations
 
@@ -29,28 +29,28 @@ class Part:
     role: str
     parameters: Mapping[str, object] = field(default_factory=dict[str, object])
     held: bool = False
-    """Ends when its stdin is closed, which is when all others have ended."""
+    """Whether it runs until its stdin is closed, after all others have ended."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One configuration that is measured. Parts start in this order: consumers first."""
+    """One configuration. Parts start in this order: consumers first."""
 
     name: str
     parts: tuple[Part, ...]
     measure: Callable[[Outcome], dict[str, float]]
     needs: frozenset[str] = frozenset()
-    """What the roles must understand beyond the parameters that all contenders know."""
+    """Abilities of the roles that not all contenders have."""
     connections: int = 0
-    """Idle connections: the server is measured while they are held, instead of a load."""
+    """Idle connections that are held while the server is measured, instead of a load."""
     extra_s: float = 0.0
-    """What it takes beyond the load, for the progress bar."""
+    """Its time in addition to the load, for the progress bar."""
     curve: tuple[str, int] | None = None
-    """A point of a curve: what there is many of, and how many."""
+    """A point of a curve: the varied thing, and its number."""
     once: bool = False
-    """Is not repeated: takes long, or has many points."""
+    """Whether it is not repeated, because it takes long or has many points."""
     quick: bool = True
-    """Belongs to what `callboard bench` does when nobody says what."""
+    """Whether `callboard bench` runs it by default."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,24 +76,24 @@ FILLING: Final = 48
 GROWTH: Final = (1, 10, 100, 1000)
 PENDING: Final = (1, 1000, 10_000, 100_000)
 BURST: Final = 200
-"""Messages that are published before the loop gets its turn."""
+"""Messages published in one loop turn."""
 DELIVERIES: Final = 400_000
-"""Of a trial with many subscribers, all of them together: a 1,000th of them to each of 1,000."""
+"""Deliveries of a trial with many subscribers, all of them together."""
 
 
 def _stream(name: str, *, readers: int = 1, copies: int = 1, **message: object) -> Case:
     """One publisher; `readers` subscriber processes with `copies` subscriptions each."""
-    hearing = [
+    subscribers = [
         Part(role="subscriber", parameters={**message, "subscriptions": copies, "number": number})
         for number in range(readers)
     ]
-    speaking = Part(role="publisher", parameters={**message, "readers": readers})
-    return Case(name=name, parts=(*hearing, speaking), measure=outcomes.stream)
+    publisher = Part(role="publisher", parameters={**message, "readers": readers})
+    return Case(name=name, parts=(*subscribers, publisher), measure=outcomes.stream)
 
 
 def _requests(name: str, in_flight: int) -> Case:
-    asking = Part(role="requester", parameters={"in_flight": in_flight})
-    return Case(name=name, parts=(Part(role="server", held=True), asking), measure=outcomes.requests)
+    requester = Part(role="requester", parameters={"in_flight": in_flight})
+    return Case(name=name, parts=(Part(role="server", held=True), requester), measure=outcomes.requests)
 
 
 def _typed(name: str, size: int, kind: str) -> Case:
@@ -136,27 +136,27 @@ def _grown(what: str, count: int, *parts: Part) -> Case:
 
 
 def _topics(what: str, topics: int, burst: int) -> Case:
-    """Topics in turn. With one message a burst each travels alone, be there one topic or many."""
+    """Topics in turn. With a burst of 1 each message has its own frame, for any number of topics."""
     parameters = {"topics": topics, "size": 256, "burst": burst}
-    hearing = Part(role="topics_subscriber", parameters=parameters)
-    return _grown(what, topics, hearing, Part(role="topics_publisher", parameters=parameters))
+    subscriber = Part(role="topics_subscriber", parameters=parameters)
+    return _grown(what, topics, subscriber, Part(role="topics_publisher", parameters=parameters))
 
 
 def _crowd(readers: int) -> Case:
-    """Subscribers that are nodes of their own, in two processes, and the same deliveries however many."""
+    """Subscribers in nodes of their own, in two processes, with the same deliveries in all."""
     processes = min(2, readers)
     share = readers // processes
-    hearing = _stream(
+    stream = _stream(
         "", readers=processes, copies=share, nodes=share, size=256, messages=DELIVERIES // readers
     )
-    return _grown("subscribers", readers, *hearing.parts)
+    return _grown("subscribers", readers, *stream.parts)
 
 
 def _services(what: str, services: int, in_flight: int) -> Case:
-    """Services in turn. With one call in flight each travels alone, be there one service or many."""
+    """Services in turn. With 1 in flight each call has its own frame, for any number of services."""
     parameters = {"services": services, "in_flight": in_flight}
-    serving = Part(role="server", parameters=parameters, held=True)
-    return _grown(what, services, serving, Part(role="requester", parameters=parameters))
+    server = Part(role="server", parameters=parameters, held=True)
+    return _grown(what, services, server, Part(role="requester", parameters=parameters))
 
 
 def _pending(pending: int) -> Case:

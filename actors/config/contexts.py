@@ -361,7 +361,7 @@ def _read(content: bytes) -> tuple[dict[str, Context], str]:
     import tomllib  # noqa: PLC0415 - most users have no such file
 
     data: dict[str, Any] = tomllib.loads(content.decode())
-    _only(data, {"current": str, "contexts": dict}, "")
+    _check_keys(data, {"current": str, "contexts": dict}, "")
     named: dict[str, Context] = {}
     entries: dict[str, Any] = data.get("contexts", {})
     for name, entry in entries.items():
@@ -370,7 +370,7 @@ def _read(content: bytes) -> tuple[dict[str, Context], str]:
         if not isinstance(entry, dict) or "url" not in entry:
             raise ContextError(f"{where} needs a url")
         fields = cast("dict[str, Any]", entry)
-        _only(fields, {"url": str, "domain": int, "description": str}, f"{where}.")
+        _check_keys(fields, {"url": str, "domain": int, "description": str}, f"{where}.")
         try:
             named[name] = _checked(Context(**fields))
         except CallboardError as error:
@@ -378,7 +378,7 @@ def _read(content: bytes) -> tuple[dict[str, Context], str]:
     return named, data.get("current") or DEFAULT
 
 
-def _only(table: dict[str, Any], kinds: dict[str, type], where: str) -> None:
+def _check_keys(table: dict[str, Any], kinds: dict[str, type], where: str) -> None:
     for key, value in table.items():
         if key not in kinds:
             raise ContextError(f"no key '{where}{key}' is known; there is {', '.join(kinds)}")

@@ -1,16 +1,16 @@
-"""The environment variables that callboard knows; nothing else in `actors` reads any.
+"""The environment variables that callboard uses; no other module in `actors` reads any.
 
-    CALLBOARD_URL        where the broker is, e.g. callboard://127.0.0.1:7411
-    CALLBOARD_DOMAIN     which of the broker's separate graphs to join, 0 to 232
-    CALLBOARD_CONTEXT    which of the brokers named with `callboard context` to go to
-    CALLBOARD_LOG_LEVEL  what scripts log: DEBUG, INFO, WARN, ERROR or FATAL
-    XDG_CONFIG_HOME      where configuration is kept; ~/.config if unset
-    XDG_STATE_HOME       where logs of launches are kept; ~/.local/state if unset
+    CALLBOARD_URL        URL of the broker, e.g. callboard://127.0.0.1:7411
+    CALLBOARD_DOMAIN     graph on the broker, 0 to 232
+    CALLBOARD_CONTEXT    context to use, as named with `callboard context`
+    CALLBOARD_LOG_LEVEL  log level of scripts: DEBUG, INFO, WARN, ERROR or FATAL
+    XDG_CONFIG_HOME      parent folder of configuration; ~/.config if unset
+    XDG_STATE_HOME       parent folder of launch logs; ~/.local/state if unset
     NO_COLOR             set to anything: no colours
     FORCE_COLOR          set to anything: colours, also where there is no terminal
 
-An empty variable counts as unset. Options given in code or on a command line go before all of them. In a
-context that has a `stand_in`, that is read instead.
+An empty variable is treated as unset. Options in code or on a command line take precedence. In a contextvars
+context with a `stand_in`, that is read instead.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ MAX_DOMAIN: Final = 232
 LOG_LEVELS: Final = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
 
 stand_in: Final[ContextVar[Mapping[str, str] | None]] = ContextVar("callboard_environment", default=None)
-"""The environment of a node that shares its process with others; None: the process's."""
+"""The environment of a node that shares its process with others; None: that of the process."""
 
 _DOMAIN = re.compile(r"[0-9]{1,3}")
 
 
 class InvalidEnvironmentError(CallboardError, ValueError):
-    """An environment variable has a value that it cannot have; the text says which one can stand there."""
+    """An environment variable has an invalid value; the text gives the valid ones."""
 
     def __init__(self, variable: str, value: str, expected: str) -> None:
         super().__init__(f"{variable} must be {expected}, not '{escape(value)}'")
@@ -49,7 +49,7 @@ class InvalidEnvironmentError(CallboardError, ValueError):
 
 
 def broker_url(environ: Mapping[str, str] | None = None) -> str | None:
-    """Return CALLBOARD_URL as it stands, None if unset. The caller parses it."""
+    """Return CALLBOARD_URL unparsed, None if unset."""
     return _get("CALLBOARD_URL", environ)
 
 
@@ -68,37 +68,37 @@ def domain_id(environ: Mapping[str, str] | None = None) -> int | None:
 
 
 def context_name(environ: Mapping[str, str] | None = None) -> str | None:
-    """Return CALLBOARD_CONTEXT as it stands, None if unset. `actors.config.contexts` knows what it names."""
+    """Return CALLBOARD_CONTEXT unchecked, None if unset."""
     return _get("CALLBOARD_CONTEXT", environ)
 
 
 def own_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return all variables that are named like callboard's own and have a value, known or not."""
+    """Return all non-empty variables with callboard's prefix, known or not."""
     return {
         name: value for name, value in _source(environ).items() if name.startswith("CALLBOARD_") and value
     }
 
 
 def foreign_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return all variables but those that are callboard's own: what programs of a test get."""
+    """Return all variables except callboard's own, for programs of a test."""
     return {name: value for name, value in _source(environ).items() if name not in VARIABLES}
 
 
 def config_folder(environ: Mapping[str, str] | None = None) -> str:
-    """Return where callboard's configuration is kept; the folder need not exist."""
+    """Return the folder of callboard's configuration, which need not exist."""
     return _own_folder("XDG_CONFIG_HOME", "~/.config", environ)
 
 
 def state_folder(environ: Mapping[str, str] | None = None) -> str:
-    """Return where callboard's logs are kept; the folder need not exist."""
+    """Return the folder of callboard's logs, which need not exist."""
     return _own_folder("XDG_STATE_HOME", "~/.local/state", environ)
 
 
 def log_level(environ: Mapping[str, str] | None = None) -> str | None:
-    """Return CALLBOARD_LOG_LEVEL as it stands, None if unset.
+    """Return CALLBOARD_LOG_LEVEL, in its own case, None if unset.
 
     Raises:
-        InvalidEnvironmentError: It is no level, in whatever case.
+        InvalidEnvironmentError: It is not a level, in any case.
     """
     value = _get("CALLBOARD_LOG_LEVEL", environ)
     if value is not None and value.upper() not in LOG_LEVELS:
@@ -107,7 +107,7 @@ def log_level(environ: Mapping[str, str] | None = None) -> str | None:
 
 
 def color_wish(environ: Mapping[str, str] | None = None) -> bool | None:
-    """Return False if colours are unwanted, True if wanted everywhere, None to let the terminal decide."""
+    """Return False for no colours, True for colours everywhere, None for colours on terminals only."""
     if _get("NO_COLOR", environ) is not None:
         return False
     if _get("FORCE_COLOR", environ) is not None:
@@ -116,19 +116,19 @@ def color_wish(environ: Mapping[str, str] | None = None) -> bool | None:
 
 
 def dumb_terminal(environ: Mapping[str, str] | None = None) -> bool:
-    """Tell whether TERM says that nothing can be drawn: what is written stays."""
+    """Return whether TERM is a terminal that cannot redraw."""
     return _get("TERM", environ) == "dumb"
 
 
 def environment_for(extra: Mapping[str, str]) -> dict[str, str] | None:
-    """Return the environment with more variables, for a child; None if that is this process's own."""
+    """Return the environment of a child with more variables; None if it is that of this process."""
     return {**_source(None), **extra} if extra or stand_in.get() is not None else None
 
 
 def _own_folder(variable: str, usual: str, environ: Mapping[str, str] | None) -> str:
     base = _get(variable, environ) or ""
-    # Every command and node comes by here: importing pathlib would take it some milliseconds.
-    if not os.path.isabs(base):  # noqa: PTH117 - the standard says to ignore it then
+    # Every command and node runs this, and importing pathlib takes some milliseconds.
+    if not os.path.isabs(base):  # noqa: PTH117 - the XDG standard says to ignore it
         base = os.path.expanduser(usual)  # noqa: PTH111
     return os.path.join(base, "callboard")  # noqa: PTH118
 
@@ -138,7 +138,7 @@ def _get(variable: str, environ: Mapping[str, str] | None) -> str | None:
 
 
 def _source(environ: Mapping[str, str] | None) -> Mapping[str, str]:
-    """Return the environment that counts: the one that was given, the context's, or the process's."""
+    """Return the given environment, else the context's, else the process's."""
     if environ is not None:
         return environ
     here = stand_in.get()

@@ -1,4 +1,4 @@
-"""What a script needs around its nodes: `actors.run`, signals, log output, the tasks that remain at the end.
+"""Runs scripts: `actors.run`, signals, log output, remaining tasks.
 
 Imports config, node and the packages below.
 """

@@ -1,4 +1,4 @@
-"""Programs: what `actors.run` and a supervisor can run, and how each kind of it is run."""
+"""Programs that `actors.run` and a supervisor can run, and how to run each kind."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeAlias, cast, runtime_checkable
 
 @runtime_checkable
 class Runnable(Protocol):
-    """What runs by itself, once: a node or a supervisor."""
+    """An object that runs once: a node or a supervisor."""
 
     async def run(self) -> None:
         """Run to the end."""
@@ -17,8 +17,8 @@ class Runnable(Protocol):
 
 
 Factory: TypeAlias = Callable[[], Runnable] | Callable[[], Coroutine[Any, Any, Any]]
-"""What can be run again and again: a class or function that returns a node or a supervisor, or a coroutine
-function."""
+"""A class or function that returns a new node or supervisor, or a coroutine function; it can run
+repeatedly."""
 
 Program: TypeAlias = Runnable | Factory
 
@@ -27,10 +27,10 @@ async def run_program(program: Program) -> Any:
     """Run a program to its end.
 
     Returns:
-        What a coroutine function returned, else None.
+        The result of a coroutine function, else None.
 
     Raises:
-        TypeError: It gave neither a node, nor a supervisor, nor a coroutine.
+        TypeError: It returned neither a node, nor a supervisor, nor a coroutine.
     """
     made: object = program if is_instance(program) else cast("Factory", program)()
     if isinstance(made, Runnable):
@@ -41,5 +41,5 @@ async def run_program(program: Program) -> Any:
 
 
 def is_instance(program: object) -> bool:
-    """Tell whether this is a node or a supervisor that has been made already."""
+    """Return whether a program is a node or a supervisor, not a factory of them."""
     return isinstance(program, Runnable) and not isinstance(program, type)

@@ -1,6 +1,6 @@
-"""What still runs when a program ends: it is cancelled, and left to itself if it ignores that.
+"""Ends the tasks that still run when a program ends.
 
-asyncio would wait for it for ever.
+A task that ignores its cancellation is abandoned; asyncio would wait for it for ever.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from actors.logging.logger import get_logger
 
 
 async def end_remaining_tasks(patience_sec: float) -> None:
-    """Cancel all other tasks of this loop, wait for them so long, and say which ones are left running."""
+    """Cancel all other tasks of this loop, wait for them this long, and log those that still run."""
     tasks = asyncio.all_tasks() - {asyncio.current_task()}
     for task in tasks:
         task.cancel()
@@ -21,5 +21,5 @@ async def end_remaining_tasks(patience_sec: float) -> None:
     for task in stubborn:
         name = getattr(task.get_coro(), "__qualname__", task.get_name())
         get_logger("callboard").error(f"Left running: {name} ignores being cancelled")
-        asyncio._unregister_task(task)  # noqa: SLF001 - documented, for those who manage tasks themselves
-        setattr(task, "_log_destroy_pending", False)  # noqa: B010 - unknown to the types; it has just been said
+        asyncio._unregister_task(task)  # noqa: SLF001 - documented, for task implementations
+        setattr(task, "_log_destroy_pending", False)  # noqa: B010 - untyped; already logged

@@ -1,7 +1,7 @@
-"""`actors.run`: what a script needs around its nodes.
+"""`actors.run`: runs a script's nodes.
 
-It reads the command line, sets up logging, runs everything on uvloop where there is one, and stops it cleanly
-on SIGINT and SIGTERM. Library code does none of this.
+It parses the command line, sets up logging, runs the nodes on uvloop if it is installed, and stops them
+cleanly on SIGINT and SIGTERM. Library code does none of this.
 """
 
 from __future__ import annotations
@@ -37,11 +37,10 @@ FAILURE: Final = 1
 USAGE: Final = 2
 
 PATIENT_SIGNALS: Final = 2
-"""Signals that let what runs clean up."""
+"""Number of signals after which programs may still clean up."""
 
 LAST_TASKS_SEC: Final = 8.0
-"""What tasks get to end after a sys.exit in one of them, nodes that stop among them: as long as these take by
-default."""
+"""Time for tasks to end after a sys.exit in one of them: the default time that a node needs to stop."""
 
 STOP_SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name))
 
@@ -50,24 +49,24 @@ def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
     """Run nodes and coroutine functions until they end, or SIGINT or SIGTERM comes.
 
     Args:
-        programs: Things that return a node or a supervisor when called (Node classes, factories), coroutine
-            functions, or nodes and supervisors; but a node that is made before this call has not seen the
-            command line. They run side by side; when one raises, all stop.
-        args: The command line without the program's name; None takes the process's. What stands behind
-            `--ros-args` is for all nodes.
+        programs: Node classes, factories of nodes or supervisors, coroutine functions, or nodes and
+            supervisors; a node made before this call does not use the command line. They run concurrently;
+            when one raises, all stop.
+        args: The command line without the program's name; None: that of the process. Arguments after
+            `--ros-args` apply to all nodes.
 
     Returns:
         The result of a single coroutine function; None otherwise, and when a signal ended it.
 
     Raises:
-        SystemExit: 1 if something failed with a CallboardError, 2 if the arguments cannot be read; the error
-            stands on stderr in one line. Other exceptions come through as they are.
+        SystemExit: 1 if a program failed with a CallboardError, 2 if the arguments are invalid; the error is
+            printed on stderr in one line. Other exceptions propagate.
         RuntimeError: A loop is running in this thread, as in a coroutine or a notebook.
     """
     if _loop_runs():
         raise RuntimeError(
-            "actors.run() starts an event loop, and one is running already:"
-            " there use `async with node:` or `await node.run()`"
+            "actors.run() starts an event loop, but one is already running:"
+            " use `async with node:` or `await node.run()` instead"
         )
     try:
         with _terminate_interrupts():
@@ -86,19 +85,19 @@ def _loop_runs() -> bool:
 
 @contextmanager
 def _terminate_interrupts() -> Generator[None]:
-    """Let SIGTERM raise KeyboardInterrupt, as SIGINT does, before the loop listens to both and after it.
+    """Make SIGTERM raise KeyboardInterrupt, as SIGINT does, before and after the loop handles both.
 
-    Both are as before in the end: uvloop leaves a closed loop's handler behind.
+    Restore both handlers at the end: uvloop leaves those of a closed loop.
     """
     if not _in_main_thread():
         yield
         return
-    before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
+    previous = {number: signal.getsignal(number) for number in STOP_SIGNALS}
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     finally:
-        for number, handler in before.items():
+        for number, handler in previous.items():
             signal.signal(number, handler)
 
 
@@ -125,7 +124,7 @@ def _run(programs: Sequence[Program], argv: list[str]) -> Any:
 
 
 def set_up_logging(arguments: RosArguments) -> None:
-    """Send the process's log to stderr, as the arguments and the environment want it."""
+    """Send the process's log to stderr, with the levels of the arguments and the environment."""
     level = arguments.log_level or environment.log_level() or LoggingSeverity.INFO
     configure_logging(level if arguments.stdout_logs else LoggingSeverity.FATAL)
     for name, severity in arguments.logger_levels:
@@ -133,9 +132,9 @@ def set_up_logging(arguments: RosArguments) -> None:
 
 
 def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
-    """Run a coroutine on a new loop (uvloop's, where there is one); SIGINT and SIGTERM cancel it.
+    """Run a coroutine on a new loop (uvloop's, if installed); SIGINT and SIGTERM cancel it.
 
-    A second signal cancels it again, which hurries a node that stops; a third one waits for it no longer.
+    A second signal cancels it again, which shortens a node's stop; a third one ends the wait for it.
 
     Returns:
         Its result; None if a signal ended it.
@@ -167,10 +166,10 @@ def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
 
 
 class _Signals:
-    """What SIGINT and SIGTERM do to one run: each asks more firmly.
+    """Handles SIGINT and SIGTERM: the first two cancel the task, later ones interrupt it.
 
     Attributes:
-        count: How many came.
+        count: Signals received.
     """
 
     def __init__(self) -> None:
@@ -179,12 +178,12 @@ class _Signals:
         self._task: asyncio.Task[Any] | None = None
 
     def listen(self) -> None:
-        """Let them cancel the current task, wherever signals can be listened to."""
+        """Handle signals by cancelling the current task, where handlers can be installed."""
         self._task = asyncio.current_task()
         for number in STOP_SIGNALS if _in_main_thread() else ():
-            _on_signal(asyncio.get_running_loop(), number, self._came)
+            _on_signal(asyncio.get_running_loop(), number, self._on_signal)
 
-    def _came(self) -> None:
+    def _on_signal(self) -> None:
         self.count += 1
         if self.count <= PATIENT_SIGNALS:
             assert self._task is not None
@@ -193,7 +192,7 @@ class _Signals:
             raise KeyboardInterrupt
 
     def end(self) -> float:
-        """The run is over and signals change nothing; return the seconds that tasks which are left get."""
+        """Ignore later signals; return the seconds that remaining tasks have to end."""
         self._ending = True
         exited = self._task is not None and not self._task.done()
         return LAST_TASKS_SEC if exited and self.count <= PATIENT_SIGNALS else GRACE_SEC
@@ -210,18 +209,18 @@ async def _run_all(programs: Sequence[Program]) -> Any:
     if len(programs) == 1:
         return await run_program(programs[0])
     loop = asyncio.get_running_loop()
-    left = {loop.create_task(run_program(program)) for program in programs}
+    running = {loop.create_task(run_program(program)) for program in programs}
     failure: BaseException | None = None
-    while left:
+    while running:
         to_cancel: set[asyncio.Task[Any]] = set()
         try:
-            ended, left = await asyncio.wait(left, return_when=asyncio.FIRST_EXCEPTION)
+            ended, running = await asyncio.wait(running, return_when=asyncio.FIRST_EXCEPTION)
         except asyncio.CancelledError as cancelled:
-            failure, to_cancel = failure or cancelled, left  # every time: the second hurries the programs
+            failure, to_cancel = failure or cancelled, running  # each time: a second one shortens their stop
         else:
             reason = _first_failure(ended)
             if failure is None and reason is not None:
-                failure, to_cancel = reason, left
+                failure, to_cancel = reason, running
         for task in to_cancel:
             task.cancel()
     if failure is not None:
@@ -230,7 +229,7 @@ async def _run_all(programs: Sequence[Program]) -> Any:
 
 
 def _first_failure(tasks: set[asyncio.Task[Any]]) -> BaseException | None:
-    """Return what one of some ended tasks has failed with: one script, one reason."""
+    """Return the error of one of the ended tasks, None if there is none."""
     for task in tasks:
         error = asyncio.CancelledError() if task.cancelled() else task.exception()
         if error is not None:

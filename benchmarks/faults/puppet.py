@@ -108,7 +108,7 @@ class Theatre:
     async def _start(self, name: str, arguments: list[str]) -> Puppet:
         self._started += 1
         name = f"{name}{self._started}"
-        child = await Puppet.start(name, [sys.executable, *arguments], Path(self._scratch.name), talks=True)
+        child = await Puppet.start(name, [sys.executable, *arguments], Path(self._scratch.name), pipes=True)
         self._children[child] = None
         return child
 

@@ -31,7 +31,7 @@ async def topics_publisher(parameters: Mapping[str, Any], parent: Parent) -> dic
     async with actors.Node("bench_publisher", url=parameters["url"]) as node:
         pubs = [node.create_publisher(type(message), f"{TOPIC}_{n}", KEEP_ALL) for n in range(topics)]
         end = node.create_publisher(UInt64, END_TOPIC, KEEP_ALL)
-        await parent.told_to_go()
+        await parent.ready()
         await node.get_graph()  # behind our declarations, so what is there to match has been matched
         load = Load()
         stop = time.perf_counter() + parameters["seconds"]
@@ -61,7 +61,7 @@ async def topics_subscriber(parameters: Mapping[str, Any], parent: Parent) -> di
         ]
         node.create_subscription(UInt64, END_TOPIC, count.on_end, KEEP_ALL)
         await node.get_graph()  # behind our declarations: they are in force
-        await parent.told_to_go()
+        await parent.ready()
         load = Load()
         await count.wait(parameters["seconds"] + GRACE_S)
         return {**load.figures(count.received), **count.figures(held)}
@@ -81,7 +81,7 @@ async def holder(parameters: Mapping[str, Any], parent: Parent) -> dict[str, flo
         holding = node.create_service(AddTwoInts, HOLD_SERVICE, hold, concurrent=True)
         node.create_service(AddTwoInts, COUNT_SERVICE, count, concurrent=True)
         await node.get_graph()  # behind our declarations: the services are there
-        await parent.told_to_go()
+        await parent.ready()
         load = Load()
         await parent.gone()
         return load.figures(holding.pending)
@@ -99,7 +99,7 @@ async def hoarder(parameters: Mapping[str, Any], parent: Parent) -> dict[str, fl
         there = (await counter.call(AddTwoInts.Request())).sum  # requests keep their order
         if there != wanted:
             raise RuntimeError(f"{there} of {wanted} requests are pending")
-        await parent.told_to_go()
+        await parent.ready()
         load = Load()
         await parent.gone()
         left = sum(not call.done() for call in calls)

@@ -79,7 +79,7 @@ async def idle(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float
     async with asyncio.timeout(CONNECT_TIMEOUT_S), asyncio.TaskGroup() as group:
         for _ in range(parameters["connections"]):
             group.create_task(connect())
-    await parent.told_to_go()
+    await parent.ready()
     load = Load()
     await parent.gone()
     alive = sum(link.channel.connected for link in links)

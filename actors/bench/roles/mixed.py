@@ -36,7 +36,7 @@ async def pacer(parameters: Mapping[str, Any], parent: Parent) -> dict[str, floa
     filling = "x" * parameters["filling"]
     async with actors.Node("bench_pacer", url=parameters["url"]) as node:
         pub = node.create_publisher(Tick, TOPIC, KEEP_ALL)
-        await parent.told_to_go()
+        await parent.ready()
         await node.get_graph()  # behind our declarations, so what is there to match has been matched
         load = Load()
         for number in range(total):
@@ -62,7 +62,7 @@ async def listener(parameters: Mapping[str, Any], parent: Parent) -> dict[str, f
     async with actors.Node("bench_listener", url=parameters["url"]) as node:
         node.create_subscription(Tick, TOPIC, on_tick, KEEP_ALL)
         await node.get_graph()  # behind our declarations: they are in force
-        await parent.told_to_go()
+        await parent.ready()
         load = Load()
         async with asyncio.timeout(parameters["seconds"] + GRACE_S):
             await finished.wait()

@@ -1,4 +1,4 @@
-"""The other end of a role's pipes: says ready, is told to go, notices when the parent lets go."""
+"""A role's side of its pipes: reports to the parent, waits for its start, notices its end."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GO_TIMEOUT_S: Final = 120.0
 
 
 class Parent:
-    """Talks to the process that has started this one. Needs a running loop."""
+    """The parent process. Needs a running loop."""
 
     def __init__(self) -> None:
         self._loop = asyncio.get_running_loop()
@@ -26,30 +26,30 @@ class Parent:
         threading.Thread(target=self._read, name="stdin", daemon=True).start()
 
     def _read(self) -> None:
-        heard = b""
+        received = b""
         while chunk := os.read(sys.stdin.fileno(), 4096):
-            heard += chunk
-            if b"go\n" in heard:
-                self._tell(self._go)
-        self._tell(self._gone)
+            received += chunk
+            if b"go\n" in received:
+                self._set(self._go)
+        self._set(self._gone)
 
-    def _tell(self, event: asyncio.Event) -> None:
+    def _set(self, event: asyncio.Event) -> None:
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(event.set)
 
-    async def told_to_go(self) -> None:
-        """Say that everything is set up, and wait for `go`."""
-        say("ready")
+    async def ready(self) -> None:
+        """Report that everything is set up, and wait for `go`."""
+        report("ready")
         async with asyncio.timeout(GO_TIMEOUT_S):
             await self._go.wait()
 
     async def gone(self) -> None:
-        """Wait until the parent closes our stdin: the end of held roles, a reason to give up for others."""
+        """Wait until the parent closes stdin: the end of held roles, a failure of others."""
         await self._gone.wait()
 
 
 class Load:
-    """CPU and wall time of the load alone: starts when it is made."""
+    """CPU and wall time of the load, from construction."""
 
     def __init__(self) -> None:
         self._began = time.perf_counter()
@@ -61,11 +61,11 @@ class Load:
         return time.perf_counter() - self._began
 
     def figures(self, messages: int, **more: float) -> dict[str, float]:
-        """Return what every role reports, and what this one has to add."""
+        """Return the figures of every role and the additional ones of this role."""
         return {"cpu_s": time.process_time() - self._cpu_s, "messages": messages, **more}
 
 
-def say(event: str, **figures: Any) -> None:
-    """Tell the parent."""
+def report(event: str, **figures: Any) -> None:
+    """Report an event to the parent."""
     sys.stdout.write(json.dumps({"event": event, **figures}) + "\n")
     sys.stdout.flush()

@@ -29,7 +29,7 @@ async def server(parameters: Mapping[str, Any], parent: Parent) -> dict[str, flo
     async with actors.Node("bench_server", url=parameters["url"]) as node:
         services = [node.create_service(AddTwoInts, name, add) for name in _names(parameters)]
         await node.get_graph()  # behind our declarations: the service is there
-        await parent.told_to_go()
+        await parent.ready()
         load = Load()
         await parent.gone()
         served = sum(service.served for service in services)
@@ -56,7 +56,7 @@ async def requester(parameters: Mapping[str, Any], parent: Parent) -> dict[str, 
                 await call(calls)
                 times_s.append(time.perf_counter() - began)
 
-        await parent.told_to_go()
+        await parent.ready()
         for client in clients:
             if not await client.wait_for_service(WAIT_S):
                 raise RuntimeError(f"nobody serves {client.srv_name}")

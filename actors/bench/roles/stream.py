@@ -89,7 +89,7 @@ async def publisher(parameters: Mapping[str, Any], parent: Parent) -> dict[str, 
     async with actors.Node("bench_publisher", url=parameters["url"]) as node:
         pub = node.create_publisher(type(message), TOPIC, KEEP_ALL)
         end = node.create_publisher(UInt64, END_TOPIC, KEEP_ALL)
-        await parent.told_to_go()
+        await parent.ready()
         await node.get_graph()  # behind our declarations, so what is there to match has been matched
         if pub.get_subscription_count() < parameters["readers"]:
             raise RuntimeError(f"only {pub.get_subscription_count()} subscriptions are matched")
@@ -129,7 +129,7 @@ async def subscriber(parameters: Mapping[str, Any], parent: Parent) -> dict[str,
         nodes[0].create_subscription(UInt64, END_TOPIC, count.on_end, KEEP_ALL)
         for node in nodes:
             await node.get_graph()  # behind its declarations: they are in force
-        await parent.told_to_go()
+        await parent.ready()
         load = Load()
         await count.wait(parameters["seconds"] + GRACE_S)
         return {**load.figures(count.received), **count.figures(held)}

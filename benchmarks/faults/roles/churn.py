@@ -18,7 +18,7 @@ from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.testing import FaultProxy
-from benchmarks.faults.roles.director import Director, say
+from benchmarks.faults.roles.director import Director, report
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -61,7 +61,7 @@ async def play(parameters: Mapping[str, Any], director: Director) -> None:
                 group.create_task(_work(numbers, worker, url, proxy, (every, broker)))
         await asyncio.gather(*(node.get_graph() for node in standing))
         _sample(lives, broker)
-    say("done", resets=proxy.resets)
+    report("done", resets=proxy.resets)
 
 
 async def _work(
@@ -120,4 +120,4 @@ def _sample(number: int, broker: int) -> None:
     gc.collect()
     memory = {"nodes": own_memory_kib(os.getpid()), "broker": own_memory_kib(broker)}
     files = {"nodes": meters.open_files(os.getpid()), "broker": meters.open_files(broker)}
-    say("sample", lives=number, memory_kib=memory, files=files)
+    report("sample", lives=number, memory_kib=memory, files=files)

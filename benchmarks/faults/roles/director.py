@@ -8,12 +8,12 @@ import sys
 import threading
 from typing import Final
 
-from actors.bench.roles.parent import say
+from actors.bench.roles.parent import report
 
 GONE: Final = ""
 """What is heard when the director has closed our stdin: time to go."""
 
-__all__ = ["GONE", "Director", "say"]
+__all__ = ["GONE", "Director", "report"]
 
 
 class Director:

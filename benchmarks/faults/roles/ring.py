@@ -19,7 +19,7 @@ from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from benchmarks.faults.roles.attempts import taken_attempts
-from benchmarks.faults.roles.director import GONE, Director, say
+from benchmarks.faults.roles.director import GONE, Director, report
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -158,7 +158,7 @@ async def play(parameters: Mapping[str, Any], director: Director) -> None:
         for member in part.members:
             await stack.enter_async_context(member)
         await asyncio.gather(*(member.get_graph() for member in part.members))
-        say("ready")
+        report("ready")
         group = await stack.enter_async_context(asyncio.TaskGroup())
         working: list[asyncio.Task[None]] = []
         timers: list[actors.Timer] = []
@@ -169,20 +169,20 @@ async def play(parameters: Mapping[str, Any], director: Director) -> None:
                 working = [group.create_task(call) for call in calls]
                 await part.until(lambda member: member.going)
                 taken_attempts()
-                say("going", **_leavings())
+                report("going", **_leavings())
             elif word == "brace":
                 for member in part.members:
                     member.brace()
-                say("braced")
+                report("braced")
                 await part.until(lambda member: member.failed_at is not None and member.going)
-                say("back", members=[_moments(member) for member in part.members], **_leavings())
+                report("back", members=[_moments(member) for member in part.members], **_leavings())
         for timer, member in zip(timers, part.members, strict=True):
             timer.cancel()
             member.publish_last()
         await part.until(lambda member: member.expected is not None)
         for task in working:
             task.cancel()
-        say("totals", members=[member.totals() for member in part.members])
+        report("totals", members=[member.totals() for member in part.members])
 
 
 def _moments(member: Member) -> list[float]:

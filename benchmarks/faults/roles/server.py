@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from benchmarks.faults.roles.director import Director, say
+from benchmarks.faults.roles.director import Director, report
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,7 +19,7 @@ async def play(parameters: Mapping[str, Any], director: Director) -> None:
 
     async def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
         del request
-        say("called")
+        report("called")
         await asyncio.Event().wait()
         raise AssertionError("nobody sets it")
 
@@ -27,5 +27,5 @@ async def play(parameters: Mapping[str, Any], director: Director) -> None:
         await node.get_graph()  # the link is up: what is measured is the service's way, not the connection's
         declared = time.monotonic()
         node.create_service(AddTwoInts, parameters["service"], add)
-        say("declared", at=declared)
+        report("declared", at=declared)
         await director.word()

@@ -10,7 +10,7 @@ import pytest
 
 from actors.bench.contender import Contender
 from actors.bench.errors import TrialError
-from actors.bench.processes import Stage
+from actors.bench.processes import TrialProcesses
 from actors.bench.trial import missing, run_trial
 from actors.bench.workloads import Case, Part
 
@@ -76,7 +76,7 @@ def _count(outcome: Outcome) -> dict[str, float]:
     return {"roles": len(outcome.played), "cpu": -1.0 if outcome.server_cpu_s is None else 0.0}
 
 
-async def test_roles_are_told_to_go_and_report() -> None:
+async def test_roles_start_and_report() -> None:
     """All of them, with their own parameters; a held one when the others have ended."""
     assert await run_trial(contender(), case("", "stay", ""), 0.1) == {"roles": 3, "cpu": -1.0}
 
@@ -90,7 +90,7 @@ async def test_a_server_is_waited_for_and_measured() -> None:
     ("plan", "text"),
     [
         ("refuse", "ended with 1 before it was ready\n    no such luck"),
-        ("babble", "said b'hello\\n' where 'ready' was due"),
+        ("babble", "wrote b'hello\\n' instead of 'ready'"),
         ("crash", "ended with 1 before it was done\n    it broke"),
         ("limp", "reported and then ended with 3"),
     ],
@@ -108,15 +108,15 @@ async def test_a_server_that_does_not_start_fails_the_trial() -> None:
         await run_trial(contender("import sys; sys.exit('out of order')"), case(""), 0.1)
 
 
-async def test_nothing_is_left_when_a_stage_is_left(tmp_path: Path) -> None:
+async def test_no_process_is_left_after_a_trial(tmp_path: Path) -> None:
     """Neither server nor roles, also by an exception."""
     pids: list[int] = []
 
     async def act() -> None:
-        async with Stage(contender(SERVER), tmp_path) as stage:
-            role = await stage.add("player", {"plan": "stay"})
-            assert stage.server is not None
-            pids.extend((role.pid, stage.server.pid))
+        async with TrialProcesses(contender(SERVER), tmp_path) as processes:
+            role = await processes.add("player", {"plan": "stay"})
+            assert processes.server is not None
+            pids.extend((role.pid, processes.server.pid))
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):

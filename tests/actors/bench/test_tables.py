@@ -69,7 +69,7 @@ def test_the_bar_is_gone_in_the_end() -> None:
     """Each drawing starts at the line's begin, and the last one is empty."""
     stream = Terminal()
     with ProgressBar(stream) as bar:
-        bar.tell(Progress(0.5, 65.0, "W1"))
+        bar.draw(Progress(0.5, 65.0, "W1"))
     assert "1:05 left  W1" in stream.getvalue()
     assert stream.getvalue().endswith("\r\x1b[K")
 
@@ -78,7 +78,7 @@ def test_no_bar_where_there_is_no_terminal() -> None:
     """A log file gets nothing."""
     stream = io.StringIO()
     with ProgressBar(stream) as bar:
-        bar.tell(Progress(0.5, 65.0, "W1"))
+        bar.draw(Progress(0.5, 65.0, "W1"))
     assert stream.getvalue() == ""
 
 
