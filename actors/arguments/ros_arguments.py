@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.arguments.remapping import RemapRule
 from actors.logging.logger import LoggingSeverity, severity_from_name
@@ -77,30 +78,43 @@ process_arguments: Final[ContextVar[RosArguments | None]] = ContextVar(
 """The arguments that `actors.run` has parsed; nodes use them unless `use_global_arguments=False`."""
 
 
+_TEXTS: Final = {
+    "--log-config-file": "log_config_file",
+    "--log-file-name": "log_file_name",
+    "--enclave": "enclave",
+}
+_SWITCHES: Final = {
+    f"--{verb}-{name}-logs": (f"{name.replace('-', '_')}_logs", verb == "enable")
+    for verb in ("enable", "disable")
+    for name in ("rosout", "stdout", "external-lib")
+}
+
+
 class _Builder:
+    """Collects arguments; `values` has the fields of RosArguments that have one value."""
+
     def __init__(self) -> None:
         self.rules: list[RemapRule] = []
         self.overrides: list[ParameterOverride] = []
-        self.level: LoggingSeverity | None = None
         self.logger_levels: list[tuple[str, LoggingSeverity]] = []
-        self.texts: dict[str, str] = {}
-        self.switches = {"rosout": True, "stdout": True, "external-lib": True}
+        self.values: dict[str, Any] = {}
         self.remaining: list[str] = []
         self.unknown: list[str] = []
+        self.handlers: dict[str, Callable[[str], None]] = {
+            "--remap": self.remap,
+            "--param": self.param,
+            "--params-file": self.params_file,
+            "--log-level": self.log_level,
+            **{flag: partial(self.values.__setitem__, field) for flag, field in _TEXTS.items()},
+        }
 
     def build(self) -> RosArguments:
         return RosArguments(
             remap_rules=tuple(self.rules),
             parameter_overrides=tuple(self.overrides),
-            log_level=self.level,
             logger_levels=tuple(self.logger_levels),
-            log_config_file=self.texts.get("--log-config-file"),
-            log_file_name=self.texts.get("--log-file-name"),
-            enclave=self.texts.get("--enclave"),
-            rosout_logs=self.switches["rosout"],
-            stdout_logs=self.switches["stdout"],
-            external_lib_logs=self.switches["external-lib"],
             remaining=tuple(self.remaining),
+            **self.values,
         )
 
     def remap(self, text: str) -> None:
@@ -115,17 +129,11 @@ class _Builder:
     def log_level(self, text: str) -> None:
         name, separator, word = text.rpartition(":=")
         if not separator:
-            self.level = severity_from_name(word)
+            self.values["log_level"] = severity_from_name(word)
         elif name:
             self.logger_levels.append((name, severity_from_name(word)))
         else:
             raise ValueError("expected level or logger:=level, such as DEBUG or talker:=DEBUG")
-
-    def text(self, flag: str) -> Callable[[str], None]:
-        def keep(text: str) -> None:
-            self.texts[flag] = text
-
-        return keep
 
 
 _ALIASES: Final = {"-r": "--remap", "-p": "--param", "-e": "--enclave"}
@@ -154,11 +162,10 @@ def parse_ros_arguments(argv: Sequence[str]) -> RosArguments:
             file cannot be used.
     """
     builder = _Builder()
-    handlers = _handlers(builder)
     arguments = iter(argv)
     for argument in arguments:
         if argument == "--ros-args":
-            _parse_section(arguments, builder, handlers)
+            _parse_section(arguments, builder)
         else:
             builder.remaining.append(argument)
     if builder.unknown:
@@ -167,16 +174,16 @@ def parse_ros_arguments(argv: Sequence[str]) -> RosArguments:
     return builder.build()
 
 
-def _parse_section(
-    arguments: Iterator[str], builder: _Builder, handlers: dict[str, Callable[[str], None]]
-) -> None:
+def _parse_section(arguments: Iterator[str], builder: _Builder) -> None:
     for argument in arguments:
         if argument == "--":
             return
         flag = _ALIASES.get(argument, argument)
-        if flag in handlers:
-            _apply(argument, handlers[flag], next(arguments, None), _EXPECTED[flag])
-        elif not _switch(flag, builder) and flag != "--ros-args":
+        if flag in builder.handlers:
+            _apply(argument, builder.handlers[flag], next(arguments, None), _EXPECTED[flag])
+        elif flag in _SWITCHES:
+            builder.values.update([_SWITCHES[flag]])
+        elif flag != "--ros-args":
             builder.unknown.append(argument)
 
 
@@ -187,22 +194,3 @@ def _apply(argument: str, handler: Callable[[str], None], value: str | None, exp
         handler(value)
     except ValueError as error:
         raise InvalidRosArgumentError(f"{argument} {value}", str(error)) from error
-
-
-def _switch(flag: str, builder: _Builder) -> bool:
-    for verb in ("enable", "disable"):
-        name = flag.removeprefix(f"--{verb}-").removesuffix("-logs")
-        if flag == f"--{verb}-{name}-logs" and name in builder.switches:
-            builder.switches[name] = verb == "enable"
-            return True
-    return False
-
-
-def _handlers(builder: _Builder) -> dict[str, Callable[[str], None]]:
-    return {
-        "--remap": builder.remap,
-        "--param": builder.param,
-        "--params-file": builder.params_file,
-        "--log-level": builder.log_level,
-        **{flag: builder.text(flag) for flag in ("--log-config-file", "--log-file-name", "--enclave")},
-    }

@@ -98,14 +98,9 @@ def _exported(module: Path) -> list[str]:
         return []
     for statement in body:
         match statement:
-            case ast.Assign(
-                targets=[ast.Name(id="__all__")], value=ast.List(elts=names) | ast.Tuple(elts=names)
-            ):
-                return [
-                    each.value
-                    for each in names
-                    if isinstance(each, ast.Constant) and isinstance(each.value, str)
-                ]
+            case ast.Assign(targets=[ast.Name(id="__all__")], value=ast.List() | ast.Tuple() as names):
+                constants = (each.value for each in names.elts if isinstance(each, ast.Constant))
+                return [each for each in constants if isinstance(each, str)]
             case _:
                 pass
     return []
