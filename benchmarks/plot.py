@@ -77,7 +77,7 @@ def draw(results: Results, path: Path) -> None:
 
 
 def _bars(results: Results, panel: Panel) -> list[tuple[str, Spread]]:
-    """Return who has the figure, the worst first: the best bar stands on top."""
+    """Return the contenders with the figure, the worst first, so that the best bar is on top."""
     found = [
         (entrant.name, results.figures(panel.workload, panel.case, entrant.name).get(panel.key))
         for entrant in results.entrants

@@ -33,7 +33,7 @@ def updated(page: str, text: str) -> str:
 
 
 def spliced(page: str, begin: str, end: str, text: str) -> str:
-    """Return the page with a text between two markers, in place of what stands there.
+    """Return the page with the text between two markers replaced.
 
     Raises:
         ValueError: A marker is missing.
@@ -100,7 +100,7 @@ def _about(results: Results) -> str:
 
 
 def table(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a Markdown table whose columns but the first stand to the right."""
+    """Return a Markdown table; all columns but the first are right-aligned."""
     aligned = ["---", *["---:"] * (len(heading) - 1)]
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (heading, aligned, *rows))
 

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 ROOT = Path(__file__).resolve().parent.parent
-# Not this folder itself: its modules must hide nobody's.
+# Not this folder itself, whose modules could hide others of the same name.
 sys.path[0] = str(ROOT)
 # The puppets are modules of this folder, too.
 os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
@@ -96,7 +96,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 
 
 async def measure(options: argparse.Namespace) -> list[Section]:
-    """Measure what is asked for; print each table as it is there."""
+    """Run the chosen measurements; print each table when it is complete."""
     wanted = MEASUREMENTS if options.what == "all" else (options.what,)
     found: list[Section] = []
 

@@ -2,7 +2,7 @@
 
     python benchmarks/startup.py
 
-Each command runs as a process of its own, in turn with the yardstick, against a broker and a node; medians.
+Each command runs as a process, alternating with the yardstick, against a broker and a node; medians.
 """
 
 from __future__ import annotations

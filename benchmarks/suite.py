@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from actors.bench.contender import Contender
 
 ROOT = Path(__file__).resolve().parent.parent
-# Not this folder itself: its modules must hide nobody's.
+# Not this folder itself, whose modules could hide others of the same name.
 sys.path[0] = str(ROOT)
 
 import msgspec
@@ -102,7 +102,7 @@ async def _measured(options: argparse.Namespace) -> Results:
     skipped |= lacking(workloads, [each for each in contenders if not each.name.startswith("callboard")])
     for name, reason in skipped.items():
         print(f"skipped: {name}: {reason}")
-    turns = plan(workloads, contenders, options.repetitions)
+    trials = plan(workloads, contenders, options.repetitions)
     results = Results(
         machine=machine.describe(),
         date=datetime.now(UTC).isoformat(timespec="seconds"),
@@ -114,7 +114,7 @@ async def _measured(options: argparse.Namespace) -> Results:
     )
     began = time.monotonic()
     log = _Log(results)
-    await run(turns, results, log)
+    await run(trials, results, log)
     log.failures()
     print(
         f"{len(results.samples)} trials in {time.monotonic() - began:.0f} s, {len(results.failures)} failed"
@@ -127,16 +127,16 @@ class _Log:
 
     def __init__(self, results: Results) -> None:
         self._results = results
-        self._told = 0
+        self._printed = 0
 
     def __call__(self, progress: Progress) -> None:
         self.failures()
         print(line(progress), flush=True)
 
     def failures(self) -> None:
-        for failure in self._results.failures[self._told :]:
+        for failure in self._results.failures[self._printed :]:
             print(f"failed: {failure.workload} {failure.case} {failure.contender}: {failure.reason}")
-        self._told = len(self._results.failures)
+        self._printed = len(self._results.failures)
 
 
 def _contenders(peers: list[str]) -> tuple[list[Contender], dict[str, str]]:

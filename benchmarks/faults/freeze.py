@@ -1,4 +1,4 @@
-"""How soon a caller hears that a server stands still (SIGSTOP), and that it moves again (SIGCONT)."""
+"""Time until a caller notices that a server is frozen (SIGSTOP) and that it continues (SIGCONT)."""
 
 from __future__ import annotations
 

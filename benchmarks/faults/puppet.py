@@ -1,6 +1,6 @@
 """Processes that a measurement starts, listens to, and kills: brokers, puppets that play a role, spinners.
 
-A puppet says JSON lines with an "event" and is told words. Leaving `Theatre` kills and reaps everything.
+A puppet writes JSON lines with an "event" and reads words. Leaving `Theatre` kills and reaps everything.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ LISTENING: Final = b"callboard broker listening"
 
 
 class Puppet(Child):
-    """A process that says events on its stdout and is told words on its stdin."""
+    """A process that writes events to its stdout and reads words from its stdin."""
 
     async def line(self) -> bytes:
         """Return its next line.
 
         Raises:
-            TrialError: It ended, or said nothing in time.
+            TrialError: It ended, or wrote nothing in time.
         """
         stdout = self._process.stdout
         assert stdout is not None
@@ -38,7 +38,7 @@ class Puppet(Child):
             async with asyncio.timeout(EVENT_TIMEOUT_S):
                 line = await stdout.readline()
         except TimeoutError:
-            raise self.failure(f"said nothing for {EVENT_TIMEOUT_S:g} s") from None
+            raise self.failure(f"wrote nothing for {EVENT_TIMEOUT_S:g} s") from None
         if not line:
             raise self.failure("ended too early")
         return line
@@ -46,12 +46,12 @@ class Puppet(Child):
     async def hears(self, event: str) -> dict[str, Any]:
         """Wait for an event, which must be the next; return what comes with it."""
         line = await self.line()
-        said: dict[str, Any] = json.loads(line) if line.startswith(b"{") else {}
-        if said.get("event") != event:
-            raise self.failure(f"said {line!r} where '{event}' was due")
-        return said
+        report: dict[str, Any] = json.loads(line) if line.startswith(b"{") else {}
+        if report.get("event") != event:
+            raise self.failure(f"wrote {line!r} instead of '{event}'")
+        return report
 
-    async def tell(self, word: str) -> None:
+    async def send(self, word: str) -> None:
         """Tell it a word."""
         stdin = self._process.stdin
         assert stdin is not None

@@ -1,6 +1,6 @@
 """A broker is killed under load and started again: who is back when, what is lost, what hangs, what leaks.
 
-The nodes stand in a ring over several processes (`roles/ring.py`): each publishes to the next, calls it ten
+The nodes form a ring over several processes (`roles/ring.py`): each publishes to the next, calls it ten
 times a second, and always has one call in flight there that is never answered.
 """
 
@@ -86,7 +86,7 @@ async def measure(plan: Plan) -> Found:
             for i in range(plan.processes)
         ]
         await _all(parts, "ready")
-        await _tell(parts, "go")
+        await _send(parts, "go")
         for event in await _all(parts, "going"):
             found.before.update(_leavings(event))
         for pause in plan.pauses_s:
@@ -94,7 +94,7 @@ async def measure(plan: Plan) -> Found:
             broker, restart, found.after = await _restart(theatre, broker, parts, pause)
             found.restarts.append(restart)
         await asyncio.sleep(plan.settle_s)
-        await _tell(parts, "stop")
+        await _send(parts, "stop")
         for event in await _all(parts, "totals"):
             for member in event["members"]:
                 found.totals.update(member)
@@ -105,7 +105,7 @@ async def _restart(
     theatre: Theatre, broker: Puppet, parts: list[Puppet], pause: float
 ) -> tuple[Puppet, Restart, Counter[str]]:
     restart, after = Restart(pause=pause), Counter[str]()
-    await _tell(parts, "brace")
+    await _send(parts, "brace")
     await _all(parts, "braced")
     killed = time.monotonic()
     await theatre.end(broker)
@@ -122,9 +122,9 @@ async def _restart(
     return broker, restart, after
 
 
-async def _tell(parts: list[Puppet], word: str) -> None:
+async def _send(parts: list[Puppet], word: str) -> None:
     for part in parts:
-        await part.tell(word)
+        await part.send(word)
 
 
 async def _all(parts: list[Puppet], event: str) -> list[dict[str, Any]]:
