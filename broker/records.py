@@ -110,7 +110,7 @@ class PublisherRecord(Endpoint):
     routes: dict[int, Route] = field(default_factory=dict["int", "Route"])
     matched: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
     awaited_by: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
-    """Subscriptions that know that it is suspended, and are to be told how that ends."""
+    """Subscriptions that know that it is suspended, and must learn how that ends."""
     keep: int = 0
     """Messages kept for late joiners; 0 for a VOLATILE publisher."""
     latched: deque[Batch] = field(default_factory=deque["Batch"])

@@ -105,7 +105,7 @@ class Routes:
         peer = subscription.peer
         route = publisher.routes[peer.id]
         if peer.suspended:
-            # It will not be told again if the publisher goes before it is back. Messages of the publisher's
+            # It is not informed again if the publisher goes before it is back. Messages of the publisher's
             # earlier ids in the queue are not read either.
             for number in dict.fromkeys((*route.earlier_ids, publisher.key)):
                 self._attachments.detach(number, peer.id, (subscription.id,), DetachReason.GONE)

@@ -59,7 +59,7 @@ def client(number: int, name: str = "/s", *, node: int = 0, type_hash: str = HAS
 
 
 def batch(publisher_id: int, first: int, length: int = 1, size: int = 10) -> frames.Batch:
-    """Return an encoded run of `length` messages of `size` bytes each."""
+    """Return an encoded batch of `length` messages of `size` bytes each."""
     message = b"\xc4" + bytes([size - 2]) + bytes(size - 2) if size < 258 else _long(size)
     ends = ends_to_bytes(array("I", range(size, size * length + 1, size))) if length > 1 else None
     payload = array_head(length) + message * length

@@ -151,7 +151,7 @@ async def link(broker: Broker, node: str | None = None, **options: frames.Scalar
         yield client
 
 
-async def told(reader: asyncio.StreamReader) -> frames.Error | None:
+async def read_error(reader: asyncio.StreamReader) -> frames.Error | None:
     """Read until the broker closes; return the ERROR it sent, None if it just closed."""
     data = b""
     async with asyncio.timeout(10):

@@ -1,4 +1,4 @@
-"""Pairs that come or go at once are told of in few frames, and in order with what belongs to them."""
+"""Pairs that are attached or detached at once cost few frames, in order with the messages around them."""
 
 from __future__ import annotations
 
@@ -60,25 +60,25 @@ def test_a_reader_of_many_is_suspended_and_back_in_few_frames(readers: int) -> N
 
 
 def test_a_talker_is_suspended_back_and_gone_in_few_frames() -> None:
-    """Each of its publishers costs a link with many readers one frame a time."""
+    """Each of its publishers costs one frame per event on a link with many readers."""
     switch = Switch()
     talker, listener, numbers = crowd(switch)
     pairs = Counter((number, reader) for number in numbers for reader in range(1, READERS + 1))
-    told = []
+    sent_frames = []
     switch.suspend(talker)
-    told.append(switch.read(listener, frames.Detached))
+    sent_frames.append(switch.read(listener, frames.Detached))
     switch.leave(talker)
-    told.append(switch.read(listener, frames.Detached))
-    assert [len(read) for read in told] == [PUBLISHERS, PUBLISHERS]
-    assert [named(read) for read in told] == [pairs, pairs]
-    assert [{frame.reason for frame in read} for read in told] == [
+    sent_frames.append(switch.read(listener, frames.Detached))
+    assert [len(read) for read in sent_frames] == [PUBLISHERS, PUBLISHERS]
+    assert [named(read) for read in sent_frames] == [pairs, pairs]
+    assert [{frame.reason for frame in read} for read in sent_frames] == [
         {DetachReason.SUSPENDED},
         {DetachReason.GONE},
     ]
 
 
 def test_a_newcomer_is_attached_to_many_readers_in_one_frame() -> None:
-    """A publisher that is declared is told of once on a link, before its first run."""
+    """A new publisher is announced once on a link, before its first batch."""
     switch = Switch()
     talker, listener, _ = crowd(switch)
     newcomer = switch.publisher(talker, make.publisher(9)._replace(gid=b"n" * 16))
@@ -92,7 +92,7 @@ def test_a_newcomer_is_attached_to_many_readers_in_one_frame() -> None:
 
 
 def test_late_joiners_of_one_frame_get_their_replays_after_it() -> None:
-    """Subscriptions that are back together share ATTACHED; each has its own REPLAY, and then runs come."""
+    """Subscriptions restored together share ATTACHED; each has its own REPLAY, and then batches follow."""
     switch = Switch()
     talker, listener, number = talk(switch, qos=make.LATCHED)
     switch.send(listener, make.subscription(2, qos=make.LATCHED), make.subscription(3))
@@ -102,24 +102,29 @@ def test_late_joiners_of_one_frame_get_their_replays_after_it() -> None:
     switch.restore(listener)
     switch.send(talker, make.batch(number, 2))
     kinds = (frames.Attached, frames.Replay, frames.Batch)
-    told = [frame for frame in switch.read_all(listener) if isinstance(frame, kinds)]
-    assert [type(frame) for frame in told] == [frames.Attached, frames.Replay, frames.Replay, frames.Batch]
-    attached = told[0]
+    sent_frames = [frame for frame in switch.read_all(listener) if isinstance(frame, kinds)]
+    assert [type(frame) for frame in sent_frames] == [
+        frames.Attached,
+        frames.Replay,
+        frames.Replay,
+        frames.Batch,
+    ]
+    attached = sent_frames[0]
     assert isinstance(attached, frames.Attached)
     assert (attached.subscriptions, attached.first_sequence) == ((1, 2, 3), 2)
-    assert [frame.subscription for frame in told if isinstance(frame, frames.Replay)] == [1, 2]
+    assert [frame.subscription for frame in sent_frames if isinstance(frame, frames.Replay)] == [1, 2]
 
 
 @pytest.mark.parametrize("comes_first", [False, True])
-def test_what_comes_and_what_goes_is_told_in_the_order_in_which_it_was_noted(*, comes_first: bool) -> None:
-    """A pair that goes and is back, or comes and goes again, before anybody is told: the last word holds."""
+def test_attachments_and_detachments_keep_their_order(*, comes_first: bool) -> None:
+    """If a pair is detached and attached again before the flush, the last event counts."""
     switch = Switch()
     _, _, number = talk(switch)
     publisher = next(each for each in switch.router.routes.publishers() if each.key == number)
     (route,) = publisher.routes.values()
     (subscription,) = route.subscriptions.values()
-    told: list[Delivery] = []
-    attachments = Attachments(told.append)
+    sent_frames: list[Delivery] = []
+    attachments = Attachments(sent_frames.append)
 
     def goes() -> None:
         attachments.detach(number, route.peer.id, [subscription.id], DetachReason.GONE, route.queue)
@@ -130,15 +135,15 @@ def test_what_comes_and_what_goes_is_told_in_the_order_in_which_it_was_noted(*, 
     for note in (comes, goes, goes, comes) if comes_first else (goes, comes, comes, goes):
         note()
     attachments.flush()
-    items = [delivery.item for delivery in told if isinstance(delivery, Enqueue)]
+    items = [delivery.item for delivery in sent_frames if isinstance(delivery, Enqueue)]
     frames_told = [type(decode(item)) for item in items if isinstance(item, bytes)]
     came, went = frames.Attached, frames.Detached
     assert frames_told == ([came, went, came] if comes_first else [went, came, went])
     assert not attachments.pending
 
 
-def test_readers_with_different_beginnings_are_not_put_together() -> None:
-    """Messages that a publisher says again are for latched readers only: each frame has its own number."""
+def test_readers_with_different_first_numbers_get_separate_frames() -> None:
+    """Messages that a publisher sends again are for latched readers only."""
     switch = Switch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, *(make.subscription(n, qos=make.LATCHED if n % 2 else None) for n in range(1, 5)))

@@ -31,13 +31,13 @@ def files(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> in
     indirect=["files"],
 )
 @pytest.mark.usefixtures("files")
-def test_connections_leave_room_for_other_files(wanted: int, most: int) -> None:
-    """As many as wanted, if they fit; of a small limit half."""
+def test_connections_leave_descriptors_for_other_files(wanted: int, most: int) -> None:
+    """A broker takes as many as wanted if they fit; of a small limit half."""
     assert Capacity(wanted).most == most
 
 
 @pytest.mark.parametrize("files", [16, 64, 1024, 4096, 20_000], indirect=True)
-def test_what_is_accepted_in_a_row_fits(files: int) -> None:
+def test_a_whole_backlog_fits(files: int) -> None:
     """asyncio accepts a whole backlog before one of it can be refused."""
     found = Capacity(1_000_000)
     assert 1 <= found.backlog <= capacity.MAX_BACKLOG
@@ -51,7 +51,7 @@ def test_what_is_accepted_in_a_row_fits(files: int) -> None:
 def test_refusals_are_logged_once_in_a_while(
     caplog: pytest.LogCaptureFixture, wanted: int, remedy: str
 ) -> None:
-    """One line for the first, and one for all of the next while; it names what to change."""
+    """The first is logged at once, later ones together; the line names what to change."""
     full = Capacity(wanted)
     for now in (0.0, 1.0, 2.0, capacity.COMPLAINT_PERIOD_S):
         assert str(full.most) in full.refuse(now)

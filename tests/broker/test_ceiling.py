@@ -1,4 +1,4 @@
-"""The ceiling of a link (docs/protocol.md §6.4.3): who is above it with what must not be dropped, must go."""
+"""The ceiling of a link (docs/protocol.md §6.4.3): a link with more than may wait is closed."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def held(broker: Broker) -> int:
 async def test_keep_all_beyond_the_ceiling_ends_the_link_and_no_other(
     broker: Broker, caplog: pytest.LogCaptureFixture, *, late: bool
 ) -> None:
-    """It is told why, if it reads within the time that closing takes; the others have missed nothing."""
+    """The peer gets the reason if it reads in time; other links miss nothing."""
     caplog.set_level(logging.WARNING, "callboard.broker")
     async with AsyncExitStack() as stack:
         sources = await writers(stack, broker, TOPICS)
@@ -77,7 +77,7 @@ async def test_keep_all_beyond_the_ceiling_ends_the_link_and_no_other(
                 await writer.synchronise()
                 most = max(most, held(broker))
             sent += 1
-        # The last run may have been put on top of what was allowed before the link ended.
+        # The last batch may have exceeded the limit before the link ended.
         assert most <= CEILING + SIZE + 1000
         assert [TEXT in record.getMessage() for record in caplog.records] == [True]
         if not late:
@@ -91,8 +91,8 @@ async def test_keep_all_beyond_the_ceiling_ends_the_link_and_no_other(
         assert (stats.accounted, stats.queued, stats.dropped) == (stats.copies, 0, 0)
         heard: dict[int, list[int]] = {number: [] for _, number in sources}
         for _ in range(sent * TOPICS):
-            run = await bystander.next(frames.Batch)
-            heard[run.publisher].append(run.first_sequence)
+            batch = await bystander.next(frames.Batch)
+            heard[batch.publisher].append(batch.first_sequence)
         assert all(numbers == list(range(sent)) for numbers in heard.values())
         for writer, _ in sources:
             await writer.synchronise()
@@ -110,7 +110,7 @@ async def narrow() -> AsyncIterator[Broker]:
 
 
 async def test_a_reader_gets_all_latched_messages(narrow: Broker) -> None:
-    """Together they are more than may wait of small frames, and no reader is too slow for that."""
+    """Large latched messages have a limit of their own, above the one of small frames."""
     async with AsyncExitStack() as stack:
         talker = await stack.enter_async_context(link(narrow, "/talker"))
         for index in range(5):
@@ -128,7 +128,7 @@ async def test_a_reader_gets_all_latched_messages(narrow: Broker) -> None:
 async def test_latched_messages_beyond_the_ceiling_end_the_link(
     narrow: Broker, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Who subscribes again and again without reading costs no more than others; the log says what to do."""
+    """A peer that subscribes repeatedly without reading is closed; the log says what to change."""
     caplog.set_level(logging.WARNING, "callboard.broker")
     async with link(narrow, "/talker") as talker, link(narrow, "/deaf") as deaf:
         talker.send(make.publisher(1, qos=make.LATCHED))
@@ -146,7 +146,7 @@ async def test_latched_messages_beyond_the_ceiling_end_the_link(
 
 
 async def test_a_caller_gets_all_large_answers(narrow: Broker) -> None:
-    """Answers that come at the same time may be more together than may wait of small ones."""
+    """Large answers have a limit of their own, above the one of small calls."""
     async with link(narrow, "/server") as server, link(narrow, "/caller") as caller:
         server.send(make.service(1))
         await server.synchronise()
@@ -160,7 +160,7 @@ async def test_a_caller_gets_all_large_answers(narrow: Broker) -> None:
 
 
 async def test_large_answers_beyond_the_ceiling_end_the_link(narrow: Broker) -> None:
-    """A caller that asks and does not read is cut off."""
+    """A caller that does not read its answers is closed."""
     async with link(narrow, "/server") as server, link(narrow, "/caller") as caller:
         server.send(make.service(1))
         await server.synchronise()

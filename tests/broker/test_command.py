@@ -1,4 +1,4 @@
-"""`python -m broker` as people run it: its one line, its signals, its exit codes."""
+"""`python -m broker` as a process: its one line, its signals, its exit codes."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ async def end(process: Process) -> tuple[int | None, str, str]:
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 async def test_it_says_where_it_listens_and_stops_cleanly(number: signal.Signals) -> None:
-    """One line with a URL that works; a signal ends it with 0, GOODBYE and no traceback."""
+    """It prints one line with a working URL; a signal ends it with 0, GOODBYE and no traceback."""
     async with started("--port", "0") as process:
         url = parse_url(await first_line(process))
         reader, writer = await asyncio.open_connection(url.host, url.port)
@@ -78,8 +78,8 @@ async def test_it_says_where_it_listens_and_stops_cleanly(number: signal.Signals
         assert "Traceback" not in err
 
 
-async def test_a_second_signal_hurries() -> None:
-    """A client that will not leave is not waited for twice."""
+async def test_a_second_signal_stops_at_once() -> None:
+    """A client that does not leave is not waited for again."""
     async with started("--port", "0", "--drain-timeout-sec", "3000") as process:
         url = parse_url(await first_line(process))
         reader, writer = await asyncio.open_connection(url.host, url.port)
@@ -109,7 +109,7 @@ async def test_a_port_in_use_is_one_plain_line() -> None:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_full_disk_behind_stdout_is_one_plain_line() -> None:
-    """Nobody could be told where it listens: it says so and ends with 1."""
+    """Without a line that says where it listens the broker is useless: it exits with 1."""
     command_line = [sys.executable, "-m", "broker", "--port", "0"]
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(command_line, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -120,7 +120,7 @@ def test_a_full_disk_behind_stdout_is_one_plain_line() -> None:
 def test_a_url_file_that_cannot_be_written_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A file cut short by a full disk is no file, and the directory is as it was."""
+    """On a full disk no partial file is left."""
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     def refuse(*_: object) -> None:
@@ -166,7 +166,7 @@ async def test_a_wrong_argument_is_no_traceback(arguments: list[str], code: int)
 
 
 async def test_json_logs_are_one_object_per_line() -> None:
-    """From the place it listens at to what a stranger does: a collector can read each line."""
+    """From the first line on, a log collector can read each line."""
     async with started("--port", "0", "--json-logs") as process:
         url = await first_line(process)
         reader, writer = await asyncio.open_connection(parse_url(url).host, parse_url(url).port)
@@ -181,15 +181,15 @@ async def test_json_logs_are_one_object_per_line() -> None:
 
 
 async def test_with_json_logs_an_error_at_the_start_is_an_object_too() -> None:
-    """What keeps it from listening is read by the collector as well."""
+    """An error that keeps it from listening is a JSON object as well."""
     async with started("--host", "a..b", "--json-logs") as process:
         code, _, err = await end(process)
     assert code == 1
     assert "cannot be resolved" in json.loads(err)["message"]
 
 
-async def test_sighup_without_a_terminal_is_no_end() -> None:
-    """It asks for a reload: the broker logs that there is nothing to reload, and goes on."""
+async def test_sighup_without_a_terminal_does_not_stop_it() -> None:
+    """It requests a reload: the broker logs that there is nothing to reload, and continues."""
     async with started("--port", "0", session=True) as process:
         await first_line(process)
         process.send_signal(signal.SIGHUP)
@@ -200,8 +200,8 @@ async def test_sighup_without_a_terminal_is_no_end() -> None:
         assert (await end(process))[0] == 0
 
 
-async def test_sighup_on_a_terminal_is_a_stop() -> None:
-    """The terminal has been closed: the broker ends in order."""
+async def test_sighup_on_a_terminal_stops_it() -> None:
+    """The terminal is closed: the broker stops cleanly."""
     window, inside = pty.openpty()
     with open(window, "rb", buffering=0), open(inside, "rb", buffering=0):  # noqa: ASYNC230, PTH123
         on_terminal = (

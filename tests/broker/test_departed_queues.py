@@ -21,13 +21,13 @@ def come_and_go(switch: Switch, who: str, *, read: bool) -> None:
         number = 0
     else:
         number = switch.publisher(lasting, make.publisher(1))
-    for turn in range(ROUNDS):
+    for count in range(ROUNDS):
         if who == "reader":
             switch.send(passing, make.subscription(1))
         else:
-            declared = make.publisher(1)._replace(gid=turn.to_bytes(16, "big"))
+            declared = make.publisher(1)._replace(gid=count.to_bytes(16, "big"))
             number = switch.publisher(passing, declared)
-        switch.send(talker, make.batch(number, turn))
+        switch.send(talker, make.batch(number, count))
         if read:
             assert len(switch.read(listener, frames.Batch)) == 1
         switch.send(passing, frames.Undeclare(1))

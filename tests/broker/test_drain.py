@@ -29,8 +29,8 @@ PATIENT = BrokerOptions(drain_timeout_sec=60)
 KEEPALIVE_SEC = PATIENT.keepalive_sec
 
 
-def test_a_call_that_is_being_answered_is_answered() -> None:
-    """Pending calls get their replies, new ones fail at once, and the broker waits for nothing else."""
+def test_pending_calls_are_answered() -> None:
+    """They get their replies, new ones fail at once, and the broker waits for nothing else."""
 
     async def scene(stage: Stage) -> None:
         server, caller = await stage.enter("server"), await stage.enter("caller")
@@ -57,8 +57,8 @@ def test_a_call_that_is_being_answered_is_answered() -> None:
     play(scene)
 
 
-def test_who_is_answering_a_call_may_call_others_for_it() -> None:
-    """A handler that needs another service gets its answer; who has nothing to answer is refused."""
+def test_a_handler_may_call_other_services_for_its_answer() -> None:
+    """Peers without pending calls of their own are refused."""
 
     async def scene(stage: Stage) -> None:
         front, back, caller = [await stage.enter(name) for name in ("front", "back", "caller")]
@@ -93,7 +93,7 @@ def test_who_is_answering_a_call_may_call_others_for_it() -> None:
 
 
 def test_a_call_that_is_not_answered_in_time_ends_with_the_link() -> None:
-    """The drain has a limit; the caller hears that the link broke."""
+    """The drain has a limit; the caller gets an error when its link closes."""
 
     async def scene(stage: Stage) -> None:
         server, caller = await stage.enter("server"), await stage.enter("caller")
@@ -118,7 +118,7 @@ def test_a_call_that_is_not_answered_in_time_ends_with_the_link() -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_keep_all_loses_nothing_to_a_stop_under_load(seed: int) -> None:
-    """A publisher that never pauses, a slow reader: what has left it is heard, the rest is queued."""
+    """With a busy publisher and a slow reader, sent messages are delivered and the rest stays queued."""
 
     async def scene(stage: Stage) -> None:
         source, sink = await stage.enter("source"), await stage.enter("sink")
@@ -157,8 +157,8 @@ def test_keep_all_loses_nothing_to_a_stop_under_load(seed: int) -> None:
     play(scene, seed)
 
 
-def test_a_slow_reader_gets_what_waits_for_it() -> None:
-    """A full lane is read to its end before the goodbye, though the reader takes a while."""
+def test_a_slow_reader_gets_all_queued_messages() -> None:
+    """A full queue is read to its end before the goodbye."""
 
     async def scene(stage: Stage) -> None:
         source, sink = await stage.enter("source"), await stage.enter("sink")
@@ -171,7 +171,7 @@ def test_a_slow_reader_gets_what_waits_for_it() -> None:
             publisher.publish(String(data="x" * 20_000))
         await publisher.flush()
         assert len(heard) < 100
-        # Looked at in each turn of the loop: adding up all lanes there would cost a large broker its stop.
+        # Evaluated in each loop iteration: adding up all queues there would block a large broker.
         with mock.patch.object(Routes, "tallies", side_effect=AssertionError("queues are added up")):
             await stage.stop_broker()
         assert len(heard) == 100
@@ -179,8 +179,8 @@ def test_a_slow_reader_gets_what_waits_for_it() -> None:
     play(scene)
 
 
-def test_a_frozen_reader_does_not_hold_up_a_stop() -> None:
-    """Who does not read is waited for as long as it may be silent, not for the whole drain."""
+def test_a_frozen_reader_delays_a_stop_by_its_keepalive_only() -> None:
+    """The broker does not wait for the whole drain timeout."""
 
     async def scene(stage: Stage) -> None:
         source, sink = await stage.enter("source"), await stage.enter("sink")
@@ -198,8 +198,8 @@ def test_a_frozen_reader_does_not_hold_up_a_stop() -> None:
     play(scene, options=PATIENT)
 
 
-def test_a_link_that_is_suspended_costs_a_stop_nothing() -> None:
-    """Neither its closing is waited for, nor what a publisher that has gone has left in its lane."""
+def test_a_suspended_link_does_not_delay_a_stop() -> None:
+    """Neither its close nor the queues of departed publishers to it are waited for."""
 
     async def scene(stage: Stage) -> None:
         source, sink = await stage.enter("source"), await stage.enter("sink")
@@ -220,7 +220,7 @@ def test_a_link_that_is_suspended_costs_a_stop_nothing() -> None:
     play(scene, options=PATIENT)
 
 
-async def test_a_second_wish_to_stop_closes_at_once() -> None:
+async def test_a_cancelled_stop_closes_at_once() -> None:
     """Cancelling the stop leaves no connection, no task and no socket."""
     loop = asyncio.get_running_loop()
     async with (
@@ -236,8 +236,8 @@ async def test_a_second_wish_to_stop_closes_at_once() -> None:
     assert asyncio.all_tasks() == {asyncio.current_task()}
 
 
-def test_who_does_not_answer_is_waited_for_as_long_as_it_may_be_silent() -> None:
-    """A peer that does not say that it has heard costs the keepalive limit, though nobody relies on it."""
+def test_a_link_that_does_not_confirm_the_hold_delays_a_stop_by_its_keepalive() -> None:
+    """Even if nothing relies on the link."""
 
     async def scene(stage: Stage) -> None:
         await stage.enter("mute")

@@ -1,4 +1,4 @@
-"""The least of what many subscriptions allow, whatever comes, rises and goes."""
+"""The least of the limits of many subscriptions, after any changes."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ STEPS = st.tuples(
 
 
 @given(steps=st.lists(STEPS, max_size=80))
-def test_the_least_is_the_least(steps: list[Step]) -> None:
-    """After each step it is what looking at all of them would find."""
+def test_the_least_limit_is_the_minimum(steps: list[Step]) -> None:
+    """After each step it equals the minimum over all subscriptions."""
     credit_limits, model = CreditLimits(), dict[int, tuple[int, int]]()
     for what, key, sequence, size in steps:
         if what == "add" and key not in model:
@@ -37,11 +37,11 @@ def test_the_least_is_the_least(steps: list[Step]) -> None:
 
 
 def test_coming_and_going_leaves_nothing_behind() -> None:
-    """A subscription that is suspended and restored for ever does not make the heaps grow for ever."""
+    """Suspending and restoring a subscription repeatedly does not grow the heaps."""
     credit_limits = CreditLimits()
     credit_limits.add(0, 1, 1, 0)
-    for turn in range(1000):
-        credit_limits.add(1, turn + 5, turn + 5, 0)
+    for count in range(1000):
+        credit_limits.add(1, count + 5, count + 5, 0)
         credit_limits.remove(1)
     assert len(credit_limits._sequences._heap) < 20
     assert credit_limits.least() == (1, 1)

@@ -1,4 +1,4 @@
-"""What is thrown at the broker: only the guilty connection closes, with a reason; bystanders go on."""
+"""Hostile input: only the connection at fault closes, with a reason; others continue."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from proto.errors import ErrorCode
 from proto.frames import SPECS
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import GREETING_BYTES as GREETING
-from tests.broker.rawclient import RawClient, hello, link, stream, told, until
+from tests.broker.rawclient import RawClient, hello, link, read_error, stream, until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -78,11 +78,11 @@ def framed(content: bytes) -> bytes:
         (encode(hello(**IDENTITY, filler=bytes(5000))), ErrorCode.TOO_LARGE),
     ],
 )
-async def test_a_bad_beginning_is_told_why(broker: Broker, data: bytes, code: ErrorCode) -> None:
-    """Other protocols, impossible lengths and broken msgpack: one ERROR frame, then the end."""
+async def test_a_bad_beginning_gets_a_reason(broker: Broker, data: bytes, code: ErrorCode) -> None:
+    """Other protocols, impossible lengths and broken msgpack get one ERROR frame, then the link closes."""
     async with stream(broker) as (reader, writer):
         writer.write(data)
-        error = await told(reader)
+        error = await read_error(reader)
         assert error is not None
         assert error.code == code
 
@@ -101,7 +101,7 @@ async def test_a_field_that_is_missing_or_wrong_closes_the_link(broker: Broker, 
         header.pop()
     async with stream(broker) as (reader, writer):
         writer.write(GREETING + framed(msgpack.packb(header)))
-        error = await told(reader)
+        error = await read_error(reader)
         assert error is not None
         assert error.code in {ErrorCode.MALFORMED, ErrorCode.UNEXPECTED}
         assert "\x1b" not in error.text
@@ -119,18 +119,18 @@ async def test_a_field_that_is_missing_or_wrong_closes_the_link(broker: Broker, 
         frames.Definition("x", None),
     ],
 )
-async def test_what_only_a_broker_may_send_closes_the_link(broker: Broker, frame: frames.Frame) -> None:
-    """A client does not announce matches."""
+async def test_frames_of_the_broker_close_the_link(broker: Broker, frame: frames.Frame) -> None:
+    """A client must not send MATCHED."""
     async with stream(broker) as (reader, writer):
         writer.write(GREETING + encode(frame))
-        error = await told(reader)
+        error = await read_error(reader)
         assert error is not None
         assert error.code == ErrorCode.UNEXPECTED
 
 
 @pytest.mark.usefixtures("bystander")
 async def test_a_session_split_at_every_byte_is_understood(broker: Broker) -> None:
-    """Where segments end means nothing."""
+    """Segment boundaries have no meaning."""
     async with stream(broker) as (reader, writer):
         for byte in GREETING + encode(frames.Node(0, "/split")) + encode(frames.Ping(77)):
             writer.write(bytes([byte]))
@@ -141,7 +141,7 @@ async def test_a_session_split_at_every_byte_is_understood(broker: Broker) -> No
 
 @pytest.mark.usefixtures("bystander")
 async def test_ten_thousand_frames_in_one_segment_are_all_answered(broker: Broker) -> None:
-    """A burst is handled whole."""
+    """The broker handles a whole burst."""
     async with link(broker) as client:
         client.send(*(frames.Ping(token) for token in range(10_000)))
         for token in range(10_000):
@@ -151,7 +151,7 @@ async def test_ten_thousand_frames_in_one_segment_are_all_answered(broker: Broke
 @pytest.mark.usefixtures("bystander")
 @pytest.mark.parametrize("how", ["reset", "half-close"])
 async def test_an_end_in_mid_frame_leaves_nothing(broker: Broker, how: str) -> None:
-    """A reset or a half-close takes the link's endpoints along."""
+    """A reset or a half-close removes the endpoints of the link."""
     async with stream(broker) as (reader, writer):
         writer.write(GREETING + encode(frames.Node(0, "/short")) + encode(frames.Ping(1)))
         await reader.readuntil(encode(frames.Pong(1)))
@@ -161,12 +161,12 @@ async def test_an_end_in_mid_frame_leaves_nothing(broker: Broker, how: str) -> N
             writer.transport.abort()
         else:
             writer.write_eof()
-            assert await told(reader) is None
+            assert await read_error(reader) is None
 
 
 @pytest.mark.usefixtures("bystander")
 async def test_the_log_has_one_harmless_line(broker: Broker, caplog: pytest.LogCaptureFixture) -> None:
-    """A closed link is one warning, and what the peer said cannot move a terminal's cursor."""
+    """A closed link is one warning, without control characters from the peer."""
     async with link(broker, agent="evil\x1b[2J\nforged line") as client:
         with caplog.at_level(logging.INFO, "callboard.broker"):
             client.send(make.batch(12345, 0))
@@ -191,7 +191,7 @@ async def test_too_many_fragments_at_a_time_close_the_link(broker: Broker) -> No
 
 @pytest.mark.usefixtures("bystander")
 async def test_control_frames_do_not_travel_in_fragments(broker: Broker) -> None:
-    """No limit can be got round by cutting a frame up."""
+    """Fragments do not circumvent the limits of control frames."""
     inner = encode(frames.Node(0, "/n"))
     async with link(broker) as client:
         client.send(frames.Fragment(1, len(inner), False, inner))
@@ -200,7 +200,7 @@ async def test_control_frames_do_not_travel_in_fragments(broker: Broker) -> None
 
 @pytest.mark.usefixtures("bystander")
 async def test_questions_without_reading_the_answers_close_the_link() -> None:
-    """Control frames are never dropped, so who does not read them is cut off at the limit."""
+    """Control frames are never dropped, so a peer that does not read them is closed at the limit."""
     options = BrokerOptions(port=0, max_queue_bytes=2**20, drain_timeout_sec=0.2)
     async with Broker(options) as small, link(small, "/n") as deaf:
         deaf.send(make.publisher(1)._replace(definition=bytes(60_000)))

@@ -1,4 +1,4 @@
-"""What is kept for late joiners has limits in bytes, and what they miss for it is counted."""
+"""Latched messages have limits in bytes, and messages that late joiners miss for it are counted."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def heard_late(switch: Switch, topic: str = "/t", node: str = "/late") -> list[i
 
 
 def test_the_depth_counts_messages_and_misses_none() -> None:
-    """Beyond the depth the oldest go, also from the middle of a run, and that is no loss."""
+    """Beyond the depth the oldest are dropped, also within a batch; they do not count as missed."""
     switch = Switch()
     talker = switch.join("/talker")
     number = switch.publisher(talker, make.publisher(1, qos={**make.LATCHED, "depth": 5}))
@@ -37,7 +37,7 @@ def test_the_depth_counts_messages_and_misses_none() -> None:
 
 
 def test_the_bytes_of_a_publisher_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The oldest runs go, and each message that the depth had room for is counted."""
+    """The oldest batches are dropped, and each message within the depth is counted."""
     monkeypatch.setattr(latched, "LATCHED_BYTES", 100)
     switch = Switch()
     talker = switch.join("/talker")
@@ -52,7 +52,7 @@ def test_the_bytes_of_a_publisher_have_a_limit(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_the_bytes_of_a_link_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever publishes beyond it loses the oldest of its own; room that another gives back is used."""
+    """A publisher beyond it loses its oldest messages; bytes that another frees can be used again."""
     monkeypatch.setattr(latched, "LATCHED_BYTES_PER_LINK", 100)
     switch = Switch()
     talker = switch.join("/talker")

@@ -1,4 +1,4 @@
-"""Listening: of many who try, one gets the place, and the others are told."""
+"""Listening: of many brokers that try, one succeeds, and the others get a clear error."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ PLACES = 20
 
 @pytest.mark.parametrize("new_loop", [asyncio.new_event_loop, new_event_loop])
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
-def test_who_listens_between_binding_and_listening_wins(
+def test_a_listener_between_bind_and_listen_wins(
     new_loop: Callable[[], asyncio.AbstractEventLoop], host: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """uvloop keeps this failure to itself: the broker finds it out, on each loop."""
+    """uvloop does not report this failure: the broker detects it, on each loop."""
     monkeypatch.setattr("broker.probe.PROBE_TIMEOUT_SEC", 0.1)
     with asyncio.Runner(loop_factory=new_loop) as runner, socket.socket() as rival:
         rival.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -80,7 +80,7 @@ def _raced(places: list[str]) -> list[list[str]]:
 
 
 def test_of_many_processes_one_gets_a_port() -> None:
-    """The others are told that it is in use; nobody fails in another way."""
+    """All others report that it is in use."""
     with ExitStack() as stack:
         ports: list[str] = []
         for _ in range(PLACES):
@@ -93,7 +93,7 @@ def test_of_many_processes_one_gets_a_port() -> None:
 
 
 def test_of_many_processes_one_gets_a_socket_file(tmp_path: Path) -> None:
-    """Also where a dead broker has left one, which each of them would take away; afterwards none is left."""
+    """Also in place of a stale one that each of them would remove; afterwards none is left."""
     paths = [tmp_path / f"{number}.sock" for number in range(PLACES)]
     for path in paths[::2]:
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as dead:
@@ -103,10 +103,10 @@ def test_of_many_processes_one_gets_a_socket_file(tmp_path: Path) -> None:
     assert not any(path.exists() for path in paths)
 
 
-async def test_a_folder_that_somebody_keeps_locked_holds_up_nobody(
+async def test_a_locked_folder_delays_a_broker_only_briefly(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """After some tries it goes without the lock."""
+    """After some tries it continues without the lock."""
     monkeypatch.setattr("broker.listening.LOCK_TRIES", 2)
     folder = os.open(tmp_path, os.O_RDONLY)
     try:
@@ -119,8 +119,8 @@ async def test_a_folder_that_somebody_keeps_locked_holds_up_nobody(
         os.close(folder)
 
 
-async def test_a_broker_that_takes_no_connections_has_its_place_all_the_same(tmp_path: Path) -> None:
-    """Frozen, with as many waiting as there is room for: the look at its file waits for nobody."""
+async def test_a_frozen_broker_keeps_its_socket_file(tmp_path: Path) -> None:
+    """Even with a full backlog; the check of the file does not block."""
     path = tmp_path / "s"
     async with AsyncExitStack() as stack:
         frozen = stack.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM))
@@ -138,8 +138,8 @@ async def test_a_broker_that_takes_no_connections_has_its_place_all_the_same(tmp
     assert path.exists()
 
 
-async def test_a_socket_file_that_is_not_its_own_any_more_is_left_alone(tmp_path: Path) -> None:
-    """A file that has taken the place of a broker's own stays when the broker stops."""
+async def test_a_broker_removes_only_its_own_socket_file(tmp_path: Path) -> None:
+    """A file that has replaced it stays when the broker stops."""
     path = tmp_path / "s"
     async with Broker(BrokerOptions(unix=path)):
         path.unlink()
@@ -153,7 +153,7 @@ async def test_a_socket_file_that_is_not_its_own_any_more_is_left_alone(tmp_path
 def test_a_host_that_cannot_be_resolved_is_named(
     new_loop: Callable[[], asyncio.AbstractEventLoop], host: str
 ) -> None:
-    """It says that the name is wrong, and what to use."""
+    """The error says that the name is wrong, and what to use."""
     with asyncio.Runner(loop_factory=new_loop) as runner, pytest.raises(ListenError) as caught:
         runner.run(Broker(BrokerOptions(host=host)).__aenter__())
     assert f"the name '{host}' cannot be resolved" in str(caught.value)
@@ -169,8 +169,8 @@ def test_an_address_of_another_machine_is_named(new_loop: Callable[[], asyncio.A
 
 
 @pytest.mark.parametrize("place", ["port", "socket file"])
-async def test_a_place_that_a_broker_has_is_said_to_be_a_broker_s(tmp_path: Path, place: str) -> None:
-    """The second broker says what the first calls itself."""
+async def test_an_address_in_use_by_a_broker_is_reported_as_such(tmp_path: Path, place: str) -> None:
+    """The error has the agent of the first broker."""
     options = BrokerOptions(port=0) if place == "port" else BrokerOptions(unix=tmp_path / "s")
     async with Broker(options) as first:
         if place == "port":
@@ -182,7 +182,7 @@ async def test_a_place_that_a_broker_has_is_said_to_be_a_broker_s(tmp_path: Path
 
 
 @pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"\xc6\0\0\0\1x"])
-async def test_a_place_that_something_else_has_is_said_to_be_that(
+async def test_an_address_in_use_by_something_else_is_reported_as_such(
     monkeypatch: pytest.MonkeyPatch, answer: bytes
 ) -> None:
     """Whatever it answers, or if it answers nothing until the deadline."""

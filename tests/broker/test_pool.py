@@ -1,4 +1,4 @@
-"""Sharing requests: the least busy is next, ties rotate, and nobody searches."""
+"""Sharing requests: the server with the fewest pending calls is next, and ties rotate."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def owe(pool: Pool, server: ServiceRecord, count: int) -> None:
     pool.update(server)
 
 
-def test_an_empty_pool_has_nobody() -> None:
-    """Without servers there is none to choose, also after the last has left."""
+def test_an_empty_pool_has_no_server() -> None:
+    """Also after the last server has left."""
     pool = Pool()
     assert pool.least_busy() is None
     server = make_server(1)
@@ -33,7 +33,7 @@ def test_an_empty_pool_has_nobody() -> None:
 
 
 def test_ties_rotate() -> None:
-    """Servers that owe the same are chosen in turn."""
+    """Servers with equally many pending calls are chosen one after the other."""
     pool = Pool()
     servers = [make_server(number) for number in range(3)]
     for server in servers:
@@ -48,8 +48,8 @@ def test_ties_rotate() -> None:
     assert chosen == servers * 2
 
 
-def test_a_second_server_finds_out_what_the_first_owes() -> None:
-    """While a server is alone nobody keeps count; the count is right when another comes."""
+def test_a_second_server_counts_the_pending_calls_of_the_first() -> None:
+    """A lone server is not counted; the count is right when another joins."""
     pool = Pool()
     first, second = make_server(1), make_server(2)
     pool.add(first)
@@ -61,7 +61,7 @@ def test_a_second_server_finds_out_what_the_first_owes() -> None:
 
 
 def test_the_least_busy_is_always_chosen() -> None:
-    """Whatever comes, goes, gets calls and ends them: the choice is one with the fewest pending."""
+    """After any joins, leaves and calls the choice has the fewest pending calls."""
     chance = random.Random(7)
     pool = Pool()
     present: list[ServiceRecord] = []

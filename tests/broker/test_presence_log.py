@@ -1,4 +1,4 @@
-"""What a broker's log says when nodes come and go."""
+"""The broker's log lines about nodes that join, leave and die."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def lines(caplog: pytest.LogCaptureFixture, level: int) -> list[str]:
     return [record.getMessage() for record in caplog.records if record.levelno == level]
 
 
-async def test_each_node_that_comes_or_goes_is_one_line_at_info(caplog: pytest.LogCaptureFixture) -> None:
-    """With its name, its address and the reason: one leaves, one dies."""
+async def test_each_node_that_joins_or_leaves_is_one_line_at_info(caplog: pytest.LogCaptureFixture) -> None:
+    """The line has its name, its address and the reason; it tells leaving from dying."""
     caplog.set_level(logging.INFO, LOGGER)
     async with verbose_broker() as broker:
         async with link(broker, "/talker", domain=3) as client:
@@ -45,14 +45,14 @@ async def test_each_node_that_comes_or_goes_is_one_line_at_info(caplog: pytest.L
 
 
 async def test_a_node_that_ends_with_the_broker_has_left(caplog: pytest.LogCaptureFixture) -> None:
-    """Nobody has died because the broker stops."""
+    """It has not died."""
     caplog.set_level(logging.INFO, LOGGER)
     async with verbose_broker() as broker, link(broker, "/talker"):
         await broker.stop()
     assert [line for line in lines(caplog, logging.INFO) if "left" in line and "is stopping" in line]
 
 
-async def test_a_node_that_connects_again_says_why_the_first_has_gone(
+async def test_a_takeover_is_the_reason_why_the_first_node_left(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     """The same instance and token take over."""
@@ -77,10 +77,10 @@ async def test_an_embedded_broker_logs_nodes_at_debug_only(caplog: pytest.LogCap
     assert "Node /talker died" in debug or "Node /talker left" in debug
 
 
-async def test_hidden_nodes_connections_and_declarations_are_for_debug(
+async def test_hidden_nodes_connections_and_declarations_are_logged_at_debug(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    """What commands do does not fill the log."""
+    """Commands do not fill the log."""
     caplog.set_level(logging.DEBUG, LOGGER)
     async with verbose_broker() as broker, link(broker, "/_cli") as client:
         client.send(make.publisher(1))

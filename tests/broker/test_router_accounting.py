@@ -1,4 +1,4 @@
-"""Nothing is lost in silence: each routed copy is counted where its way ends, and it adds up."""
+"""Nothing is lost in silence: each routed copy is counted once, and the sums add up."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def half_sent() -> tuple[Switch, int, int, int]:
 
 
 def test_a_large_message_is_delivered_with_its_last_piece() -> None:
-    """Until then it is leaving, and then it counts as one."""
+    """Until then it counts as leaving."""
     switch, _, listener, _ = half_sent()
     switch.read_all(listener, 2)
     stats = collect(0, [switch.router])
@@ -147,16 +147,16 @@ def test_a_large_message_is_delivered_with_its_last_piece() -> None:
     assert (stats.leaving, stats.queued, stats.delivered) == (0, 0, 2)
 
 
-def test_what_waits_for_a_subscription_that_leaves_is_abandoned() -> None:
-    """So is the message of which half has left."""
+def test_messages_for_a_subscription_that_leaves_are_abandoned() -> None:
+    """Also a message that is half sent."""
     switch, _, listener, _ = half_sent()
     switch.send(listener, frames.Undeclare(1))
     stats = collect(0, [switch.router])
     assert (stats.copies, stats.abandoned, stats.accounted) == (2, 2, 2)
 
 
-def test_what_waits_for_a_link_that_breaks_is_lost_on_break() -> None:
-    """So is the message of which half has left, and what comes before the router has heard of the break."""
+def test_messages_for_a_link_that_breaks_are_lost_on_break() -> None:
+    """Also a half sent message, and those routed before the router knows of the break."""
     switch, talker, listener, number = half_sent()
     switch.cut(listener)
     switch.send(talker, make.batch(number, 2, 3))
@@ -166,8 +166,8 @@ def test_what_waits_for_a_link_that_breaks_is_lost_on_break() -> None:
     assert (stats.copies, stats.lost_on_break, stats.accounted) == (5, 5, 5)
 
 
-def test_what_a_publisher_that_has_gone_left_is_still_accounted_for() -> None:
-    """Its lanes are emptied, or end with their link."""
+def test_messages_of_a_departed_publisher_are_accounted_for() -> None:
+    """Its queues are emptied, or end with their link."""
     switch, talker, listener, _ = half_sent()
     switch.leave(talker)
     stats = collect(0, [switch.router])
@@ -178,8 +178,8 @@ def test_what_a_publisher_that_has_gone_left_is_still_accounted_for() -> None:
     assert (stats.delivered + stats.lost_on_break, stats.accounted) == (2, 2)
 
 
-def test_two_lanes_of_one_gid_are_both_accounted_for() -> None:
-    """A gid is the client's choice: another of the same does not hide what the first has left to send."""
+def test_two_queues_of_one_gid_are_both_accounted_for() -> None:
+    """Clients choose gids: a second publisher with the same one does not hide the queue of the first."""
     switch = Switch()
     talker, listener, number = talk(switch)
     second = switch.publisher(talker, make.publisher(2))
@@ -190,8 +190,8 @@ def test_two_lanes_of_one_gid_are_both_accounted_for() -> None:
     assert (stats.queued, stats.accounted) == (7, 7)
 
 
-def test_no_lane_outlives_its_link() -> None:
-    """Not even one of two publishers with one gid, which have both gone."""
+def test_no_queue_outlives_its_link() -> None:
+    """Not even one of two departed publishers with the same gid."""
     switch = Switch()
     talker, listener, number = talk(switch)
     second = switch.publisher(talker, make.publisher(2))
@@ -204,7 +204,7 @@ def test_no_lane_outlives_its_link() -> None:
 
 
 def test_a_gid_names_a_publisher_of_one_topic() -> None:
-    """What one has left on a topic is no matter of another with its gid on another topic."""
+    """The queue left on one topic is not resumed by a publisher with the same gid on another topic."""
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.send(listener, make.subscription(2, "/other"))
@@ -217,8 +217,8 @@ def test_a_gid_names_a_publisher_of_one_topic() -> None:
     assert {topic.name: tally.queued for topic, tally in topics.items()} == {"/t": 5, "/other": 1}
 
 
-def test_a_link_that_is_taken_over_loses_what_waited_for_it() -> None:
-    """It has ended, not unsubscribed."""
+def test_a_link_that_is_taken_over_loses_its_queued_messages() -> None:
+    """They count as lost on break, not as abandoned."""
     switch = Switch()
     talker = switch.join("/talker")
     listener = switch.join("/listener", instance=b"i" * 16)

@@ -50,7 +50,7 @@ def test_a_grant_never_lowers() -> None:
 
 
 def test_without_keep_all_readers_it_is_unlimited_again() -> None:
-    """When the last such subscription goes, the publisher is told that nothing limits it."""
+    """When the last such subscription leaves, the publisher gets an unlimited CREDIT."""
     switch = Switch()
     talker, _, (reader, other) = publish_to(switch, 10, 20)
     switch.read_all(talker)
@@ -61,7 +61,7 @@ def test_without_keep_all_readers_it_is_unlimited_again() -> None:
 
 
 def test_a_suspended_readers_credit_does_not_count() -> None:
-    """A frozen subscriber holds nobody back."""
+    """A frozen subscriber holds no publisher back."""
     switch = Switch()
     talker, _, (reader,) = publish_to(switch, 10)
     switch.read_all(talker)
@@ -70,7 +70,7 @@ def test_a_suspended_readers_credit_does_not_count() -> None:
 
 
 def test_before_the_echo_an_overrun_is_forgiven_and_after_it_not() -> None:
-    """Runs that crossed the CREDIT are fine; once the publisher has confirmed it, it is held to it."""
+    """Batches that crossed the CREDIT are allowed; after the echo the limit holds."""
     switch = Switch()
     talker, number, _ = publish_to(switch, 10)
     (credit,) = switch.read(talker, frames.Credit)
@@ -91,8 +91,8 @@ def test_up_to_the_limit_is_allowed() -> None:
         switch.send(talker, make.batch(number, 10))
 
 
-def test_bytes_are_held_to_with_one_message_over() -> None:
-    """The message that crosses the byte limit may go; nothing after it."""
+def test_the_byte_limit_allows_one_message_over() -> None:
+    """The message that crosses the limit may be sent, but none after it."""
     switch = Switch()
     talker, reader = switch.join("/talker"), switch.join("/reader")
     number = switch.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
@@ -106,7 +106,7 @@ def test_bytes_are_held_to_with_one_message_over() -> None:
 
 
 def test_byte_grants_count_from_the_attachment() -> None:
-    """The broker adds what the publisher had sent before the subscription came."""
+    """The broker adds the bytes sent before the subscription was attached."""
     switch = Switch()
     talker, reader = switch.join("/talker"), switch.join("/reader")
     number = switch.publisher(talker, make.publisher(1))
@@ -131,8 +131,8 @@ def test_only_the_latest_echo_counts() -> None:
     assert last.sequence_limit == 20
 
 
-def test_numbers_end_where_frames_end() -> None:
-    """Whatever windows are asked for, and grants given: a limit fits its frame, and is held to."""
+def test_limits_fit_into_a_frame() -> None:
+    """Whatever windows and grants are asked for, the limit fits into its frame and holds."""
     switch = Switch()
     talker, number, _ = publish_to(switch)
     switch.send(talker, make.batch(number, 5))
@@ -143,16 +143,16 @@ def test_numbers_end_where_frames_end() -> None:
     switch.send(talker, frames.Credit(number, limits.MAX_U64, limits.MAX_U64))
     switch.leave(greedy)
     switch.send(modest, make.subscription(1, qos=make.KEEP_ALL, window=2))
-    told = switch.read(talker, frames.Credit)
-    assert [credit.sequence_limit for credit in told] == [None, 8]
-    switch.send(talker, told[-1])
+    sent_frames = switch.read(talker, frames.Credit)
+    assert [credit.sequence_limit for credit in sent_frames] == [None, 8]
+    switch.send(talker, sent_frames[-1])
     switch.send(talker, make.batch(number, 6, 2))
     with pytest.raises(ProtocolError, match="beyond its credit"):
         switch.send(talker, make.batch(number, 8))
 
 
-def test_a_publisher_at_the_end_of_all_numbers() -> None:
-    """It may have declared any next number; there is no message for which none is left to come next."""
+def test_a_publisher_cannot_exceed_the_greatest_number() -> None:
+    """It may declare any next number, but a batch must leave a number for the next."""
     switch = Switch()
     talker, reader = switch.join("/talker"), switch.join("/reader")
     number = switch.publisher(talker, make.publisher(1, next_sequence=limits.MAX_U64 - 1))
@@ -170,7 +170,7 @@ def test_a_publisher_at_the_end_of_all_numbers() -> None:
 
 @pytest.mark.parametrize("windows", [(), (100,)])
 def test_a_held_publisher_stays_held_while_it_is_silent(windows: tuple[int, ...]) -> None:
-    """What it reads first when it is back does not let it go on."""
+    """Restored after suspension, it still may not send."""
     switch = Switch()
     talker, number, _ = publish_to(switch, *windows)
     switch.send(talker, make.batch(number, 0, 3))
@@ -201,7 +201,7 @@ def test_a_publisher_that_comes_while_the_broker_stops_is_held_at_once() -> None
 
 
 def test_nothing_is_dropped_for_a_keep_all_reader() -> None:
-    """However full the link is, what credit allowed waits."""
+    """However full the link is, messages within the credit wait."""
     switch = Switch()
     talker, number, (reader,) = publish_to(switch, 100)
     switch.send(talker, *(make.batch(number, first, 10) for first in range(0, 100, 10)))

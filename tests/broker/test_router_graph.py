@@ -18,8 +18,8 @@ def names(graphs: list[frames.Graph]) -> list[tuple[int, str, str]]:
     return [(entry.kind, entry.node, entry.name) for graph in graphs for entry in graph.added]
 
 
-def test_a_watch_shows_everybody_and_then_changes() -> None:
-    """First the whole picture, then what comes and goes, until UNWATCH."""
+def test_a_watch_shows_all_entries_and_then_changes() -> None:
+    """Changes follow until UNWATCH."""
     switch = Switch()
     viewer, talker = switch.join(), switch.join("/_hidden")
     number = switch.publisher(talker, make.publisher(1))
@@ -37,8 +37,8 @@ def test_a_watch_shows_everybody_and_then_changes() -> None:
     assert switch.read(viewer, frames.Graph) == []
 
 
-def test_a_single_look_brings_no_changes() -> None:
-    """Without `keep` the answer is all there is, also when the graph is empty."""
+def test_a_watch_without_keep_is_answered_once() -> None:
+    """Also if the graph is empty."""
     switch = Switch()
     viewer = switch.join()
     switch.send(viewer, frames.Watch(1, keep=False))
@@ -61,8 +61,8 @@ def test_a_suspended_node_is_not_in_the_graph() -> None:
     assert names(switch.read(viewer, frames.Graph))[0][1] == "/n"
 
 
-def test_a_retired_server_is_gone_however_its_link_fares() -> None:
-    """It has left the graph: nobody is told once more when its link falls silent, comes back or ends."""
+def test_a_retired_server_is_removed_once() -> None:
+    """Watchers get no second removal when its link is suspended, restored or closed."""
     switch = Switch()
     watcher, server = switch.join("/watcher"), switch.join("/server")
     switch.send(server, make.service(1))
@@ -79,13 +79,13 @@ def test_a_retired_server_is_gone_however_its_link_fares() -> None:
     switch.restore(server)
     switch.suspend(server)
     switch.leave(server)
-    told = switch.read(watcher, frames.Graph)
-    assert key not in {gone for frame in told for gone in frame.removed}
-    assert len(told) == 4
+    sent_frames = switch.read(watcher, frames.Graph)
+    assert key not in {gone for frame in sent_frames for gone in frame.removed}
+    assert len(sent_frames) == 4
 
 
-def test_a_suspended_node_that_goes_is_gone() -> None:
-    """Watchers are told that it is silent, then that it will not come back; nothing is left of it."""
+def test_a_suspended_node_that_leaves_is_removed() -> None:
+    """Watchers see it suspended, then removed; nothing of it is left."""
     switch = Switch()
     viewer, node = switch.join(), switch.join("/n")
     switch.send(viewer, frames.Watch(1, keep=True))
@@ -99,7 +99,7 @@ def test_a_suspended_node_that_goes_is_gone() -> None:
 
 
 def test_a_large_graph_comes_in_slices() -> None:
-    """Every GRAPH frame fits a frame, and only the last says that it is the last."""
+    """No GRAPH frame exceeds the size limit, and only the last is marked as last."""
     switch = Switch()
     node, viewer = switch.join("/n"), switch.join()
     switch.send(node, *(make.subscription(n, "/" + "x" * 240 + str(n)) for n in range(1, 3000)))
@@ -145,7 +145,7 @@ def test_the_first_definition_of_a_hash_stays() -> None:
     ],
 )
 def test_definitions_are_kept_up_to_a_number_and_a_size(count: int, size: int, kept: int) -> None:
-    """Beyond either limit the oldest are forgotten; what is left is known, and counted."""
+    """Beyond either limit the oldest are dropped; the rest is known and counted."""
     definitions = Definitions()
     for number in range(count):
         definitions.learn(f"RIHS01_{number}", bytes(size))
@@ -154,8 +154,8 @@ def test_definitions_are_kept_up_to_a_number_and_a_size(count: int, size: int, k
     assert (len(definitions), definitions.size_bytes) == (kept, kept * size)
 
 
-def test_who_is_relied_on() -> None:
-    """The matched, and whoever somebody asked about until it is heard of; nobody who has gone."""
+def test_matched_and_watched_peers_are_relied_on() -> None:
+    """A watched peer is relied on until it is heard again; a removed one is not."""
     switch = Switch()
     talker, listener, loner = switch.join("/talker"), switch.join("/listener"), switch.join("/loner")
     relied_on = switch.router.relied_on
@@ -178,8 +178,8 @@ def test_who_is_relied_on() -> None:
     assert relied_on == set()
 
 
-def test_who_owes_an_answer_is_relied_on() -> None:
-    """A server that is retired has no counterparts any more, but callers: until the last has its answer."""
+def test_a_peer_with_pending_calls_is_relied_on() -> None:
+    """A retired server has no counterparts any more, but is relied on until its last answer."""
     switch = Switch()
     server, asker = switch.join("/server"), switch.join("/asker")
     relied_on = switch.router.relied_on

@@ -1,4 +1,4 @@
-"""Calls in the router: who answers, who hears of an end, and that no call is left hanging."""
+"""Calls in the router: which server answers, who is informed of an end, and that no call is left pending."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_another_type_is_no_match_and_is_said() -> None:
 
 
 def test_many_servers_of_another_type_are_summed_up_for_a_client() -> None:
-    """A newcomer is told of 16 of them one by one, and how many more there are; each of them of it."""
+    """A newcomer gets 16 notices and a summary; each server gets its own notice."""
     switch = Switch()
     server, asker = switch.join("/server"), switch.join("/asker")
     switch.send(server, *(make.service(n, type_hash="RIHS01_bb") for n in range(1, 41)))
@@ -166,7 +166,7 @@ def test_a_client_that_goes_cancels_its_calls(how: str) -> None:
 
 
 def test_a_cancelled_call_is_over_for_the_broker() -> None:
-    """CANCEL reaches the server once; its reply then goes nowhere, and the id may be used again."""
+    """CANCEL reaches the server once; its reply is dropped, and the id may be used again."""
     switch = Switch()
     asker, server = pair(switch)
     switch.send(asker, make.request(1, 5))
@@ -197,8 +197,8 @@ def test_many_cancellations_travel_together() -> None:
         assert [call for frame in cancels for call in frame.calls] == its_calls
 
 
-def test_a_suspended_server_hears_which_calls_are_over() -> None:
-    """When it is back it should not work for callers that have been told that it is gone."""
+def test_a_suspended_server_is_told_which_calls_are_over() -> None:
+    """When it is restored it should not work for callers that have got an error."""
     switch = Switch()
     asker, server = pair(switch)
     switch.send(asker, make.request(1, 5, 6))
@@ -208,7 +208,7 @@ def test_a_suspended_server_hears_which_calls_are_over() -> None:
     assert ends_of(switch, asker) == [(5, Status.UNAVAILABLE), (6, Status.UNAVAILABLE)]
 
 
-def test_a_large_request_that_has_not_left_is_taken_back() -> None:
+def test_a_large_unsent_request_is_removed_when_cancelled() -> None:
     """Cancelling in time spares the server the whole request."""
     switch = Switch()
     asker, server = pair(switch)
@@ -239,7 +239,7 @@ def test_nobody_answers_for_another_server() -> None:
 
 
 def test_a_live_call_id_cannot_be_used_again() -> None:
-    """Two calls under one id could not be told apart: the link closes."""
+    """Two pending calls with one id would be ambiguous: the link closes."""
     switch = Switch()
     asker, _ = pair(switch)
     switch.send(asker, make.request(1, 5))
@@ -249,7 +249,7 @@ def test_a_live_call_id_cannot_be_used_again() -> None:
 
 
 def test_too_many_pending_calls_are_turned_away() -> None:
-    """The limit of a link ends the surplus as overloaded; an answer makes room."""
+    """Calls beyond the limit end as overloaded; an answer frees a place."""
     switch = Switch(Router(max_pending_calls=2))
     asker, server = pair(switch)
     switch.send(asker, make.request(1, 1, 2, 3))

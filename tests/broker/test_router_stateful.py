@@ -223,7 +223,9 @@ class Routing(RuleBasedStateMachine):
         return next(endpoint for endpoint in peer.endpoints if endpoint.id == number)
 
     def _take_batch(self, peer: PeerModel, batch: frames.Batch) -> None:
-        assert any(publisher == batch.publisher for publisher, _ in peer.attached), "a run for nobody"
+        assert any(publisher == batch.publisher for publisher, _ in peer.attached), (
+            "a batch without a subscription"
+        )
         assert batch.first_sequence >= peer.heard[batch.publisher], "out of order, or twice"
         peer.heard[batch.publisher] = batch.first_sequence + batch.length
 

@@ -15,8 +15,8 @@ from tests.broker import frame_makers as make
 from tests.broker.switch import Switch, talk
 
 
-def test_a_run_arrives_byte_for_byte_after_its_attachment() -> None:
-    """A subscriber's link hears who the publisher is, then gets the frame as it was sent."""
+def test_a_batch_arrives_byte_for_byte_after_its_attachment() -> None:
+    """The link gets ATTACHED, then the frame as it was sent."""
     switch = Switch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(7))
@@ -31,7 +31,7 @@ def test_a_run_arrives_byte_for_byte_after_its_attachment() -> None:
     assert bytes(ordered[1].raw) == bytes(sent.raw)
 
 
-def test_a_link_with_many_subscriptions_gets_a_run_once() -> None:
+def test_a_link_with_many_subscriptions_gets_a_batch_once() -> None:
     """Fan-out inside a process is the node's: the broker sends one copy to each link."""
     switch = Switch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
@@ -42,8 +42,8 @@ def test_a_link_with_many_subscriptions_gets_a_run_once() -> None:
     assert switch.router.routes.copies == 1
 
 
-def test_nobody_to_hear_counts_as_unmatched() -> None:
-    """Messages without a subscription are counted, not kept."""
+def test_messages_without_a_subscription_count_as_unmatched() -> None:
+    """They are counted, not kept."""
     switch = Switch()
     talker = switch.join("/talker")
     number = switch.publisher(talker, make.publisher(1))
@@ -52,8 +52,8 @@ def test_nobody_to_hear_counts_as_unmatched() -> None:
     assert switch.router.routes.copies == 0
 
 
-def test_what_was_seen_is_discarded_and_a_gap_is_not() -> None:
-    """Sequence numbers only rise: an old run goes, a partly old one is cut, a gap is the publisher's loss."""
+def test_seen_messages_are_discarded_and_gaps_are_allowed() -> None:
+    """An old batch is discarded, a partly old one is cut; a gap is a loss of the publisher."""
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.send(talker, make.batch(number, 0, 4), make.batch(number, 0, 4), make.batch(number, 2, 4))
@@ -78,7 +78,7 @@ def test_a_busy_link_keeps_the_greatest_depth_of_its_subscriptions() -> None:
 
 
 def test_the_depth_shrinks_when_the_deeper_subscription_leaves() -> None:
-    """What one subscription needed is not kept for the other."""
+    """The queue keeps no more than the remaining subscription asks for."""
     switch = Switch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(1, qos={"depth": 2}), make.subscription(2, qos={"depth": 5}))
@@ -89,8 +89,8 @@ def test_the_depth_shrinks_when_the_deeper_subscription_leaves() -> None:
     assert sum(batch.length for batch in switch.read(listener, frames.Batch)) == 2
 
 
-def test_a_publisher_that_goes_says_so_after_its_last_run() -> None:
-    """DETACHED stands behind the runs, and the subscription has no counterpart any more."""
+def test_detached_comes_after_the_last_batch() -> None:
+    """The subscription then has no counterpart any more."""
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.send(talker, make.batch(number, 0, 2), frames.Undeclare(1))
@@ -113,8 +113,8 @@ def test_a_node_takes_its_endpoints_along() -> None:
     assert caught.value.code is ErrorCode.UNKNOWN_ID
 
 
-def test_types_that_differ_do_not_match_and_both_sides_hear_it() -> None:
-    """Another hash on the same topic is no match; each endpoint is told once."""
+def test_types_that_differ_do_not_match_and_are_reported() -> None:
+    """Another hash on the same topic is no match; each endpoint gets one notice."""
     switch = Switch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(1))
@@ -163,7 +163,7 @@ def test_a_qos_mismatch_delivers_and_warns_both(
 
 
 def test_a_late_subscription_gets_the_latched_messages_then_live_ones() -> None:
-    """The last messages, at most the subscription's depth, in order, once, before the live runs."""
+    """It gets the last messages, at most its depth, in order, once, before the live batches."""
     switch = Switch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     number = switch.publisher(talker, make.publisher(1, qos={**make.LATCHED, "depth": 6}))
@@ -195,7 +195,7 @@ def test_a_volatile_subscription_gets_no_latched_messages() -> None:
 
 @pytest.mark.parametrize("meanwhile", [False, True])
 def test_latched_messages_sent_again_are_not_for_volatile_subscriptions(*, meanwhile: bool) -> None:
-    """Whether there before the publisher returns or not, its runs begin with the live ones."""
+    """Whether they joined before the publisher returned or after, they get live batches only."""
     switch = Switch()
     talker = switch.join("/talker")
     keen, plain = switch.join("/keen"), switch.join("/plain")
@@ -246,10 +246,8 @@ def test_messages_of_a_publisher_that_has_sent_its_latched_ones_again_are_live()
 
 @pytest.mark.parametrize("publisher_first", [False, True])
 @pytest.mark.parametrize("topics", [1, 3])
-def test_on_a_link_that_is_silent_the_last_word_about_a_publisher_is_that_it_has_gone(
-    topics: int, *, publisher_first: bool
-) -> None:
-    """§4.3.4: a link that hears itself is told GONE, whatever it declared first; then ATTACHED."""
+def test_on_a_suspended_link_the_last_detached_says_gone(topics: int, *, publisher_first: bool) -> None:
+    """§4.3.4: a link that subscribes to itself gets GONE, in any order of declarations; then ATTACHED."""
     switch = Switch()
     peer = switch.join("/both")
     numbers: set[int] = set()
@@ -273,7 +271,7 @@ def test_on_a_link_that_is_silent_the_last_word_about_a_publisher_is_that_it_has
 
 
 def test_a_suspended_subscriber_leaves_and_comes_back_at_the_present() -> None:
-    """While suspended it is not matched; restored, it is attached anew from the next message on."""
+    """While suspended it is not matched; restored, it is attached from the next message on."""
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.suspend(listener)
@@ -427,7 +425,7 @@ def test_ids_in_a_detachment_fit_one_header() -> None:
 
 
 def test_a_link_that_leaves_leaves_nothing() -> None:
-    """When everybody has gone, the graph is empty and no lane is left."""
+    """When all links have left, the graph is empty and no queue is left."""
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.send(talker, make.batch(number, 0, 4), make.client(8), make.service(9))
@@ -455,7 +453,7 @@ def test_readers_of_a_suspended_publisher_hear_how_that_ends() -> None:
 
 
 def test_a_reader_that_is_suspended_as_well_hears_how_that_ends() -> None:
-    """It is told not to wait; should the publisher be back first, it is attached to it as ever."""
+    """It is told not to wait; if the publisher is restored first, it is attached to it as usual."""
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.suspend(talker)
@@ -471,8 +469,8 @@ def test_a_reader_that_is_suspended_as_well_hears_how_that_ends() -> None:
     assert [frame.reason for frame in switch.read(listener, frames.Detached)] == [DetachReason.GONE]
 
 
-def test_a_reader_that_is_suspended_hears_of_the_end_of_earlier_lives() -> None:
-    """The lane in which a publisher goes on is discarded, and with it the word that the earlier one went."""
+def test_a_suspended_reader_is_detached_from_earlier_ids_as_well() -> None:
+    """The queue that a publisher resumed is discarded, with the DETACHED of the earlier id in it."""
     switch = Switch()
     talker, listener, first = talk(switch)
     lives = [first]
@@ -488,8 +486,8 @@ def test_a_reader_that_is_suspended_hears_of_the_end_of_earlier_lives() -> None:
     ]
 
 
-def test_only_who_knew_of_a_publisher_hears_that_it_has_gone() -> None:
-    """Not who has come since it fell silent, nor who has gone."""
+def test_only_readers_that_knew_a_publisher_hear_that_it_is_gone() -> None:
+    """Not those that joined after its suspension, nor those that have left."""
     switch = Switch()
     talker, listener, _ = talk(switch)
     switch.suspend(talker)
@@ -502,8 +500,8 @@ def test_only_who_knew_of_a_publisher_hears_that_it_has_gone() -> None:
     assert switch.read(listener, frames.Detached) == []
 
 
-def test_the_end_of_a_suspended_publisher_does_not_overtake_its_runs() -> None:
-    """What it said before it fell silent is read before the word that it is gone."""
+def test_the_end_of_a_suspended_publisher_does_not_overtake_its_batches() -> None:
+    """Its messages are read before DETACHED with GONE."""
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.send(talker, make.batch(number, 0, 3))
@@ -526,16 +524,16 @@ def test_an_assertion_reaches_the_readers() -> None:
         switch.send(listener, frames.Assert(number))
 
 
-def test_many_misfits_are_summed_up_for_the_newcomer() -> None:
-    """A newcomer is told of 16 misfits one by one, and how many more there are; everybody else of one."""
+def test_many_mismatches_are_summed_up_for_the_newcomer() -> None:
+    """It gets 16 notices and a summary; every counterpart gets its own notice."""
     switch = Switch()
     listener = switch.join("/listener")
     switch.send(listener, *(make.subscription(n, qos={"deadline_ns": 5}) for n in range(1, 41)))
     switch.read_all(listener)
     talker = switch.join("/talker")
     switch.publisher(talker, make.publisher(1))
-    told = switch.read(listener, frames.Notice)
-    assert [(notice.policy, notice.peers) for notice in told] == [(PolicyKind.DEADLINE, 1)] * 40
+    sent_frames = switch.read(listener, frames.Notice)
+    assert [(notice.policy, notice.peers) for notice in sent_frames] == [(PolicyKind.DEADLINE, 1)] * 40
     switch.send(talker, make.publisher(2))
     heard = switch.read(talker, frames.Notice)
     assert [notice.peers for notice in heard] == [1] * 16 + [24]
@@ -553,8 +551,8 @@ def test_texts_are_cut_to_what_a_receiver_must_take() -> None:
         assert [len(notice.text) for notice in switch.read(peer, frames.Notice)] == [limits.MAX_ERROR_TEXT]
 
 
-def test_what_a_link_is_told_by_its_own_publisher_as_it_goes_is_discarded() -> None:
-    """A link that is taken over has its lanes emptied last, although they are empty when it is removed."""
+def test_frames_from_its_own_publisher_to_a_link_that_is_taken_over_are_discarded() -> None:
+    """Its queues are discarded last, although they are empty when the link is removed."""
     switch = Switch()
     peer = switch.join("/both", instance=b"i" * 16)
     switch.publisher(peer, make.publisher(1))

@@ -18,7 +18,7 @@ from proto.identity import VERSION
 from proto.loop_lag import LoopLag
 from proto.url import parse_url
 from tests.broker import frame_makers as make
-from tests.broker.rawclient import RawClient, hello, link, stream, told, until
+from tests.broker.rawclient import RawClient, hello, link, read_error, stream, until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -37,7 +37,7 @@ async def broker() -> AsyncIterator[Broker]:
 
 
 async def test_messages_and_calls_go_through(broker: Broker) -> None:
-    """The whole way once: declare, publish, hear; ask, answer."""
+    """Declare, publish and receive; call and answer."""
     async with link(broker, "/a") as a, link(broker, "/b") as b:
         b.send(make.subscription(1), make.service(2))
         await b.synchronise()
@@ -79,8 +79,8 @@ async def test_domains_are_disjoint(broker: Broker) -> None:
         assert broker.stats().unmatched == 1
 
 
-async def test_a_second_life_takes_over_the_first(broker: Broker) -> None:
-    """The same instance and token closes its old link with a reason, and gets its name."""
+async def test_a_reconnecting_client_takes_over(broker: Broker) -> None:
+    """The same instance and token closes the old link with a reason, and gets its name."""
     async with (
         link(broker, "/n", instance=b"i" * 16, token=b"t" * 16) as old,
         link(broker, "/n", instance=b"i" * 16, token=b"t" * 16),
@@ -98,8 +98,8 @@ async def test_a_large_message_passes_in_fragments_and_holds_up_nobody(broker: B
         number = (await a.next(frames.Accepted)).number
         a.send(make.batch(number, 0, 1, size=2**24))
         await a.synchronise()
-        run = await b.next(frames.Batch)
-        assert len(run.payload) == 2**24 + 5
+        batch = await b.next(frames.Batch)
+        assert len(batch.payload) == 2**24 + 5
 
 
 async def test_the_size_limit_is_exact_for_a_request() -> None:
@@ -129,7 +129,7 @@ async def test_the_size_limit_is_exact_for_a_request() -> None:
 
 
 async def test_a_silent_client_is_suspended_and_its_next_bytes_restore_it() -> None:
-    """It leaves the graph, its callers are told, and it comes back by speaking."""
+    """It leaves the graph, its callers get an error, and it returns with its next bytes."""
     async with Broker(QUICK) as quick, link(quick, "/viewer") as viewer:
         beat = asyncio.create_task(keep_alive(viewer))
         async with link(quick, "/frozen") as frozen:
@@ -180,7 +180,7 @@ async def test_a_client_suspended_for_long_is_closed() -> None:
 
 
 async def test_the_handshake_has_one_deadline_for_all_its_bytes() -> None:
-    """Who says nothing, or drips, is told that time is up and closed."""
+    """A client that sends nothing, or too slowly, is closed with a reason."""
     options = BrokerOptions(port=0, handshake_timeout_sec=0.2, drain_timeout_sec=0.2)
     async with Broker(options) as quick, stream(quick) as (silent, _), stream(quick) as (dripping, writer):
 
@@ -191,7 +191,7 @@ async def test_the_handshake_has_one_deadline_for_all_its_bytes() -> None:
 
         drops = asyncio.create_task(drip())
         for reader in (silent, dripping):
-            error = await told(reader)
+            error = await read_error(reader)
             assert error is not None
             assert error.code == ErrorCode.TIMEOUT
         drops.cancel()
@@ -199,11 +199,11 @@ async def test_the_handshake_has_one_deadline_for_all_its_bytes() -> None:
 
 
 async def test_connections_are_limited() -> None:
-    """One more than allowed is told so; the others go on."""
+    """One more than allowed is refused with a reason; the others continue."""
     options = BrokerOptions(port=0, max_connections=1, drain_timeout_sec=0.2)
     async with Broker(options) as small, link(small, "/n") as first:
         async with stream(small) as (reader, _):
-            error = await told(reader)
+            error = await read_error(reader)
             assert error is not None
             assert error.code == ErrorCode.LIMIT
         await first.synchronise()
@@ -242,15 +242,15 @@ async def test_a_goodbye_takes_everything_along(broker: Broker) -> None:
         await client.gone()
 
 
-async def test_a_taken_port_is_said_in_words(broker: Broker) -> None:
-    """The error names the place and what to do."""
+async def test_an_address_in_use_has_a_clear_error(broker: Broker) -> None:
+    """The error names the address and what to do."""
     port = parse_url(broker.url).port
     with pytest.raises(AddressInUseError, match=rf"callboard://127\.0\.0\.1:{port}.*--port"):
         async with Broker(BrokerOptions(port=port)):
             pass
 
 
-async def test_a_host_that_is_not_there_is_said_in_words() -> None:
+async def test_a_wrong_host_has_a_clear_error() -> None:
     """A wrong host is a ListenError, not a bare OS error."""
     with pytest.raises(ListenError):
         async with Broker(BrokerOptions(host="host.invalid", port=0)):
@@ -320,10 +320,10 @@ async def test_many_brokers_live_in_one_loop() -> None:
 
 
 @pytest.mark.parametrize("suspend_close_sec", [30.0, 0.2])
-async def test_bytes_from_before_a_question_are_no_answer_to_it(
+async def test_bytes_from_before_a_watch_do_not_show_that_a_peer_is_alive(
     caplog: pytest.LogCaptureFixture, suspend_close_sec: float
 ) -> None:
-    """A peer that freezes just after it was heard of is looked at all the same when somebody asks, once."""
+    """A peer that freezes just after it was heard is checked when another asks for the graph."""
     options = BrokerOptions(
         port=0, keepalive_sec=0.3, suspend_close_sec=suspend_close_sec, drain_timeout_sec=0.2
     )
@@ -336,7 +336,7 @@ async def test_bytes_from_before_a_question_are_no_answer_to_it(
 
 
 async def test_a_broker_can_be_entered_again() -> None:
-    """What it did to stop, it does not do for ever: the second time calls and messages go through as well."""
+    """The second time calls and messages go through as well."""
     broker = Broker(BrokerOptions(port=0, drain_timeout_sec=0))
     for _ in range(2):
         async with broker:
@@ -349,8 +349,8 @@ async def test_a_broker_can_be_entered_again() -> None:
             assert broker.stats().endpoints == 0
 
 
-async def test_who_breaks_the_protocol_leaves_at_once(broker: Broker) -> None:
-    """Its calls end and it gets no new ones, however long it takes to read why its link has ended."""
+async def test_a_peer_that_breaks_the_protocol_leaves_the_graph_at_once(broker: Broker) -> None:
+    """Its calls end and it gets no new ones, however long it takes to read the reason."""
     async with link(broker, "/server") as server, link(broker, "/asker") as asker, link(broker, "/a") as a:
         server.send(make.service(1), make.subscription(2, qos={"depth": 1000}))
         a.send(make.publisher(1))
@@ -372,7 +372,7 @@ async def test_who_breaks_the_protocol_leaves_at_once(broker: Broker) -> None:
 async def test_the_periodic_check_goes_on_after_an_error(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """A bug in it is logged; handshakes that take too long are ended all the same."""
+    """The error is logged; late handshakes are ended all the same."""
     errors = [RuntimeError("a bug")]
     record = LoopLag.record
 
@@ -384,16 +384,16 @@ async def test_the_periodic_check_goes_on_after_an_error(
     monkeypatch.setattr(LoopLag, "record", fail_once)
     options = BrokerOptions(port=0, handshake_timeout_sec=0.1, drain_timeout_sec=0)
     async with Broker(options) as quick, stream(quick) as (reader, _):
-        error = await told(reader)
+        error = await read_error(reader)
         assert error is not None
         assert error.code == ErrorCode.TIMEOUT
     assert "RuntimeError: a bug" in caplog.text
 
 
-async def test_an_error_in_the_check_of_one_connection_ends_that_one(
+async def test_an_error_in_the_check_of_one_link_closes_that_one(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """The connections behind it in the same check are still checked."""
+    """The other links are still checked."""
     check_link = PeriodicCheck.check_link
     failing: list[Link] = []
 
@@ -407,8 +407,8 @@ async def test_an_error_in_the_check_of_one_connection_ends_that_one(
     monkeypatch.setattr(PeriodicCheck, "check_link", fail_for_the_first)
     options = BrokerOptions(port=0, handshake_timeout_sec=0.1, drain_timeout_sec=0)
     async with Broker(options) as quick, stream(quick) as (first, _), stream(quick) as (second, _):
-        assert await told(first) is None
-        error = await told(second)
+        assert await read_error(first) is None
+        error = await read_error(second)
         assert error is not None
         assert error.code == ErrorCode.TIMEOUT
     assert "RuntimeError: a bug" in caplog.text

@@ -1,4 +1,4 @@
-"""Large calls travel alone, a link knows what answers it owes, and who was silent hears what it missed."""
+"""Large calls travel alone, links count their pending answers, and suspended peers learn what has ended."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def bodies_of(read: list[frames.Request]) -> list[list[bytes]]:
     return [[entry.body for entry in frame.entries] for frame in read]
 
 
-def test_a_large_call_is_taken_back_without_its_neighbours() -> None:
+def test_a_large_call_is_cancelled_without_its_neighbours() -> None:
     """A client cancels one of three calls that came in one frame: the server gets the two others."""
     switch = Switch()
     asker, server = pair(switch)
@@ -57,7 +57,7 @@ def test_small_calls_of_a_large_frame_stay_together() -> None:
 
 
 def test_large_answers_travel_alone() -> None:
-    """A frame of answers is cut up in the same way; each of them arrives once."""
+    """A frame of answers is split in the same way; each of them arrives once."""
     switch = Switch()
     asker, server = pair(switch)
     switch.send(asker, ask(b"1", b"2", b"3"))
@@ -96,7 +96,7 @@ def test_a_call_that_is_too_large_does_not_cost_its_neighbours() -> None:
 
 @pytest.mark.parametrize("how", ["answer", "cancel", "undeclare", "suspend", "takeover", "leave", "asker"])
 def test_a_link_knows_how_many_answers_it_owes(how: str) -> None:
-    """However calls end, nothing stays owed, of a retired server either; two services are added up."""
+    """However calls end, none stays pending; two services are added up."""
     switch = Switch()
     asker, server = pair(switch)
     switch.send(server, make.service(2, "/other"))
@@ -133,7 +133,7 @@ def test_a_link_knows_how_many_answers_it_owes(how: str) -> None:
 
 
 def test_a_suspended_client_hears_that_its_calls_have_ended() -> None:
-    """Should it come back, it does not wait for answers that nobody gives any more; its server is told."""
+    """When it is restored, it does not wait for answers that will not come; the server is told."""
     switch = Switch()
     asker, server = pair(switch)
     switch.send(asker, make.request(1, 5, 6))

@@ -50,7 +50,7 @@ async def publisher(client: RawClient, declaration: frames.Publisher) -> int:
 
 
 async def test_each_topic_and_each_link_has_its_own_numbers(broker: Broker) -> None:
-    """Messages, bytes and copies stand with the topic they were sent on, bytes with the link they crossed."""
+    """Messages, bytes and copies are counted by topic, bytes by link."""
     async with link(broker, "/a") as a, link(broker, "/b") as b, link(broker, "/c") as c:
         for reader in (b, c):
             reader.send(make.subscription(1, "/x"))
@@ -103,7 +103,7 @@ async def test_a_slow_link_shows_what_waits_for_it_and_what_it_lost(broker: Brok
         )
 
 
-async def test_calls_stand_with_who_asked_and_who_owes(broker: Broker) -> None:
+async def test_calls_are_counted_by_caller_and_by_server(broker: Broker) -> None:
     """A hung server can be found: the calls that it owes are counted at its link."""
     async with link(broker, "/asker") as asker, link(broker, "/server") as server:
         server.send(make.service(1))
@@ -119,8 +119,8 @@ async def test_calls_stand_with_who_asked_and_who_owes(broker: Broker) -> None:
         assert (by_node["/asker"].pending_calls, by_node["/server"].owed_calls) == (0, 0)
 
 
-async def test_links_say_who_they_are(broker: Broker) -> None:
-    """Session, agent, domain, and the first of many nodes; a stranger is a connection and no link yet."""
+async def test_links_have_an_identity(broker: Broker) -> None:
+    """Session, agent, domain and the first of many nodes; before the handshake there is no link."""
     async with link(broker, agent="many", domain=3) as many, RawClient().connected(broker):
         many.send(*(frames.Node(number, f"/n{number}") for number in range(20)))
         await many.synchronise()
@@ -159,8 +159,8 @@ async def test_bytes_of_links_that_have_gone_still_count(broker: Broker) -> None
     assert not broker.link_stats()
 
 
-async def test_two_looks_give_rates(broker: Broker) -> None:
-    """What was sent between two looks, per second of the broker's own clock."""
+async def test_two_snapshots_give_rates(broker: Broker) -> None:
+    """Counts between two snapshots, per second of the broker's own clock."""
     async with link(broker, "/a") as a:
         number = await publisher(a, make.publisher(1))
         before = broker.stats()
@@ -173,15 +173,15 @@ async def test_two_looks_give_rates(broker: Broker) -> None:
         assert before.broker == broker.instance.hex()
 
 
-def test_a_broker_that_has_never_run_has_done_nothing() -> None:
+def test_a_broker_that_has_never_run_has_zero_statistics() -> None:
     """The numbers need no loop."""
     idle = Broker()
     assert idle.stats() == BrokerStats(broker=idle.instance.hex())
     assert not idle.topic_stats() + idle.link_stats()
 
 
-async def test_connections_turned_away_are_counted() -> None:
-    """Who is too many is told so, and counts."""
+async def test_refused_connections_are_counted() -> None:
+    """Each of them gets a reason."""
     options = BrokerOptions(port=0, max_connections=1, drain_timeout_sec=0.2)
     async with Broker(options) as small, link(small, "/a"), RawClient().connected(small) as second:
         second.send(hello())
@@ -190,8 +190,8 @@ async def test_connections_turned_away_are_counted() -> None:
         assert small.stats().refused_connections == 1
 
 
-async def test_a_thousand_looks_change_nothing(broker: Broker) -> None:
-    """Looking is free of consequences: what has been counted and what waits stay as they are."""
+async def test_reading_statistics_changes_nothing(broker: Broker) -> None:
+    """Counters and queues stay as they are."""
     async with link(broker, "/a") as a, link(broker, "/b") as b:
         b.send(make.subscription(1, qos={"history": 2}, window=5))
         await b.synchronise()
@@ -207,8 +207,8 @@ async def test_a_thousand_looks_change_nothing(broker: Broker) -> None:
         assert last[0].accounted == first[0].accounted == last[0].copies == 5
 
 
-def test_a_loop_that_is_held_up_and_a_link_that_is_silent_are_seen() -> None:
-    """The ticker says how late it comes; a link that is cut off is silent, then suspended, and then back."""
+def test_a_blocked_loop_and_a_silent_link_are_visible() -> None:
+    """The periodic check reports its delay; a partitioned link is silent, suspended, and then restored."""
 
     async def scene(stage: Stage) -> None:
         await stage.enter("talker")
@@ -249,8 +249,8 @@ def test_answers_fit_the_largest_names() -> None:
     assert BrokerStats.from_map(only.totals) == BrokerStats()
 
 
-async def test_questions_of_one_read_share_a_look(broker: Broker) -> None:
-    """Each is answered under its own id; the numbers are of one moment, after all of the read's frames."""
+async def test_inspects_of_one_read_share_a_snapshot(broker: Broker) -> None:
+    """Each is answered under its own id, with numbers from after all frames of the read."""
     async with link(broker, "/a") as a:
         a.send(frames.Inspect(5), frames.Inspect(6), make.publisher(1), frames.Inspect(7))
         pieces = [await a.next(frames.Stats) for _ in range(6)]  # topics, and then links
@@ -265,8 +265,8 @@ async def test_questions_of_one_read_share_a_look(broker: Broker) -> None:
         assert a.problem is None
 
 
-async def test_who_asks_for_numbers_without_reading_them_is_cut_off() -> None:
-    """The answers count among the control frames that may wait for a link; nobody else feels it."""
+async def test_a_peer_that_does_not_read_its_statistics_is_closed() -> None:
+    """The answers count as waiting control frames; other links are not affected."""
     options = BrokerOptions(port=0, max_queue_bytes=65_536, drain_timeout_sec=0.2)
     async with Broker(options) as small, link(small, "/deaf") as deaf, link(small, "/other") as other:
         deaf.send(*(make.publisher(number, f"/t{number}") for number in range(1, 500)))
@@ -279,8 +279,8 @@ async def test_who_asks_for_numbers_without_reading_them_is_cut_off() -> None:
         assert small.stats().connections == 1
 
 
-async def test_what_waits_for_a_link_is_all_that_is_not_a_run(broker: Broker) -> None:
-    """Large calls and latched messages, too: totals and links say the same."""
+async def test_waiting_bytes_are_all_that_is_not_a_batch(broker: Broker) -> None:
+    """Also large calls and latched messages; totals and links agree."""
     async with link(broker, "/reader"):
         (connection,) = broker._dispatcher.links
         outbox = connection.channel.outbox
