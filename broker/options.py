@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
 from broker.errors import InvalidOptionError
 from proto import limits
@@ -11,6 +11,15 @@ from proto.url import DEFAULT_HOST, DEFAULT_PORT
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+
+_MIB: Final = 1024 * 1024
+
+
+def _option(default: object, text: str, least: float | None = None, most: float | None = None) -> Any:
+    """Return a dataclass field with its help text and its range."""
+    span = {} if least is None else {"least": least, "most": most}
+    return field(default=default, metadata={"help": text, **span})
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -23,100 +32,50 @@ class BrokerOptions:
         InvalidOptionError: A value is out of range.
     """
 
-    host: str = field(default=DEFAULT_HOST, metadata={"help": "address or name to listen on"})
-    port: int = field(
-        default=DEFAULT_PORT,
-        metadata={"help": "TCP port; 0 takes a free one", "least": 0, "most": 65_535},
-    )
+    host: str = _option(DEFAULT_HOST, "address or name to listen on")
+    port: int = _option(DEFAULT_PORT, "TCP port; 0 takes a free one", 0, 65_535)
     unix: Path | None = field(
         default=None, metadata={"help": "listen on a unix socket at this path instead of TCP"}
     )
-    keepalive_sec: float = field(
-        default=limits.DEFAULT_KEEPALIVE_SEC,
-        metadata={
-            "help": "seconds of silence after which a peer counts as frozen",
-            "least": 0.1,
-            "most": 3600,
-        },
+    keepalive_sec: float = _option(
+        limits.DEFAULT_KEEPALIVE_SEC, "seconds of silence after which a peer counts as frozen", 0.1, 3600
     )
-    idle_keepalive_sec: float = field(
-        default=limits.IDLE_KEEPALIVE_SEC,
-        metadata={
-            "help": "the same for a link without matched endpoints",
-            "least": 0.1,
-            "most": 86_400,
-        },
+    idle_keepalive_sec: float = _option(
+        limits.IDLE_KEEPALIVE_SEC, "the same for a link without matched endpoints", 0.1, 86_400
     )
-    handshake_timeout_sec: float = field(
-        default=limits.HANDSHAKE_TIMEOUT_SEC,
-        metadata={"help": "seconds a new connection has for its handshake", "least": 0.1, "most": 3600},
+    handshake_timeout_sec: float = _option(
+        limits.HANDSHAKE_TIMEOUT_SEC, "seconds a new connection has for its handshake", 0.1, 3600
     )
-    suspend_close_sec: float = field(
-        default=30.0,
-        metadata={
-            "help": "seconds after which a frozen peer's link is closed",
-            "least": 0.1,
-            "most": 86_400,
-        },
+    suspend_close_sec: float = _option(
+        30.0, "seconds after which a frozen peer's link is closed", 0.1, 86_400
     )
-    drain_timeout_sec: float = field(
-        default=5.0,
-        metadata={
-            "help": "seconds a stopping broker waits for answers and unsent messages",
-            "least": 0,
-            "most": 3600,
-        },
+    drain_timeout_sec: float = _option(
+        5.0, "seconds a stopping broker waits for answers and unsent messages", 0, 3600
     )
-    max_connections: int = field(
-        default=20_000,
-        metadata={
-            "help": "connections at the same time, as far as the limit of open files allows",
-            "least": 1,
-            "most": 1_000_000,
-        },
+    max_connections: int = _option(
+        20_000, "connections at the same time, as far as the limit of open files allows", 1, 1_000_000
     )
-    max_endpoints: int = field(
-        default=20_000,
-        metadata={
-            "help": "nodes, publishers, subscriptions, services and clients of one connection",
-            "least": 1,
-            "most": 10_000_000,
-        },
+    max_endpoints: int = _option(
+        20_000, "nodes, publishers, subscriptions, services and clients of one connection", 1, 10_000_000
     )
-    max_pending_calls: int = field(
-        default=200_000,
-        metadata={"help": "unanswered calls of one connection", "least": 1, "most": 100_000_000},
+    max_pending_calls: int = _option(200_000, "unanswered calls of one connection", 1, 100_000_000)
+    max_queue_bytes: int = _option(
+        64 * _MIB, "bytes of small calls and control frames that may wait for one connection", 65_536, 2**40
     )
-    max_queue_bytes: int = field(
-        default=64 * 1024 * 1024,
-        metadata={
-            "help": "bytes of small calls and control frames that may wait for one connection",
-            "least": 65_536,
-            "most": 2**40,
-        },
+    max_link_bytes: int = _option(
+        256 * _MIB,
+        "bytes of messages that may wait for one connection; beyond it the oldest of the fullest KEEP_LAST"
+        " queues are dropped, and if that is not enough, the connection is closed",
+        65_536,
+        2**40,
     )
-    max_link_bytes: int = field(
-        default=256 * 1024 * 1024,
-        metadata={
-            "help": "bytes of messages that may wait for one connection; beyond it the oldest of the"
-            " fullest KEEP_LAST queues go, and if that is not enough, the connection",
-            "least": 65_536,
-            "most": 2**40,
-        },
+    max_bulk_bytes: int = _option(
+        256 * _MIB,
+        "bytes of latched messages and large calls that may wait for one connection; beyond it, it is closed",
+        65_536,
+        2**40,
     )
-    max_bulk_bytes: int = field(
-        default=256 * 1024 * 1024,
-        metadata={
-            "help": "bytes of latched messages and large calls that may wait for one connection;"
-            " beyond it, it ends",
-            "least": 65_536,
-            "most": 2**40,
-        },
-    )
-    max_message_bytes: int = field(
-        default=limits.MAX_MESSAGE_BYTES,
-        metadata={"help": "size of one message", "least": 1024, "most": limits.MAX_U32},
-    )
+    max_message_bytes: int = _option(limits.MAX_MESSAGE_BYTES, "size of one message", 1024, limits.MAX_U32)
 
     def __post_init__(self) -> None:
         for option in fields(self):
