@@ -57,7 +57,9 @@ class Calls:
         self.closed = False
         self.pending = self.routed = self.refused = self.late = 0
 
-    def request(self, client: ClientRecord, pool: Pool | None, entries: tuple[RequestEntry, ...]) -> None:
+    def request(
+        self, client: ClientRecord, pool: Pool[ServiceRecord] | None, entries: tuple[RequestEntry, ...]
+    ) -> None:
         """Route a client's requests.
 
         Args:

@@ -6,32 +6,39 @@ there longest is next, so that ties rotate. A lone server, the usual case, needs
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from broker.records import ServiceRecord
+
+class Server(Protocol):
+    """Anything with pending calls."""
+
+    pending: dict[int, Any]
 
 
-class Pool:
+ServerT = TypeVar("ServerT", bound=Server)
+
+
+class Pool(Generic[ServerT]):
     """The servers of one type at one service name. Their `pending` are the calls they have not answered."""
 
     __slots__ = ("_levels", "_lowest", "_servers")
 
     def __init__(self) -> None:
-        self._servers: dict[ServiceRecord, int] = {}
+        self._servers: dict[ServerT, int] = {}
         """Each server and its level."""
-        self._levels: dict[int, dict[ServiceRecord, None]] = {}
+        self._levels: dict[int, dict[ServerT, None]] = {}
         self._lowest = 0
 
     def __len__(self) -> int:
         return len(self._servers)
 
-    def __iter__(self) -> Iterator[ServiceRecord]:
+    def __iter__(self) -> Iterator[ServerT]:
         return iter(self._servers)
 
-    def add(self, server: ServiceRecord) -> None:
+    def add(self, server: ServerT) -> None:
         """Add a server."""
         self._servers[server] = 0
         if len(self._servers) == 2:
@@ -40,7 +47,7 @@ class Pool:
         elif len(self._servers) > 2:
             self._put(server)
 
-    def remove(self, server: ServiceRecord) -> None:
+    def remove(self, server: ServerT) -> None:
         """Remove a server."""
         level = self._servers.pop(server)
         if self._levels:
@@ -48,7 +55,7 @@ class Pool:
             if len(self._servers) == 1:
                 self._levels.clear()
 
-    def least_busy(self) -> ServiceRecord | None:
+    def least_busy(self) -> ServerT | None:
         """Return the server for the next request, None if there is none."""
         if not self._levels:
             return next(iter(self._servers), None)
@@ -56,18 +63,18 @@ class Pool:
             self._lowest += 1
         return next(iter(self._levels[self._lowest]))
 
-    def update(self, server: ServiceRecord) -> None:
+    def update(self, server: ServerT) -> None:
         """Note that a server has got a call, or has ended one."""
         if self._levels and server in self._servers:
             self._take(server, self._servers[server])
             self._put(server)
 
-    def _put(self, server: ServiceRecord) -> None:
+    def _put(self, server: ServerT) -> None:
         level = self._servers[server] = len(server.pending)
         self._levels.setdefault(level, {})[server] = None
         self._lowest = min(self._lowest, level)
 
-    def _take(self, server: ServiceRecord, level: int) -> None:
+    def _take(self, server: ServerT, level: int) -> None:
         on_level = self._levels[level]
         del on_level[server]
         if not on_level:

@@ -220,7 +220,7 @@ class ServiceRecord(Endpoint):
     """A server of a service; `pending` are the calls that it has not answered, by the broker's call ids."""
 
     pending: dict[int, PendingCall] = field(default_factory=dict["int", "PendingCall"])
-    pool: Pool | None = None
+    pool: Pool[ServiceRecord] | None = None
     """The servers with which it shares requests; None if it gets none."""
     retired: bool = False
     """Whether it gets no more requests and only answers pending ones."""
@@ -249,5 +249,7 @@ class ServiceGroup:
     name: str
     servers: dict[int, ServiceRecord] = field(default_factory=dict["int", "ServiceRecord"])
     clients: dict[int, ClientRecord] = field(default_factory=dict["int", "ClientRecord"])
-    pools: dict[tuple[str, str], Pool] = field(default_factory=dict["tuple[str, str]", "Pool"])
+    pools: dict[tuple[str, str], Pool[ServiceRecord]] = field(
+        default_factory=dict["tuple[str, str]", "Pool[ServiceRecord]"]
+    )
     """The servers of each type name and hash."""

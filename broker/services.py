@@ -27,7 +27,7 @@ class Services:
         self._calls = calls
         self._groups: dict[str, ServiceGroup] = {}
 
-    def pool(self, client: ClientRecord) -> Pool | None:
+    def pool(self, client: ClientRecord) -> Pool[ServiceRecord] | None:
         """Return the servers for a client's calls."""
         group = self._groups.get(client.name)
         return None if group is None else group.pools.get((client.type_name, client.type_hash))

@@ -14,7 +14,7 @@ def make_server(number: int) -> ServiceRecord:
     return ServiceRecord(key=number, id=number, peer=Peer(1), kind=EntryKind.SERVICE, node=None, name="/add")
 
 
-def owe(pool: Pool, server: ServiceRecord, count: int) -> None:
+def owe(pool: Pool[ServiceRecord], server: ServiceRecord, count: int) -> None:
     """Let a server owe this many answers."""
     server.pending.clear()
     server.pending.update(dict.fromkeys(range(count)))  # type: ignore[arg-type]
@@ -23,7 +23,7 @@ def owe(pool: Pool, server: ServiceRecord, count: int) -> None:
 
 def test_an_empty_pool_has_no_server() -> None:
     """Also after the last server has left."""
-    pool = Pool()
+    pool = Pool[ServiceRecord]()
     assert pool.least_busy() is None
     server = make_server(1)
     pool.add(server)
@@ -34,7 +34,7 @@ def test_an_empty_pool_has_no_server() -> None:
 
 def test_ties_rotate() -> None:
     """Servers with equally many pending calls are chosen one after the other."""
-    pool = Pool()
+    pool = Pool[ServiceRecord]()
     servers = [make_server(number) for number in range(3)]
     for server in servers:
         pool.add(server)
@@ -50,7 +50,7 @@ def test_ties_rotate() -> None:
 
 def test_a_second_server_counts_the_pending_calls_of_the_first() -> None:
     """A lone server is not counted; the count is right when another joins."""
-    pool = Pool()
+    pool = Pool[ServiceRecord]()
     first, second = make_server(1), make_server(2)
     pool.add(first)
     owe(pool, first, 5)
@@ -63,7 +63,7 @@ def test_a_second_server_counts_the_pending_calls_of_the_first() -> None:
 def test_the_least_busy_is_always_chosen() -> None:
     """After any joins, leaves and calls the choice has the fewest pending calls."""
     chance = random.Random(7)
-    pool = Pool()
+    pool = Pool[ServiceRecord]()
     present: list[ServiceRecord] = []
     for number in range(3000):
         act = chance.random()
