@@ -1,4 +1,4 @@
-# `make demo` and `make test` need only Python 3.11+, make and a network: the environment makes itself.
+# `make demo` and `make test` need only Python 3.11+, make and a network; they create the environment themselves.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -12,7 +12,7 @@ $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "callboard needs Python 3.11 or later: make PYTHON=python3.11")'
 	@echo "Setting up $(VENV) (once) ..."
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV) || \
-		{ echo "Cannot make $(VENV): $(PYTHON) needs its venv module (Debian: apt install python3-venv)"; exit 1; }
+		{ echo "Cannot create $(VENV): $(PYTHON) needs its venv module (Debian: apt install python3-venv)"; exit 1; }
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@
 
@@ -39,7 +39,7 @@ format: $(READY)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# The peers' servers are no wheels: apt install nats-server redis-server mosquitto. What is missing is skipped.
+# The peers' servers are not wheels: apt install nats-server redis-server mosquitto. Missing ones are skipped.
 $(BENCH_READY): $(READY)
 	@echo "Adding the peers to $(VENV) (once) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,bench]'
@@ -48,7 +48,7 @@ $(BENCH_READY): $(READY)
 bench: $(BENCH_READY)
 	@$(BIN)/python benchmarks/suite.py
 
-# Simulated histories with faults, for SOAK_MINUTES; FIRST and SEEDS choose them. A violation says how to see it again.
+# Simulate histories with faults for SOAK_MINUTES; FIRST and SEEDS select seeds. A violation prints how to reproduce it.
 SOAK_MINUTES ?= 5
 FIRST ?= 0
 
