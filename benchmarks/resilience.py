@@ -1,12 +1,12 @@
-"""What callboard does when things break, measured with real processes.
+"""Measure failures and restarts with real processes.
 
     python benchmarks/resilience.py                    everything, about three minutes
     python benchmarks/resilience.py presence --rounds 20
     python benchmarks/resilience.py restart --nodes 50 --json out.json
-    python benchmarks/resilience.py --report-only      the page again, from docs/resilience.json
+    python benchmarks/resilience.py --report-only      generate the page from docs/resilience.json
 
-Prints a table for each; exits with 1 if a promise did not hold. --write merges the results into
-docs/resilience.json and makes the tables of docs/explanation/resilience.md from it.
+Prints a table for each; exits with 1 if a promise was violated. --write merges the results into
+docs/resilience.json and generates the tables of docs/explanation/resilience.md from it.
 """
 
 # ruff: noqa: E402 - the path comes before the imports that need it
@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 ROOT = Path(__file__).resolve().parent.parent
-# Not this folder itself, whose modules could hide others of the same name.
+# Not this folder itself: its modules must not shadow others.
 sys.path[0] = str(ROOT)
-# The puppets are modules of this folder, too.
+# The roles are modules of this folder, too.
 os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
 
 import msgspec
@@ -50,7 +50,7 @@ def main() -> int:
         _write_page(_load())
         return 0
     sections = actors.run(lambda: measure(options), args=[])
-    if sections is None:  # a signal has ended it, and every process with it
+    if sections is None:  # ended by a signal, with all its processes
         return INTERRUPTED
     report = page.Report(
         machine=machine.describe(),
@@ -61,7 +61,7 @@ def main() -> int:
         options.json.write_bytes(_encoded(report))
     if options.write:
         if JSON.exists():
-            report = report.beside(_load())
+            report = report.merged_with(_load())
         JSON.write_bytes(_encoded(report))
         _write_page(report)
     return int(any(section.failures for section in sections))
@@ -76,7 +76,7 @@ def _encoded(report: page.Report) -> bytes:
 
 
 def _write_page(report: page.Report) -> None:
-    PAGE.write_text(page.updated(PAGE.read_text("utf-8"), report), "utf-8")
+    PAGE.write_text(page.update_page(PAGE.read_text("utf-8"), report), "utf-8")
     print(f"written: {PAGE.relative_to(ROOT)}")
 
 
@@ -89,14 +89,14 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument("--nodes", type=int, default=200, help="of restart; default: 200")
     parser.add_argument("--lives", type=int, default=3 * churn.HOUR, help="of churn; default: three hours'")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write what was found to this file")
-    parser.add_argument("--write", action="store_true", help="into docs/")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the results to this file")
+    parser.add_argument("--write", action="store_true", help="write the results into docs/")
     parser.add_argument("--report-only", action="store_true", help="measure nothing")
     return parser.parse_args(arguments)
 
 
 async def measure(options: argparse.Namespace) -> list[Section]:
-    """Run the chosen measurements; print each table when it is complete."""
+    """Run the selected measurements; print each table when it is complete."""
     wanted = MEASUREMENTS if options.what == "all" else (options.what,)
     found: list[Section] = []
 

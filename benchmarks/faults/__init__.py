@@ -1,1 +1,1 @@
-"""What the resilience figures are made of: puppet processes, the measurements, and their tables."""
+"""Measurements of failures and restarts: processes in roles, timings, and their tables."""

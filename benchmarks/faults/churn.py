@@ -1,4 +1,4 @@
-"""Memory of a broker and of a process of nodes while nodes come and go as fast as they can."""
+"""Memory of a broker and of a process whose nodes start and stop as fast as they can."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from benchmarks.faults.figures import Section, slope
-from benchmarks.faults.puppet import Theatre
+from benchmarks.faults.processes import ProcessGroup
 
 HOUR: Final = 3600
-"""Lives: one a second for an hour."""
+"""Lives of nodes: one a second for an hour."""
 SAMPLES: Final = 36
 WARM_UP: Final = 1 / 6
-"""Part of the lives after which caches, free lists and the allocator's heap have their size."""
+"""Share of the lives after which caches, free lists and the heap have their final size."""
 FLAT_KIB: Final = 1024
-"""Growth that still counts as flat, of either process, in an hour's worth of lives."""
+"""Growth per hour's worth of lives, of either process, that still counts as constant."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Found:
-    """Samples of lives, memory (KiB) and open files by process; how long it took; links that were reset."""
+class Results:
+    """Samples of lives, memory (KiB) and open files by process; duration; number of connection resets."""
 
     lives: int
     resets: int
@@ -28,22 +28,22 @@ class Found:
     samples: list[dict[str, Any]]
 
 
-async def measure(lives: int = HOUR) -> Found:
-    """Live so many lives."""
-    async with Theatre() as theatre:
-        broker = await theatre.broker()
+async def measure(lives: int = HOUR) -> Results:
+    """Start and stop `lives` nodes and sample memory."""
+    async with ProcessGroup() as processes:
+        broker = await processes.start_broker()
         began = time.monotonic()
-        churn = await theatre.play("churn", lives=lives, samples=SAMPLES, broker_pid=broker.pid)
-        samples = [await churn.hears("sample")]
+        churn = await processes.start_role("churn", lives=lives, samples=SAMPLES, broker_pid=broker.pid)
+        samples = [await churn.wait_for_event("sample")]
         while samples[-1]["lives"] < lives:
-            samples.append(await churn.hears("sample"))
+            samples.append(await churn.wait_for_event("sample"))
         seconds = time.monotonic() - began
-        resets = (await churn.hears("done"))["resets"]
-        return Found(lives=lives, resets=resets, seconds=seconds, samples=samples)
+        resets = (await churn.wait_for_event("done"))["resets"]
+        return Results(lives=lives, resets=resets, seconds=seconds, samples=samples)
 
 
-def section(found: Found) -> Section:
-    """Return the table of memory; a failure if it grows."""
+def section(found: Results) -> Section:
+    """Return the table of memory; growth is a failure."""
     warm = [sample for sample in found.samples if sample["lives"] >= WARM_UP * found.lives]
     rows: list[list[str]] = []
     figures: dict[str, Any] = {
@@ -53,37 +53,42 @@ def section(found: Found) -> Section:
         "samples": found.samples,
     }
     failures: list[str] = []
-    for who in ("broker", "nodes"):
-        # The last sample is of another state: all broken links are up again.
-        memory = [(float(sample["lives"]), float(sample["memory_kib"][who])) for sample in warm[:-1]]
+    for process in ("broker", "nodes"):
+        # The last sample is taken in another state, after all connections have been restored.
+        memory = [(float(sample["lives"]), float(sample["memory_kib"][process])) for sample in warm[:-1]]
         start, end = memory[0][1], memory[-1][1]
         per_1000 = 1000 * slope(memory)
-        files = [found.samples[0]["files"][who], found.samples[-1]["files"][who]]
+        files = [found.samples[0]["files"][process], found.samples[-1]["files"][process]]
         rows.append(
             [
-                who,
+                process,
                 *(f"{kib / 1024:.1f} MiB" for kib in (start, end)),
                 f"{per_1000:+,.0f} KiB",
                 *map(str, files),
             ]
         )
-        figures[who] = {"start_kib": start, "end_kib": end, "kib_per_1000_lives": per_1000, "files": files}
+        figures[process] = {
+            "start_kib": start,
+            "end_kib": end,
+            "kib_per_1000_lives": per_1000,
+            "files": files,
+        }
         if files[1] > files[0]:
-            failures.append(f"{who}: {files[1] - files[0]} files are left open")
+            failures.append(f"{process}: {files[1] - files[0]} files were left open")
         if per_1000 * HOUR / 1000 > FLAT_KIB:
-            failures.append(f"the memory of {who} grows: {per_1000:+,.0f} KiB per 1,000 lives")
+            failures.append(f"the memory of {process} grows: {per_1000:+,.0f} KiB per 1,000 lives")
     return Section(
         key="churn",
-        title="nodes come and go",
+        title="nodes start and stop continuously",
         text=(
-            f"{found.lives:,} lives in {found.seconds:.0f} s: as many as one a second for"
-            f" {found.lives / HOUR:g} h. Each life is a node with a link of its own, 3 latched publishers and"
-            " 3 subscriptions, 2 services and 2 clients, 30 messages and 10 calls, 5 of them cancelled."
-            f" Meanwhile the links of ten nodes that stay are reset {found.resets:,} times. Memory is"
-            " what is the process's own (anonymous pages), from a sixth of the lives on; open files are"
-            " counted before the first and after the last life."
+            f"{found.lives:,} nodes in {found.seconds:.0f} s: as many as one a second for"
+            f" {found.lives / HOUR:g} h. Each node has its own connection, 3 latched publishers and 3"
+            " subscriptions, 2 services and 2 clients; it handles 30 messages and 10 calls, 5 of them"
+            f" cancelled. Meanwhile the connections of ten permanent nodes are reset {found.resets:,} times."
+            " Memory is the private memory of the process (anonymous pages) after the first sixth of the nodes;"
+            " open files are counted before the first and after the last node."
         ),
-        heading=["process", "start", "end", "growth per 1,000 lives", "files, start", "end"],
+        heading=["process", "start", "end", "growth per 1,000 nodes", "files, start", "end"],
         rows=rows,
         figures=figures,
         failures=failures,

@@ -14,27 +14,27 @@ if TYPE_CHECKING:
 
 
 class Section(msgspec.Struct, kw_only=True, frozen=True):
-    """What one measurement found."""
+    """The result of one measurement."""
 
     key: str
     title: str
     text: str
-    """How to read the table, in one paragraph."""
+    """A paragraph that explains the table."""
     heading: list[str]
     rows: list[list[str]]
     figures: dict[str, Any]
-    """The same as numbers, for programs."""
+    """The same figures as numbers."""
     failures: list[str] = []
-    """Promises that did not hold, in words; empty if all is well."""
+    """Promises that were violated, in words."""
 
     def lines(self) -> list[str]:
-        """Return it as lines of text."""
+        """Return the section as lines of text."""
         table = aligned([self.heading, *self.rows])
         return [f"{self.key}  {self.title}", *(f"    {line}" for line in table), *self.failures]
 
 
 def milliseconds(values_s: Sequence[float]) -> dict[str, float]:
-    """Return the median, the 95th percentile and the most of times in seconds, in ms."""
+    """Return median, 95th percentile and maximum in ms of times in seconds."""
     ordered = sorted(values_s)
     return {
         "p50_ms": 1000 * median(ordered),
@@ -45,7 +45,7 @@ def milliseconds(values_s: Sequence[float]) -> dict[str, float]:
 
 
 def peak(times_s: Sequence[float], window_s: float) -> int:
-    """Return the most events that lie within one window, wherever it begins."""
+    """Return the largest number of events within any window."""
     ordered = sorted(times_s)
     most = start = 0
     for stop, time in enumerate(ordered):
@@ -56,7 +56,7 @@ def peak(times_s: Sequence[float], window_s: float) -> int:
 
 
 def slope(points: Sequence[tuple[float, float]]) -> float:
-    """Return the slope of the line that fits the points best; 0 for fewer than two places."""
+    """Return the slope of the least-squares line; 0 if all x are equal."""
     count = len(points)
     mean_x = sum(x for x, _ in points) / count
     mean_y = sum(y for _, y in points) / count

@@ -1,4 +1,4 @@
-"""Time until a caller notices that a server is frozen (SIGSTOP) and that it continues (SIGCONT)."""
+"""How soon a caller notices that a server is frozen (SIGSTOP), and that it is back (SIGCONT)."""
 
 from __future__ import annotations
 
@@ -12,39 +12,39 @@ import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from benchmarks.faults.figures import Section, milliseconds
 from benchmarks.faults.presence import SERVICE
-from benchmarks.faults.puppet import Theatre, TrialError
+from benchmarks.faults.processes import ProcessGroup, TrialError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from benchmarks.faults.puppet import Puppet
+    from benchmarks.faults.processes import ControlledProcess
 
 KEEPALIVES_S = (0.6, 3.0)
 
 
 @dataclass(kw_only=True)
 class Rounds:
-    """Times in seconds, one of each for every round, under one keepalive limit."""
+    """Times in seconds, one of each per round, under one keepalive limit."""
 
     keepalive_s: float
     errors: list[float] = field(default_factory=list[float])
-    """From SIGSTOP to ServiceUnavailable of a call that was being handled."""
+    """From SIGSTOP to ServiceUnavailable of the call in progress."""
     returns: list[float] = field(default_factory=list[float])
     """From SIGCONT to the return of `wait_for_service`."""
 
 
 async def measure(rounds: int, keepalives_s: Sequence[float] = KEEPALIVES_S) -> list[Rounds]:
-    """Freeze and thaw one server so often under each keepalive limit."""
+    """Freeze and continue one server `rounds` times under each keepalive limit."""
     return [await _measure(rounds, keepalive_s) for keepalive_s in keepalives_s]
 
 
 async def _measure(rounds: int, keepalive_s: float) -> Rounds:
     found = Rounds(keepalive_s=keepalive_s)
-    async with Theatre() as theatre:
-        await theatre.broker("--keepalive-sec", str(keepalive_s))
-        server = await theatre.play("server", service=SERVICE)
-        await server.hears("declared")
-        async with actors.Node("faults_watcher", url=theatre.url) as node:
+    async with ProcessGroup() as processes:
+        await processes.start_broker("--keepalive-sec", str(keepalive_s))
+        server = await processes.start_role("server", service=SERVICE)
+        await server.wait_for_event("declared")
+        async with actors.Node("faults_watcher", url=processes.url) as node:
             client = node.create_client(AddTwoInts, SERVICE)
             for _ in range(rounds):
                 await client.wait_for_service()
@@ -52,9 +52,9 @@ async def _measure(rounds: int, keepalive_s: float) -> Rounds:
     return found
 
 
-async def _round(server: Puppet, client: actors.Client[Any, Any], found: Rounds) -> None:
+async def _round(server: ControlledProcess, client: actors.Client[Any, Any], found: Rounds) -> None:
     call = client.call_async(AddTwoInts.Request(a=1, b=2))
-    await server.hears("called")
+    await server.wait_for_event("called")
     frozen = time.monotonic()
     os.kill(server.pid, signal.SIGSTOP)
     try:
@@ -62,15 +62,15 @@ async def _round(server: Puppet, client: actors.Client[Any, Any], found: Rounds)
     except actors.ServiceUnavailable:
         found.errors.append(time.monotonic() - frozen)
     else:
-        raise TrialError("a frozen server has answered")
-    thawed = time.monotonic()
+        raise TrialError("a frozen server answered")
+    continued = time.monotonic()
     os.kill(server.pid, signal.SIGCONT)
     await client.wait_for_service()
-    found.returns.append(time.monotonic() - thawed)
+    found.returns.append(time.monotonic() - continued)
 
 
 def section(by_keepalive: Sequence[Rounds]) -> Section:
-    """Return the table; a failure if a frozen server was noticed too late."""
+    """Return the table; a frozen server that is noticed too late is a failure."""
     rows: list[list[str]] = []
     figures: dict[str, Any] = {}
     failures: list[str] = []
@@ -92,10 +92,11 @@ def section(by_keepalive: Sequence[Rounds]) -> Section:
             failures.append(f"with a keepalive of {limit} a frozen server was noticed too late")
     return Section(
         key="freeze",
-        title="a server stands still (SIGSTOP) while it handles a call, and goes on",
+        title="a server is frozen (SIGSTOP) while it handles a call, and continued (SIGCONT)",
         text=(
-            "From SIGSTOP to ServiceUnavailable at the caller, and from SIGCONT until `wait_for_service`"
-            " returns. Silence is judged a few times within the keepalive limit (`--keepalive-sec`)."
+            "Time from SIGSTOP until the caller gets ServiceUnavailable, and from SIGCONT until"
+            " `wait_for_service` returns. The broker checks for silence several times within the"
+            " keepalive limit (`--keepalive-sec`)."
         ),
         heading=["keepalive", "rounds", "error, p50", "error, max", "back, p50", "back, max"],
         rows=rows,

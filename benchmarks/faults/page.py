@@ -1,4 +1,4 @@
-"""docs/explanation/resilience.md: what stands between its markers is made from a report."""
+"""Generate the part of docs/explanation/resilience.md between its markers from a report."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ END = "<!-- end of results -->"
 
 
 class Report(msgspec.Struct, kw_only=True):
-    """Everything that has been measured on a machine."""
+    """All results measured on one machine."""
 
     machine: dict[str, str]
     date: str
     """Of the last measurement."""
     sections: dict[str, Section]
 
-    def beside(self, older: Report) -> Report:
-        """Return this report with an older one's sections where this has none."""
+    def merged_with(self, older: Report) -> Report:
+        """Return this report with the sections that only an older one has."""
         sections = older.sections | self.sections
         return Report(machine=self.machine, date=self.date, sections=sections)
 
 
-def updated(page: str, report: Report) -> str:
-    """Return the page with a new report between its markers.
+def update_page(page: str, report: Report) -> str:
+    """Return the page with a report between its markers.
 
     Raises:
         ValueError: A marker is missing.

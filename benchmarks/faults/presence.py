@@ -1,7 +1,7 @@
-"""How soon a caller hears of a server's death, and a waiting client of a server's birth.
+"""How soon a caller notices that a server died, and a waiting client that a server started.
 
-Each round is one server process: a client waits for it, calls it, and the server is killed with SIGKILL while
-its handler runs. Times are of CLOCK_MONOTONIC, which is one for all processes of a machine.
+In each round a client waits for a new server process and calls it, and the server is killed with SIGKILL
+while its handler runs. Times come from CLOCK_MONOTONIC, which all processes of a machine share.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from benchmarks.faults.figures import Section, milliseconds
-from benchmarks.faults.puppet import Theatre, TrialError, cores
+from benchmarks.faults.processes import ProcessGroup, TrialError, cores
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -22,49 +22,49 @@ if TYPE_CHECKING:
 SERVICE = "faults_add"
 
 TYPICAL_MS = 50
-"""The median time in which a caller hears of a death."""
+"""Limit of the median time until a caller notices."""
 LONGEST_MS = 250
-"""The same at worst, on a busy machine, too."""
+"""Limit of the longest time, also on a busy machine."""
 
 
 @dataclass
 class Rounds:
-    """Times in seconds, one of each for every round."""
+    """Times in seconds, one of each per round."""
 
     errors: list[float] = field(default_factory=list[float])
     """From SIGKILL to the caller's ServiceUnavailable."""
     waits: list[float] = field(default_factory=list[float])
     """From the server's `create_service` to the return of `wait_for_service`."""
     starts: list[float] = field(default_factory=list[float])
-    """From the start of the server's process to the same."""
+    """From the start of the server's process to the return of `wait_for_service`."""
 
 
 async def measure(rounds: int, *, busy: bool) -> Rounds:
-    """Play so many rounds; `busy` keeps every core occupied meanwhile."""
+    """Run `rounds` rounds; `busy` keeps every core occupied meanwhile."""
     found = Rounds()
-    async with Theatre() as theatre:
-        await theatre.broker()
+    async with ProcessGroup() as processes:
+        await processes.start_broker()
         if busy:
-            await theatre.spin(cores())
-        async with actors.Node("faults_watcher", url=theatre.url) as node:
+            await processes.load_cores(cores())
+        async with actors.Node("faults_watcher", url=processes.url) as node:
             client = node.create_client(AddTwoInts, SERVICE)
             for _ in range(rounds):
-                await _round(theatre, client, found)
+                await _round(processes, client, found)
                 while client.service_is_ready():
                     await node.get_graph()
     return found
 
 
-async def _round(theatre: Theatre, client: actors.Client[Any, Any], found: Rounds) -> None:
+async def _round(processes: ProcessGroup, client: actors.Client[Any, Any], found: Rounds) -> None:
     waiting = create_task(_moment_of_service(client))
     started = time.monotonic()
-    server = await theatre.play("server", service=SERVICE)
-    declared = (await server.hears("declared"))["at"]
+    server = await processes.start_role("server", service=SERVICE)
+    declared = (await server.wait_for_event("declared"))["at"]
     returned = await waiting
     found.waits.append(returned - declared)
     found.starts.append(returned - started)
     call = client.call_async(AddTwoInts.Request(a=1, b=2))
-    await server.hears("called")
+    await server.wait_for_event("called")
     killed = time.monotonic()
     server.kill()
     try:
@@ -72,8 +72,8 @@ async def _round(theatre: Theatre, client: actors.Client[Any, Any], found: Round
     except actors.ServiceUnavailable:
         found.errors.append(time.monotonic() - killed)
     else:
-        raise TrialError("a dead server has answered")
-    await theatre.end(server)
+        raise TrialError("a dead server answered")
+    await processes.stop(server)
 
 
 async def _moment_of_service(client: actors.Client[Any, Any]) -> float:
@@ -82,14 +82,14 @@ async def _moment_of_service(client: actors.Client[Any, Any]) -> float:
 
 
 def presence_section(by_load: Mapping[str, Rounds]) -> Section:
-    """Return the table of deaths; a failure if one was heard of too late."""
+    """Return the table of deaths; one that is noticed too late is a failure."""
     figures = {load: milliseconds(found.errors) for load, found in by_load.items()}
     return Section(
         key="presence",
         title="a server is killed (SIGKILL) while it handles a call",
         text=(
-            "From the signal to ServiceUnavailable at the caller, in ms."
-            " Busy: with a spinning process on each core."
+            "Time from the signal until the caller gets ServiceUnavailable, in ms."
+            " Busy: with a busy loop on each core."
         ),
         heading=["machine", "rounds", "p50", "p95", "max"],
         rows=[_row(load, found) for load, found in figures.items()],
@@ -102,21 +102,21 @@ def _late(load: str, found: Mapping[str, float]) -> Iterator[str]:
     for what, limit in (("p50", TYPICAL_MS), ("max", LONGEST_MS)):
         took = found[f"{what}_ms"]
         if took > limit:
-            yield f"{load}: a death was heard of after {took:.1f} ms ({what}), {limit} are allowed"
+            yield f"{load}: a death was noticed after {took:.1f} ms ({what}), the limit is {limit}"
 
 
 def wait_section(by_load: Mapping[str, Rounds]) -> Section:
-    """Return the table of births."""
+    """Return the table of starts."""
     figures: dict[str, dict[str, float]] = {}
     for load, found in by_load.items():
         figures[f"{load}, from create_service"] = milliseconds(found.waits)
         figures[f"{load}, from the process's start"] = milliseconds(found.starts)
     return Section(
         key="wait",
-        title="a client waits for a service that appears",
+        title="a client waits for a service that starts",
         text=(
-            "To the return of `wait_for_service`, in ms. Nearly all of a process's start is Python importing"
-            " its modules."
+            "Time until `wait_for_service` returns, in ms. Most of the time from a process's start is spent"
+            " on Python imports."
         ),
         heading=["machine", "rounds", "p50", "p95", "max"],
         rows=[_row(load, found) for load, found in figures.items()],

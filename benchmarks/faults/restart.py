@@ -1,4 +1,4 @@
-"""A broker is killed under load and started again: who is back when, what is lost, what hangs, what leaks.
+"""A broker is killed under load and restarted: recovery times, losses, calls that hang, leaks.
 
 The nodes form a ring over several processes (`roles/ring.py`): each publishes to the next, calls it ten
 times a second, and always has one call in flight there that is never answered.
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from benchmarks.faults.figures import Section, milliseconds, peak
-from benchmarks.faults.puppet import Puppet, Theatre
+from benchmarks.faults.processes import ControlledProcess, ProcessGroup
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,14 +23,14 @@ STORM_WINDOW_S: Final = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """How large and how often.
+    """Size of the ring and number of restarts.
 
     Attributes:
-        nodes: In the ring.
-        processes: That share them evenly.
-        rate: Messages a second of each node.
-        pauses_s: One restart for each: how long there is no broker.
-        settle_s: Of plain traffic before each kill.
+        nodes: Number of nodes in the ring.
+        processes: Number of processes that share the nodes evenly.
+        rate: Messages a second per node.
+        pauses_s: Seconds without a broker, one entry per restart.
+        settle_s: Seconds of undisturbed traffic before each kill.
     """
 
     nodes: int = 200
@@ -45,10 +45,10 @@ class Restart:
     """One restart; times in seconds.
 
     Attributes:
-        pause: How long there was no process.
-        failed: From the kill to the error of each node's call in flight.
-        heard, answered: From the new broker's first moment to each node's first message and first reply.
-        attempts: Of all processes to connect, from the kill on.
+        pause: How long no broker was running.
+        failed: From the kill until each node's call in flight failed.
+        heard, answered: From the new broker's start until each node's first message and first reply.
+        attempts: Times of all connection attempts since the kill.
     """
 
     pause: float
@@ -59,11 +59,11 @@ class Restart:
 
 
 @dataclass(kw_only=True)
-class Found:
-    """What a whole run found.
+class Results:
+    """Results of all restarts.
 
     Attributes:
-        totals: Messages and calls by what has become of them, of all nodes together.
+        totals: Messages and calls of all nodes by outcome.
         before, after: Tasks, files and memory (KiB) of all processes together.
     """
 
@@ -74,69 +74,69 @@ class Found:
     after: Counter[str] = field(default_factory=Counter[str])
 
 
-async def measure(plan: Plan) -> Found:
-    """Set the ring up, kill its broker as often as planned, and add up."""
-    found = Found(plan=plan)
-    async with Theatre() as theatre:
-        broker = await theatre.broker()
+async def measure(plan: Plan) -> Results:
+    """Set up the ring, kill its broker once per pause, and add up the results."""
+    found = Results(plan=plan)
+    async with ProcessGroup() as processes:
+        broker = await processes.start_broker()
         parts = [
-            await theatre.play(
+            await processes.start_role(
                 "ring", numbers=list(range(i, plan.nodes, plan.processes)), total=plan.nodes, rate=plan.rate
             )
             for i in range(plan.processes)
         ]
-        await _all(parts, "ready")
-        await _send(parts, "go")
-        for event in await _all(parts, "going"):
-            found.before.update(_leavings(event))
+        await _wait_for_all(parts, "ready")
+        await _send_all(parts, "go")
+        for event in await _wait_for_all(parts, "going"):
+            found.before.update(_resources(event))
         for pause in plan.pauses_s:
             await asyncio.sleep(plan.settle_s)
-            broker, restart, found.after = await _restart(theatre, broker, parts, pause)
+            broker, restart, found.after = await _restart(processes, broker, parts, pause)
             found.restarts.append(restart)
         await asyncio.sleep(plan.settle_s)
-        await _send(parts, "stop")
-        for event in await _all(parts, "totals"):
+        await _send_all(parts, "stop")
+        for event in await _wait_for_all(parts, "totals"):
             for member in event["members"]:
                 found.totals.update(member)
     return found
 
 
 async def _restart(
-    theatre: Theatre, broker: Puppet, parts: list[Puppet], pause: float
-) -> tuple[Puppet, Restart, Counter[str]]:
+    processes: ProcessGroup, broker: ControlledProcess, parts: list[ControlledProcess], pause: float
+) -> tuple[ControlledProcess, Restart, Counter[str]]:
     restart, after = Restart(pause=pause), Counter[str]()
-    await _send(parts, "brace")
-    await _all(parts, "braced")
+    await _send_all(parts, "brace")
+    await _wait_for_all(parts, "braced")
     killed = time.monotonic()
-    await theatre.end(broker)
+    await processes.stop(broker)
     await asyncio.sleep(pause)
-    broker = await theatre.broker()
+    broker = await processes.start_broker()
     listening = time.monotonic()
-    for event in await _all(parts, "back"):
+    for event in await _wait_for_all(parts, "back"):
         for failed_at, heard_at, answered_at in event["members"]:
             restart.failed.append(failed_at - killed)
             restart.heard.append(heard_at - listening)
             restart.answered.append(answered_at - listening)
         restart.attempts += [at - killed for at in event["attempts"]]
-        after.update(_leavings(event))
+        after.update(_resources(event))
     return broker, restart, after
 
 
-async def _send(parts: list[Puppet], word: str) -> None:
+async def _send_all(parts: list[ControlledProcess], word: str) -> None:
     for part in parts:
-        await part.send(word)
+        await part.send_command(word)
 
 
-async def _all(parts: list[Puppet], event: str) -> list[dict[str, Any]]:
-    return [await part.hears(event) for part in parts]
+async def _wait_for_all(parts: list[ControlledProcess], event: str) -> list[dict[str, Any]]:
+    return [await part.wait_for_event(event) for part in parts]
 
 
-def _leavings(event: dict[str, Any]) -> dict[str, int]:
+def _resources(event: dict[str, Any]) -> dict[str, int]:
     return {key: round(event[key] or 0) for key in ("tasks", "files", "memory_kib")}
 
 
-def section(found: Found) -> Section:
-    """Return the table of restarts; its failures are the promises that did not hold."""
+def section(found: Results) -> Section:
+    """Return the table of restarts; violated promises are failures."""
     plan, rows, figures = found.plan, list[list[str]](), list[dict[str, Any]]()
     for restart in found.restarts:
         failed = milliseconds(restart.failed)
@@ -163,10 +163,10 @@ def section(found: Found) -> Section:
         )
     text = (
         f"{plan.nodes} nodes in {plan.processes} processes; each publishes {plan.rate:g} messages a second,"
-        " calls ten times a second, and has one more call in flight. The broker is killed with SIGKILL."
-        " Calls fail: from the kill, median and most. Back: from the moment the new broker listens until a"
-        " node hears and is answered, median and last node. Attempts: to connect, from the kill on.\n\n"
-        + _accounts(found)
+        " makes ten calls a second, and has one more call in flight. The broker is killed with SIGKILL."
+        " Calls fail: time since the kill, median and maximum. Back: time from the start of the new broker"
+        " until a node has received a message and a reply, median and last node. Attempts: connection"
+        " attempts since the kill.\n\n" + _totals_text(found)
     )
     return Section(
         key="restart",
@@ -178,7 +178,7 @@ def section(found: Found) -> Section:
             "back, median",
             "all back",
             "attempts",
-            "most in 100 ms",
+            "peak in 100 ms",
         ],
         rows=rows,
         figures={
@@ -191,7 +191,7 @@ def section(found: Found) -> Section:
     )
 
 
-def _accounts(found: Found) -> str:
+def _totals_text(found: Results) -> str:
     totals, before, after = found.totals, found.before, found.after
     return (
         f"All restarts together: {totals['published']:,} messages published, {totals['received']:,} received,"
@@ -206,17 +206,17 @@ def _accounts(found: Found) -> str:
     )
 
 
-def _failures(found: Found) -> list[str]:
+def _failures(found: Results) -> list[str]:
     totals = found.totals
     failures = [
         f"{totals[what]} {words}"
         for what, words in (
             ("unaccounted", "messages are unaccounted for"),
-            ("duplicates", "messages came twice"),
+            ("duplicates", "messages arrived twice"),
             ("hung", "calls hung"),
         )
         if totals[what]
     ]
     if found.after["files"] > found.before["files"]:
-        failures.append(f"{found.after['files'] - found.before['files']} files are left open")
+        failures.append(f"{found.after['files'] - found.before['files']} files were left open")
     return failures

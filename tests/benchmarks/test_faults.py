@@ -15,12 +15,12 @@ from benchmarks.faults import churn, freeze, page, presence, restart
 from benchmarks.faults.figures import Section, milliseconds, peak, slope
 
 
-def a_restart(**totals: int) -> restart.Found:
+def a_restart(**totals: int) -> restart.Results:
     """Two nodes that came back once, with these totals."""
     one = restart.Restart(
         pause=0.5, failed=[0.01, 0.03], heard=[0.2, 0.9], answered=[0.3, 0.4], attempts=[0.1, 0.15, 0.7]
     )
-    return restart.Found(
+    return restart.Results(
         plan=restart.Plan(nodes=2, processes=1, pauses_s=[0.5]),
         restarts=[one],
         totals=Counter(published=100, received=90, lost_on_break=10) + Counter(totals),
@@ -79,7 +79,7 @@ def test_files_left_open_are_a_failure() -> None:
     """A descriptor more than before has leaked."""
     found = a_restart()
     found.after["files"] += 1
-    assert restart.section(found).failures == ["1 files are left open"]
+    assert restart.section(found).failures == ["1 files were left open"]
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_a_death_heard_of_late_is_a_failure(errors: list[float], failures: list[
 def test_growth_is_a_failure(kib_per_life: float, files_left: int, failures: int) -> None:
     """Memory that grows with the lives, and files that stay open."""
     points = samples(kib_per_life, files_left=files_left)
-    found = churn.section(churn.Found(lives=1000, resets=7, seconds=9, samples=points))
+    found = churn.section(churn.Results(lives=1000, resets=7, seconds=9, samples=points))
     assert len(found.failures) == failures
     assert [row[0] for row in found.rows] == ["broker", "nodes"]
 
@@ -117,14 +117,14 @@ def test_the_page_keeps_what_is_around_the_markers() -> None:
     )
     report = page.Report(machine={"CPU": "abacus"}, date="2030-01-01", sections={"k": section})
     before = page.Report(machine={}, date="2029-01-01", sections={"k": older, "old": older})
-    text = page.updated(f"head\n{page.BEGIN}\nstale\n{page.END}\ntail", report.beside(before))
+    text = page.update_page(f"head\n{page.BEGIN}\nstale\n{page.END}\ntail", report.merged_with(before))
     assert text.startswith("head\n")
     assert text.endswith("\ntail")
     assert "stale" not in text
     assert "### New title\n\nHow.\n\n| a | b |\n| --- | ---: |\n| 1 | 2 |" in text
     assert "**Not kept:** it leaks." in text
     with pytest.raises(ValueError, match="markers"):
-        page.updated("nothing", report)
+        page.update_page("nothing", report)
 
 
 def test_every_command_in_the_documents_is_understood() -> None:
@@ -141,7 +141,7 @@ def test_the_page_is_made_from_the_results_beside_it() -> None:
     """Nobody has edited a figure by hand, and all that is measured stands there."""
     report = msgspec.json.decode(resilience.JSON.read_bytes(), type=page.Report)
     text = resilience.PAGE.read_text("utf-8")
-    assert page.updated(text, report) == text
+    assert page.update_page(text, report) == text
     assert {*report.sections} == {*resilience.MEASUREMENTS}
 
 

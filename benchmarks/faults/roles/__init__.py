@@ -1,1 +1,1 @@
-"""What puppets play, one module a role: a coroutine function `play(parameters, director)`."""
+"""The roles of processes, one module each with a coroutine function `run(parameters, controller)`."""

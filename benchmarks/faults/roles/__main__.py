@@ -1,4 +1,4 @@
-"""`python -m benchmarks.faults.roles '<json parameters>'`: one role, in this process."""
+"""`python -m benchmarks.faults.roles '<json parameters>'`: run one role in this process."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from importlib import import_module
 from typing import Any
 
 from benchmarks.faults.roles.attempts import counting_loop
-from benchmarks.faults.roles.director import Director
+from benchmarks.faults.roles.controller import Controller
 
 
-async def _play(parameters: dict[str, Any]) -> None:
+async def _run(parameters: dict[str, Any]) -> None:
     module: Any = import_module(f"benchmarks.faults.roles.{parameters['role']}")
-    await module.play(parameters, Director())
+    await module.run(parameters, Controller())
 
 
 def main() -> None:
-    """Play a role to its end."""
+    """Run a role to its end."""
     with asyncio.Runner(loop_factory=counting_loop) as runner:
-        runner.run(_play(json.loads(sys.argv[1])))
+        runner.run(_run(json.loads(sys.argv[1])))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""An event loop that notes when its process tries to connect."""
+"""An event loop that records the connection attempts of its process."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ else:
 
 
 class CountingLoop(Loop):
-    """The loop that `actors.run` takes, and a list.
+    """The loop that `actors.run` uses, with a record of connection attempts.
 
     Attributes:
-        attempts: When `create_connection` was called, by `time.monotonic`.
+        attempts: Times of the calls of `create_connection`, by `time.monotonic`.
     """
 
     def __init__(self) -> None:
@@ -25,18 +25,18 @@ class CountingLoop(Loop):
         self.attempts: list[float] = []
 
     async def create_connection(self, *args: Any, **options: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """Note the time, and connect."""
+        """Record the time, and connect."""
         self.attempts.append(time.monotonic())
         return await super().create_connection(*args, **options)
 
 
 def counting_loop() -> asyncio.AbstractEventLoop:
-    """Return a new loop that counts."""
+    """Return a new loop that records attempts."""
     return CountingLoop()
 
 
 def taken_attempts() -> list[float]:
-    """Return the attempts noted by the running loop since the last call, and forget them."""
+    """Return the attempts that the running loop has recorded since the last call."""
     loop = asyncio.get_running_loop()
     attempts: list[float] = getattr(loop, "attempts", [])
     taken = attempts[:]

@@ -1,6 +1,6 @@
-"""Nodes that live for a moment, with endpoints of every kind, calls and messages; nodes whose links break.
+"""Short-lived nodes that use every kind of endpoint, and permanent nodes whose connections break.
 
-Says "sample" with its memory and the broker's, from time to time; ends by itself.
+Writes events "sample" with its own and the broker's memory, and ends by itself.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.testing import FaultProxy
-from benchmarks.faults.roles.director import Director, report
+from benchmarks.faults.roles.controller import Controller, say
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -26,40 +26,40 @@ if TYPE_CHECKING:
 TOPICS: Final = 3
 SERVICES: Final = 2
 ENDPOINTS: Final = 2 * (TOPICS + SERVICES)
-"""Of one life: publishers, subscriptions, services and clients."""
+"""Of one node: publishers, subscriptions, services and clients."""
 CALLS: Final = 10
-"""Of one life; half of them are cancelled."""
+"""Of one node; half of them are cancelled."""
 MESSAGES: Final = 10
 WORKERS: Final = 4
-"""Lives at the same time."""
-STANDING: Final = 10
-"""Nodes that stay, and whose links break all at once."""
+"""Short-lived nodes at the same time."""
+PERMANENT: Final = 10
+"""Nodes whose connections break, all at once."""
 LIVES_PER_BREAK: Final = 10
 NAMES: Final = 50
-"""Of each worker's nodes, used in turn: Python's logging keeps a logger for every name there ever was."""
+"""Names of each worker's nodes, reused, because Python's logging keeps a logger for every name."""
 
 _ANONYMOUS: Final = re.compile(r"^Anonymous:\s+(\d+) kB$", re.MULTILINE)
 
 LATCHED: Final = actors.QoSProfile(depth=3, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
 
 
-async def play(parameters: Mapping[str, Any], director: Director) -> None:
-    """Live `lives` lives in a row of workers; sample `samples` times."""
-    del director
+async def run(parameters: Mapping[str, Any], controller: Controller) -> None:
+    """Start and stop `lives` nodes in several workers; sample `samples` times."""
+    del controller
     url, lives, broker = parameters["url"], parameters["lives"], parameters["broker_pid"]
     every = max(1, lives // parameters["samples"])
     numbers = iter(range(lives))
     async with AsyncExitStack() as stack:
         proxy = await stack.enter_async_context(FaultProxy(url))
-        standing = [actors.Node(f"standing_{i}", url=proxy.url) for i in range(STANDING)]
-        for node in standing:
+        permanent = [actors.Node(f"permanent_{i}", url=proxy.url) for i in range(PERMANENT)]
+        for node in permanent:
             await stack.enter_async_context(node)
             await node.get_graph()
-            _furnish(node, node.get_name())
+            _create_endpoints(node, node.get_name())
         async with asyncio.TaskGroup() as group:
             for worker in range(WORKERS):
                 group.create_task(_work(numbers, worker, url, proxy, (every, broker)))
-        await asyncio.gather(*(node.get_graph() for node in standing))
+        await asyncio.gather(*(node.get_graph() for node in permanent))
         _sample(lives, broker)
     report("done", resets=proxy.resets)
 
@@ -74,13 +74,13 @@ async def _work(
         if number % LIVES_PER_BREAK == 0:
             for connection in proxy.connections:
                 connection.reset()
-        await _live(f"life_{worker}_{number % NAMES}", url)
+        await _run_node(f"life_{worker}_{number % NAMES}", url)
 
 
-async def _live(name: str, url: str) -> None:
-    """One life: everything is used once, then the node leaves."""
+async def _run_node(name: str, url: str) -> None:
+    """Start a node, use each endpoint, and stop it."""
     async with actors.Node(name, url=url) as node:
-        client = _furnish(node, name)
+        client = _create_endpoints(node, name)
         await client.wait_for_service()
         calls = [client.call_async(AddTwoInts.Request(a=i, b=1)) for i in range(CALLS)]
         for call in calls[::2]:
@@ -88,8 +88,8 @@ async def _live(name: str, url: str) -> None:
         await asyncio.gather(*calls[1::2])
 
 
-def _furnish(node: actors.Node, name: str) -> actors.Client[Any, Any]:
-    """Give a node its endpoints; return a client of its last service."""
+def _create_endpoints(node: actors.Node, name: str) -> actors.Client[Any, Any]:
+    """Create a node's endpoints; return a client of its last service."""
 
     def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
         return AddTwoInts.Response(sum=request.a + request.b)
@@ -108,7 +108,7 @@ def _furnish(node: actors.Node, name: str) -> actors.Client[Any, Any]:
 
 
 def own_memory_kib(pid: int) -> float | None:
-    """Return the memory that is a process's alone, in KiB: what others start and end must not move it."""
+    """Return the private memory of a process in KiB, which other processes do not affect."""
     try:
         found = _ANONYMOUS.search(Path(f"/proc/{pid}/smaps_rollup").read_text("ascii"))
     except OSError:

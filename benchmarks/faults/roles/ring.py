@@ -1,8 +1,8 @@
 """A part of a ring of nodes: each publishes to the next one, calls it, and has a call in flight there.
 
-Told "go" it publishes and calls, and says "going" when every node hears and is answered. Told "brace" it says
-"back" after the link has broken, when every node hears and is answered again. Told "stop" it publishes its
-last message, waits for the others' last ones, and says "totals".
+On the command "go" it publishes and calls, and writes "going" when every node has received a message and a
+reply. On "brace" it writes "back" when that is true again after the connection has broken. On "stop" it
+publishes its last messages, waits for those of the others, and writes "totals".
 """
 
 from __future__ import annotations
@@ -19,26 +19,26 @@ from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from benchmarks.faults.roles.attempts import taken_attempts
-from benchmarks.faults.roles.director import GONE, Director, report
+from benchmarks.faults.roles.controller import CLOSED, Controller, say
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
 ASK_PERIOD_S: Final = 0.1
-"""Between a node's quick calls."""
+"""Between a node's short calls."""
 HUNG_S: Final = 20.0
-"""A quick call that takes longer hangs."""
+"""A short call that takes longer counts as hung."""
 FOR_EVER: Final = -1
 """As `a` of a request: never answer."""
 
 
 class Member(actors.Node):
-    """One node of the ring; it sits at `number` of `total`.
+    """Node `number` of the `total` nodes of the ring.
 
     Attributes:
-        failed_at: When its call in flight failed, since the last `brace`; None before. (monotonic, s)
-        heard_at: When the first message came after that.
-        answered_at: When the first quick call came back after that.
+        failed_at: When its call in flight failed since the last `brace` (monotonic, s), or None.
+        heard_at: When the first message arrived after that.
+        answered_at: When the first short call returned after that.
     """
 
     def __init__(self, number: int, total: int, *, url: str, changed: Callable[[], None]) -> None:
@@ -52,18 +52,18 @@ class Member(actors.Node):
         self._last = -1
         self.duplicates = self.hung = 0
         self.expected: int | None = None
-        """How many messages the node before has published; known from its last one."""
+        """Messages published by the previous node; its last message says how many."""
         self.brace()
 
     def brace(self) -> None:
-        """Forget what has been seen of the last break."""
+        """Reset the times of the last break."""
         self.failed_at: float | None = None
         self.heard_at: float | None = None
         self.answered_at: float | None = None
 
     @property
     def going(self) -> bool:
-        """Whether it has heard and has been answered."""
+        """Whether it has received a message and a reply."""
         return self.heard_at is not None and self.answered_at is not None
 
     def _on_number(self, msg: Int64) -> None:
@@ -83,18 +83,18 @@ class Member(actors.Node):
         return AddTwoInts.Response(sum=request.a + request.b)
 
     def publish_at(self, rate: float) -> actors.Timer:
-        """Publish so often from now on."""
+        """Publish `rate` messages a second from now on."""
         return self.create_timer(1 / rate, self._publish)
 
     def _publish(self) -> None:
         self._publisher.publish(Int64(data=self._publisher.published + 1))
 
     def publish_last(self) -> None:
-        """Publish the last number, as a negative one."""
+        """Publish the last number, negated."""
         self._publisher.publish(Int64(data=-(self._publisher.published + 1)))
 
     async def hold(self) -> None:
-        """Always have a call in flight that is never answered."""
+        """Keep a call in flight that is never answered."""
         while True:
             await self._client.wait_for_service()
             try:
@@ -105,7 +105,7 @@ class Member(actors.Node):
                     self.heard_at = self.answered_at = None
 
     async def ask(self) -> None:
-        """Call again and again, as soon as there is a server."""
+        """Call repeatedly while there is a server."""
         while True:
             await self._client.wait_for_service()
             try:
@@ -120,7 +120,7 @@ class Member(actors.Node):
             await asyncio.sleep(ASK_PERIOD_S)
 
     def totals(self) -> dict[str, int]:
-        """Return what has become of the messages of the node before, and what this one gave up unsent."""
+        """Return the previous node's messages by outcome, and the messages that this node dropped unsent."""
         heard = self._subscription
         found = heard.received + heard.dropped + heard.lost + heard.lost_on_break
         return {
@@ -137,7 +137,7 @@ class Member(actors.Node):
 
 
 class Part:
-    """The members that live in this process."""
+    """The members of the ring in this process."""
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
         self._changed = asyncio.Event()
@@ -151,8 +151,8 @@ class Part:
             await self._changed.wait()
 
 
-async def play(parameters: Mapping[str, Any], director: Director) -> None:
-    """Do as the director tells, until the ring stops."""
+async def run(parameters: Mapping[str, Any], controller: Controller) -> None:
+    """Carry out commands until the ring stops."""
     part = Part(parameters)
     async with AsyncExitStack() as stack:
         for member in part.members:
@@ -162,20 +162,20 @@ async def play(parameters: Mapping[str, Any], director: Director) -> None:
         group = await stack.enter_async_context(asyncio.TaskGroup())
         working: list[asyncio.Task[None]] = []
         timers: list[actors.Timer] = []
-        while (word := await director.word()) not in {GONE, "stop"}:
-            if word == "go":
+        while (command := await controller.next_command()) not in {CLOSED, "stop"}:
+            if command == "go":
                 timers = [member.publish_at(parameters["rate"]) for member in part.members]
                 calls = [call for member in part.members for call in (member.hold(), member.ask())]
                 working = [group.create_task(call) for call in calls]
                 await part.until(lambda member: member.going)
                 taken_attempts()
-                report("going", **_leavings())
-            elif word == "brace":
+                say("going", **_resources())
+            elif command == "brace":
                 for member in part.members:
                     member.brace()
                 report("braced")
                 await part.until(lambda member: member.failed_at is not None and member.going)
-                report("back", members=[_moments(member) for member in part.members], **_leavings())
+                say("back", members=[_moments(member) for member in part.members], **_resources())
         for timer, member in zip(timers, part.members, strict=True):
             timer.cancel()
             member.publish_last()
@@ -192,8 +192,8 @@ def _moments(member: Member) -> list[float]:
     return [member.failed_at, member.heard_at, member.answered_at]
 
 
-def _leavings() -> dict[str, Any]:
-    """Return what a break might have left behind, and the attempts to connect."""
+def _resources() -> dict[str, Any]:
+    """Return tasks, open files, memory and the connection attempts."""
     return {
         "tasks": len(asyncio.all_tasks()),
         "files": meters.open_files(os.getpid()),

@@ -1,4 +1,4 @@
-"""A server that never answers: says when it has declared its service, and when it is called."""
+"""A server that never answers: reports when it has declared its service, and when it is called."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from benchmarks.faults.roles.director import Director, report
+from benchmarks.faults.roles.controller import Controller, say
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-async def play(parameters: Mapping[str, Any], director: Director) -> None:
-    """Serve until the end."""
+async def run(parameters: Mapping[str, Any], controller: Controller) -> None:
+    """Serve until the measuring process ends."""
 
     async def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
         del request
@@ -24,8 +24,8 @@ async def play(parameters: Mapping[str, Any], director: Director) -> None:
         raise AssertionError("nobody sets it")
 
     async with actors.Node("faults_server", url=parameters["url"]) as node:
-        await node.get_graph()  # the link is up: what is measured is the service's way, not the connection's
+        await node.get_graph()  # connected: only the declaration is measured
         declared = time.monotonic()
         node.create_service(AddTwoInts, parameters["service"], add)
-        report("declared", at=declared)
-        await director.word()
+        say("declared", at=declared)
+        await controller.next_command()
