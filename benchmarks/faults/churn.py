@@ -85,8 +85,8 @@ def section(found: Results) -> Section:
             f" {found.lives / HOUR:g} h. Each node has its own connection, 3 latched publishers and 3"
             " subscriptions, 2 services and 2 clients; it handles 30 messages and 10 calls, 5 of them"
             f" cancelled. Meanwhile the connections of ten permanent nodes are reset {found.resets:,} times."
-            " Memory is the private memory of the process (anonymous pages) after the first sixth of the nodes;"
-            " open files are counted before the first and after the last node."
+            " Memory is the private memory of the process (anonymous pages) after the first sixth of the"
+            " nodes; open files are counted before the first and after the last node."
         ),
         heading=["process", "start", "end", "growth per 1,000 nodes", "files, start", "end"],
         rows=rows,

@@ -1,4 +1,4 @@
-"""Real processes under test: started in groups of their own, read line by line, and killed in the end."""
+"""Processes under test: started in groups of their own, read line by line, and killed at the end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import socket
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
@@ -19,13 +19,17 @@ import broker
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
 
+    import actors
+
 ROOT: Final = Path(__file__).parents[2]
 DEADLINE_SEC: Final = 40.0
-"""For any single event, on a machine that is busy with other tests. Nothing waits this long in vain."""
+"""Limit for a single event, on a machine that is busy with other tests."""
+NO_KEEPALIVE: Final = ("--keepalive-sec", "1000")
+"""Broker options for tests of what is noticed without the keepalive."""
 
 
 class Program:
-    """A running process and what it has written, stdout and stderr in one."""
+    """A running process and its output, with stdout and stderr combined."""
 
     def __init__(self, name: str, process: asyncio.subprocess.Process) -> None:
         self.name = name
@@ -38,7 +42,7 @@ class Program:
 
     @property
     def output(self) -> str:
-        """Everything it has written so far."""
+        """All output so far."""
         return "\n".join(self.lines)
 
     async def _read(self) -> None:
@@ -52,8 +56,8 @@ class Program:
             self._ended = True
             self._more.notify_all()
 
-    async def says(self, text: str) -> str:
-        """Wait for the next line that has `text` in it; go on after it next time."""
+    async def wait_for_line(self, text: str) -> str:
+        """Wait for the next line that contains `text`; the next call continues after it."""
         try:
             async with asyncio.timeout(DEADLINE_SEC), self._more:
                 while True:
@@ -63,21 +67,22 @@ class Program:
                         if text in line:
                             return line
                     if self._ended:
-                        raise AssertionError(f"{self.name} ended without saying {text!r}:\n{self.output}")
+                        raise AssertionError(f"{self.name} ended without printing {text!r}:\n{self.output}")
                     await self._more.wait()
         except TimeoutError:
-            raise AssertionError(f"{self.name} did not say {text!r}:\n{self.output}") from None
+            raise AssertionError(f"{self.name} did not print {text!r}:\n{self.output}") from None
 
     def skip(self) -> None:
-        """Let `says` look only at what comes from now on."""
+        """Ignore the lines written so far in `wait_for_line`."""
         self._seen = len(self.lines)
 
-    def rewind(self) -> None:
-        """Let `says` look at everything from the beginning again."""
+    async def find_line(self, text: str) -> str:
+        """Wait for a line with `text` in it among all lines, earlier ones included."""
         self._seen = 0
+        return await self.wait_for_line(text)
 
-    async def ends(self) -> int:
-        """Wait for the end; return the exit code (negative: the signal that killed it)."""
+    async def wait_for_exit(self) -> int:
+        """Wait for the end; return the exit code (negative: number of the signal that killed it)."""
         try:
             async with asyncio.timeout(DEADLINE_SEC):
                 await self._reader
@@ -85,17 +90,17 @@ class Program:
         except TimeoutError:
             raise AssertionError(f"{self.name} did not end:\n{self.output}") from None
 
-    def send(self, number: signal.Signals) -> None:
+    def send_signal(self, number: signal.Signals) -> None:
         """Send a signal to the process alone."""
         self.process.send_signal(number)
 
     async def stop(self) -> int:
-        """Send SIGINT and wait for the end."""
-        self.send(signal.SIGINT)
-        return await self.ends()
+        """Send SIGINT, wait for the end, and return the exit code."""
+        self.send_signal(signal.SIGINT)
+        return await self.wait_for_exit()
 
     async def kill(self) -> None:
-        """Kill the whole process group and wait until it is gone."""
+        """Kill the process group and wait for its end."""
         with suppress(ProcessLookupError):
             os.killpg(self.process.pid, signal.SIGKILL)
         await self._reader
@@ -103,7 +108,7 @@ class Program:
 
 
 class System:
-    """The processes of one test. `url` is where its programs look for a broker."""
+    """The processes of one test; `url` is the broker URL of its programs."""
 
     def __init__(self) -> None:
         self.port = free_port()
@@ -111,9 +116,9 @@ class System:
         self._programs: list[Program] = []
 
     async def broker(self, *args: str) -> Program:
-        """Start the daemon where the programs look for it, and wait until it listens."""
+        """Start a broker daemon at `url` and wait until it listens."""
         daemon = await self.python("-m", "broker", "--port", str(self.port), *args)
-        await daemon.says(f"callboard broker listening on {self.url}")
+        await daemon.wait_for_line(f"callboard broker listening on {self.url}")
         return daemon
 
     async def example(self, name: str, *args: str) -> Program:
@@ -131,9 +136,13 @@ class System:
         environ: Mapping[str, str] = os.environ,
         unbuffered: bool = True,
     ) -> Program:
-        """Start a process, where and with what environment is wished beside the place of the broker.
+        """Start a process in a folder, with an environment that names the broker.
 
-        Python is told to write at once, unless the test is about who tells it so.
+        Args:
+            command: The program and its arguments.
+            folder: The working directory.
+            environ: The environment, without CALLBOARD variables.
+            unbuffered: Whether to set PYTHONUNBUFFERED.
         """
         kept = {key: value for key, value in environ.items() if not key.startswith("CALLBOARD_")}
         kept.pop("PYTHONUNBUFFERED", None)
@@ -153,13 +162,20 @@ class System:
         return program
 
     async def close(self) -> None:
-        """Kill everything that still runs."""
+        """Kill all processes that still run."""
         for program in self._programs:
             await program.kill()
 
 
+async def wait_for_subscriptions(publisher: actors.Publisher[Any], node: actors.Node, count: int = 1) -> None:
+    """Wait until a publisher is matched with exactly `count` subscriptions."""
+    async with asyncio.timeout(DEADLINE_SEC):
+        while publisher.get_subscription_count() != count:
+            await node.get_graph()
+
+
 def free_port() -> int:
-    """Return a port that nobody listens on, outside the range from which the kernel hands out its own."""
+    """Return a free port outside the range of ephemeral ports."""
     while True:
         port = random.SystemRandom().randrange(20_000, 30_000)
         with socket.socket() as probe:
@@ -172,7 +188,7 @@ def free_port() -> int:
 
 @pytest.fixture
 async def system() -> AsyncIterator[System]:
-    """A place to start processes; no broker runs yet."""
+    """A starter of processes; no broker runs yet."""
     processes = System()
     try:
         yield processes

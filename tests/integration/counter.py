@@ -1,11 +1,11 @@
-"""A program that counts what it hears, and can be blocked: the other side of many tests of faults."""
+"""A program that counts the messages it receives and can be blocked, for tests of faults."""
 
 from __future__ import annotations
 
 from typing import NamedTuple, Self
 
 COUNTER = """
-import sys, time
+import signal, time
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
@@ -14,6 +14,7 @@ class Counter(actors.Node):
     def __init__(self):
         super().__init__("counter")
         self.last = -1
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGUSR1])  # so that block() can wait for it
         qos = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
         self.subscription = self.create_subscription(Int64, "numbers", self.on_number, qos)
         self.create_service(AddTwoInts, "block", self.block)
@@ -28,22 +29,25 @@ class Counter(actors.Node):
 
     def block(self, request, response):
         print("blocking", flush=True)
-        time.sleep(request.a / 1000)
+        if request.a < 0:
+            signal.sigwait([signal.SIGUSR1])
+        else:
+            time.sleep(request.a / 1000)
         response.sum = request.a
         return response
 
 actors.run(Counter)
 """
-"""Hears KEEP_ALL on `numbers`, which must rise; at a negative one it says what it has counted.
-Serves `block`, which stands still for `a` ms."""
+"""Subscribes with KEEP_ALL to `numbers`, which must rise; at a negative number it prints its counters.
+Serves `block`, which blocks the loop for `a` ms, or, if `a` is negative, until SIGUSR1."""
 
 
 class Counted(NamedTuple):
-    """What the counter says of its subscription."""
+    """Counters of the subscription."""
 
     received: int
     lost: int
-    """Dropped at its side, or never sent over an unbroken link."""
+    """Dropped by the subscription, or never sent although the connection held."""
     lost_on_break: int
 
     @classmethod

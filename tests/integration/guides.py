@@ -116,7 +116,7 @@ class Reader:
             self.folder = (self.folder / words[1]).resolve()
         elif words[0] != "." and words[1:3] != ["-m", "venv"]:  # the environment is here already
             program = await self._start([word.replace("./callboard", "callboard") for word in words])
-            assert await program.ends() == 0, program.output
+            assert await program.wait_for_exit() == 0, program.output
             self.outputs[line] = program.output
             self._latest = line
 
@@ -126,22 +126,24 @@ class Reader:
         assert command, words[0]
         return await self._system.program(command, *words[1:], folder=self.folder, environ=variables)
 
-    async def _hear(self, text: str) -> None:
+    async def _hear(self, lines: str) -> None:
         """Wait for each of these lines from the node that it is of."""
-        for line in text.splitlines():
+        for line in lines.splitlines():
             match = LOG_LINE.fullmatch(line)
             assert match, line
-            node, said = match.groups()
+            node, text = match.groups()
             own = self._running.get(node.rpartition(".")[2])
-            for program in [own] if own else self._running.values():
-                if own is None:  # a launch: the order of its processes' lines is not fixed
-                    program.rewind()
-                await program.says(f"[{node}]: {said.rstrip(COUNT)}")
+            wanted = f"[{node}]: {text.rstrip(COUNT)}"
+            if own:
+                await own.wait_for_line(wanted)
+            else:  # a launch: the order of its processes' lines is not fixed
+                for program in self._running.values():
+                    await program.find_line(wanted)
 
     async def _stop(self) -> None:
         """Press Ctrl-C in each terminal where a node or a launch runs."""
         for name, program in self._running.items():
-            code = await (program.ends() if name == self._ends_alone else program.stop())
+            code = await (program.wait_for_exit() if name == self._ends_alone else program.stop())
             assert code == 0, program.output
             assert "Traceback" not in program.output
         self._running.clear()

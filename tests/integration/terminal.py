@@ -38,16 +38,16 @@ class Terminal:
         """How the terminal is set now."""
         return termios.tcgetattr(self._inside)
 
-    def types(self, keys: bytes) -> None:
+    def type_keys(self, keys: bytes) -> None:
         """Type something."""
         os.write(self._window, keys)
 
-    async def ends(self) -> int:
+    async def wait_for_exit(self) -> int:
         """Wait for the program's end; return its exit code."""
         async with asyncio.timeout(DEADLINE_SEC):
             return await self.process.wait()
 
-    async def shows(self, wanted: str) -> None:
+    async def wait_for_text(self, wanted: str) -> None:
         """Read what is drawn until `wanted` is."""
         loop = asyncio.get_running_loop()
         drawn = b""

@@ -1,4 +1,4 @@
-"""`callboard bench` for real, but short: it counts right and leaves nothing behind. How fast is not asked."""
+"""Short runs of `callboard bench` have all figures and leave no process behind; speed is not checked."""
 
 from __future__ import annotations
 
@@ -11,16 +11,18 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from tests.integration.conftest import DEADLINE_SEC
+
 if TYPE_CHECKING:
     from tests.integration.conftest import System
 
-SHORT = ("--seconds", "0.3", "--repetitions", "1", "--json")
+SHORT = ("--seconds", "0.1", "--repetitions", "1", "--json")
 
 
-async def test_figures_of_streams_and_calls_come_out(system: System) -> None:
-    """Every case of W1 and W3 has its figures, nothing failed, nobody is left."""
+async def test_streams_and_calls_are_measured(system: System) -> None:
+    """Every case of W1 and W3 has figures, nothing fails, and no process is left."""
     program = await system.python("-m", "actors", "bench", "W1", "W3", *SHORT)
-    assert await program.ends() == 0, program.output
+    assert await program.wait_for_exit() == 0, program.output
     document = json.loads(program.output)
     assert document["failures"] == []
     measured = {f"{each['workload']} {each['case']}": each["figures"] for each in document["samples"]}
@@ -37,9 +39,9 @@ async def test_figures_of_streams_and_calls_come_out(system: System) -> None:
 async def test_other_loops_and_transports_are_measured_alike(
     system: System, options: tuple[str, ...]
 ) -> None:
-    """And are named in the results."""
+    """They have the same workload, and the results name them."""
     program = await system.python("-m", "actors", "bench", "W4", *SHORT, *options)
-    assert await program.ends() == 0, program.output
+    assert await program.wait_for_exit() == 0, program.output
     (sample,) = json.loads(program.output)["samples"]
     assert sample["contender"] == f"callboard ({options[1]})"
 
@@ -47,24 +49,24 @@ async def test_other_loops_and_transports_are_measured_alike(
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 async def test_a_signal_ends_everything(system: System, number: signal.Signals) -> None:
-    """In mid-trial: the exit code says which, no traceback, no process."""
+    """During a trial: the exit code names the signal; there is no traceback, and no process is left."""
     program = await system.python("-c", INTERRUPTED)
-    await program.says("at work")
+    await program.wait_for_line("at work")
     assert len(left_behind(system)) == 4
-    program.send(number)
-    assert await program.ends() == 128 + number
+    program.send_signal(number)
+    assert await program.wait_for_exit() == 128 + number
     assert "Traceback" not in program.output
     assert left_behind(system) == []
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel of Linux ends the children")
-async def test_a_bench_that_is_killed_takes_its_processes_along(system: System) -> None:
-    """SIGKILL leaves it no time to: servers go with it all the same."""
+async def test_a_killed_bench_leaves_no_process_behind(system: System) -> None:
+    """After SIGKILL the kernel ends its processes."""
     program = await system.python("-c", INTERRUPTED)
-    await program.says("at work")
-    program.send(signal.SIGKILL)
-    assert await program.ends() == -signal.SIGKILL
-    async with asyncio.timeout(20):
+    await program.wait_for_line("at work")
+    program.send_signal(signal.SIGKILL)
+    assert await program.wait_for_exit() == -signal.SIGKILL
+    async with asyncio.timeout(DEADLINE_SEC):
         while left_behind(system):
             await asyncio.sleep(0.05)
 
@@ -85,11 +87,11 @@ RoleProcess.done = tell_first
 sys.argv[1:] = ["bench", "W1", "--seconds", "30"]
 sys.exit(main())
 """
-"""callboard bench, but it says when broker, subscriber and publisher are at work."""
+"""callboard bench; it reports when broker, subscriber and publisher are working."""
 
 
 def left_behind(system: System) -> list[str]:
-    """Return the processes that run in a test's environment: its programs' children inherit it."""
+    """Return the command lines of all processes with a test's environment, which children inherit."""
     mark = f"CALLBOARD_URL={system.url}".encode()
     found: list[str] = []
     for process in Path("/proc").glob("[0-9]*"):

@@ -1,11 +1,10 @@
-"""The broker is killed and comes back: everybody goes on, nobody sees a message twice."""
+"""The broker is killed and restarted: nodes continue, and no message arrives twice."""
 
 from __future__ import annotations
 
 import asyncio
 import re
 import signal
-import time
 from typing import TYPE_CHECKING
 
 import pytest
@@ -13,6 +12,7 @@ import pytest
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
+from tests.integration.conftest import DEADLINE_SEC
 
 if TYPE_CHECKING:
     from tests.integration.conftest import System
@@ -20,40 +20,40 @@ if TYPE_CHECKING:
 LATCHED = actors.QoSProfile(depth=2, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
 
 
-async def test_publisher_and_subscriber_go_on(system: System) -> None:
-    """After SIGKILL and a new start messages flow again; numbers only grow."""
+async def test_publisher_and_subscriber_continue(system: System) -> None:
+    """After SIGKILL and a restart messages arrive again, in rising order."""
     daemon = await system.broker()
     publisher = await system.example("minimal_publisher")
     subscriber = await system.example("minimal_subscriber")
-    await subscriber.says("I heard")
+    await subscriber.wait_for_line("I heard")
     for _ in range(2):
         await daemon.kill()
-        await publisher.says("No broker at")
-        await subscriber.says("No broker at")
+        await publisher.wait_for_line("No broker at")
+        await subscriber.wait_for_line("No broker at")
         daemon = await system.broker()
-        await publisher.says("Connected to the broker")
-        await subscriber.says("Connected to the broker")
-        await subscriber.says("I heard")
+        await publisher.wait_for_line("Connected to the broker")
+        await subscriber.wait_for_line("Connected to the broker")
+        await subscriber.wait_for_line("I heard")
     numbers = [int(number) for number in re.findall(r"Addison: (\d+)", subscriber.output)]
     assert numbers == sorted(set(numbers))
 
 
-async def test_server_goes_on(system: System) -> None:
+async def test_a_server_continues(system: System) -> None:
     """The server serves clients of the new broker."""
     daemon = await system.broker()
     server = await system.example("add_two_ints_server")
     client = await system.example("add_two_ints_client", "1", "2")
-    assert await client.ends() == 0
+    assert await client.wait_for_exit() == 0
     await daemon.kill()
-    await server.says("No broker at")
+    await server.wait_for_line("No broker at")
     await system.broker()
     client = await system.example("add_two_ints_client", "5", "3")
-    await client.says("Sum: 8")
-    assert await client.ends() == 0
+    await client.wait_for_line("Sum: 8")
+    assert await client.wait_for_exit() == 0
 
 
-async def test_client_goes_on(system: System) -> None:
-    """Calls fail at once while there is no broker; waiting for the service spans the gap."""
+async def test_a_client_continues(system: System) -> None:
+    """Calls fail at once while there is no broker; wait_for_service waits for the new broker."""
     daemon = await system.broker()
     await system.example("add_two_ints_server")
     async with actors.Node("client", url=system.url) as node:
@@ -61,16 +61,15 @@ async def test_client_goes_on(system: System) -> None:
         assert await client.wait_for_service()
         assert (await client.call(AddTwoInts.Request(a=5, b=3))).sum == 8
         await daemon.kill()
-        start = time.monotonic()
         with pytest.raises(actors.ServiceUnavailable):
-            await client.call(AddTwoInts.Request(a=5, b=3))
-        assert time.monotonic() - start < 2.0
+            async with asyncio.timeout(DEADLINE_SEC):
+                await client.call(AddTwoInts.Request(a=5, b=3), timeout_sec=1000)
         await system.broker()
         assert await client.wait_for_service()
         assert (await client.call(AddTwoInts.Request(a=5, b=4))).sum == 9
 
 
-async def test_messages_published_meanwhile_are_kept_to_the_depth(system: System) -> None:
+async def test_messages_published_without_a_broker_are_kept_to_the_depth(system: System) -> None:
     """KEEP_LAST keeps its last `depth` messages until the broker and the subscriber are back."""
     daemon = await system.broker()
     async with (
@@ -95,7 +94,7 @@ async def test_messages_published_meanwhile_are_kept_to_the_depth(system: System
 
 
 async def test_latched_values_survive_the_broker(system: System) -> None:
-    """The publisher gives its last messages to a new broker, which gives them to late joiners, once."""
+    """The publisher sends its last messages to the new broker, which sends them to late joiners once."""
     daemon = await system.broker()
     async with (
         actors.Node("talker", url=system.url) as talker,
@@ -115,18 +114,18 @@ async def test_latched_values_survive_the_broker(system: System) -> None:
         assert (await anext(late)).data == "3"
 
 
-async def test_a_frozen_broker_is_noticed_and_forgiven(system: System) -> None:
-    """A broker that stands still for longer than the keepalive is left; all goes on when it moves again."""
-    daemon = await system.broker()
+async def test_nodes_leave_a_frozen_broker_and_reconnect(system: System) -> None:
+    """Nodes close the connection after the keepalive limit and reconnect when the broker continues."""
+    daemon = await system.broker("--keepalive-sec", "0.6")
     publisher = await system.example("minimal_publisher")
     subscriber = await system.example("minimal_subscriber")
-    await subscriber.says("I heard")
-    daemon.send(signal.SIGSTOP)
-    await publisher.says("silent")
-    await subscriber.says("silent")
-    daemon.send(signal.SIGCONT)
-    await subscriber.says("I heard")
+    await subscriber.wait_for_line("I heard")
+    daemon.send_signal(signal.SIGSTOP)
+    await publisher.wait_for_line("silent")
+    await subscriber.wait_for_line("silent")
+    daemon.send_signal(signal.SIGCONT)
+    await subscriber.wait_for_line("I heard")
     publisher.skip()
-    await publisher.says("Publishing")
+    await publisher.wait_for_line("Publishing")
     numbers = [int(number) for number in re.findall(r"Addison: (\d+)", subscriber.output)]
     assert numbers == sorted(set(numbers))

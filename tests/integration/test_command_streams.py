@@ -31,9 +31,9 @@ async def test_ctrl_c_ends_what_measures(system: System, command: tuple[str, ...
     """At once, with 130 and no traceback; the publisher has its own way of ending, and the same code."""
     await system.broker()
     pub = await system.python("-m", "actors", "topic", "pub", "/said", TYPE, "frame_id: map", "-r", "100")
-    await pub.says("publishing #1:")
+    await pub.wait_for_line("publishing #1:")
     program = await system.python("-m", "actors", "topic", *command)
-    await program.says(text)
+    await program.wait_for_line(text)
     assert await program.stop() == 130
     assert await pub.stop() == 130
     assert "Traceback" not in program.output + pub.output
@@ -48,9 +48,9 @@ async def test_ctrl_c_ends_what_waits_for_stdin(system: System, tmp_path: Path) 
     try:
         script = f'exec "$0" -m actors topic pub --stdin /said {TYPE} <"$1"'
         pub = await system.program("sh", "-c", script, sys.executable, str(fifo))
-        await pub.says("beginning loop")
+        await pub.wait_for_line("beginning loop")
         os.write(writing, b"{frame_id: map, stamp: now}\n---\nframe_id: od")
-        await pub.says("publishing #1: std_msgs.msg.Header(")
+        await pub.wait_for_line("publishing #1: std_msgs.msg.Header(")
         assert await pub.stop() == 130
     finally:
         os.close(writing)
@@ -63,10 +63,10 @@ async def test_an_echo_can_be_published_again(system: System) -> None:
     await system.broker()
     command = '"$0" -m actors topic echo --json /said | "$0" -m actors topic pub --stdin /copy ' + TYPE
     pub = await system.python("-m", "actors", "topic", "pub", "/said", TYPE, "frame_id: map", "-r", "100")
-    await pub.says("publishing #1:")
+    await pub.wait_for_line("publishing #1:")
     copy = await system.program("sh", "-c", command, sys.executable)
-    await copy.says("frame_id='map'")
+    await copy.wait_for_line("frame_id='map'")
     head = '"$0" -m actors topic echo /copy ' + TYPE + " | head -n 3"
     first = await system.program("sh", "-c", head, sys.executable)
-    assert await first.ends() == 0
+    assert await first.wait_for_exit() == 0
     assert first.lines == ["stamp:", "  sec: 0", "  nanosec: 0"]

@@ -27,7 +27,7 @@ async def start_in_order(
         own = arguments if name.endswith("client") else ()
         programs[name] = await system.example(name, *own)
         if "broker" not in programs:
-            await programs[name].says(WAITING)
+            await programs[name].wait_for_line(WAITING)
     return programs
 
 
@@ -36,10 +36,10 @@ async def test_publisher_and_subscriber_say_what_the_course_says(system: System)
     await system.broker()
     subscriber = await system.example("minimal_subscriber")
     publisher = await system.example("minimal_publisher")
-    said = await publisher.says("Publishing")
+    said = await publisher.wait_for_line("Publishing")
     assert said.startswith("[INFO] [")
     assert said.endswith('[minimal_publisher]: Publishing: "Hi Automatic Addison: 0"')
-    heard = await subscriber.says("I heard")
+    heard = await subscriber.wait_for_line("I heard")
     assert '[minimal_subscriber]: I heard: "Hi Automatic Addison: ' in heard
 
 
@@ -51,21 +51,25 @@ async def test_publishing_subscriber_passes_on_what_it_hears(system: System) -> 
         "minimal_subscriber", "--ros-args", "-r", "addison:=addison2", "-r", "__node:=end"
     )
     await system.example("minimal_publisher")
-    assert "[publishing_subscriber]: I heard Hi Automatic Addison: " in await relay.says("I heard")
-    assert '[end]: I heard: "I heard Hi Automatic Addison: ' in await end.says("I heard")
+    assert "[publishing_subscriber]: I heard Hi Automatic Addison: " in await relay.wait_for_line("I heard")
+    assert '[end]: I heard: "I heard Hi Automatic Addison: ' in await end.wait_for_line("I heard")
 
 
 async def test_server_and_client_say_what_the_course_says(system: System) -> None:
     """Request and reply are logged on both sides, and the client ends with 0."""
     await system.broker()
     server = await system.example("add_two_ints_server")
-    await server.says("[add_two_ints_server]: Ready to add two ints.")
+    await server.wait_for_line("[add_two_ints_server]: Ready to add two ints.")
     client = await system.example("add_two_ints_client", "5", "3")
-    assert (await client.says("Sum")).endswith("[add_two_ints_client]: Sum: 8")
-    assert await client.ends() == 0
-    assert (await server.says("Incoming request")).endswith("[add_two_ints_server]: Incoming request")
-    assert await server.says("a: ") == "a: 5 b: 3"
-    assert (await server.says("sending")).endswith("[add_two_ints_server]: sending back response: [8]")
+    assert (await client.wait_for_line("Sum")).endswith("[add_two_ints_client]: Sum: 8")
+    assert await client.wait_for_exit() == 0
+    assert (await server.wait_for_line("Incoming request")).endswith(
+        "[add_two_ints_server]: Incoming request"
+    )
+    assert await server.wait_for_line("a: ") == "a: 5 b: 3"
+    assert (await server.wait_for_line("sending")).endswith(
+        "[add_two_ints_server]: sending back response: [8]"
+    )
 
 
 async def test_client_takes_negative_numbers(system: System) -> None:
@@ -73,8 +77,8 @@ async def test_client_takes_negative_numbers(system: System) -> None:
     await system.broker()
     await system.example("add_two_ints_server")
     client = await system.example("add_two_ints_client", "-5", "3")
-    await client.says("Sum: -2")
-    assert await client.ends() == 0
+    await client.wait_for_line("Sum: -2")
+    assert await client.wait_for_exit() == 0
 
 
 @pytest.mark.parametrize("arguments", [(), ("5",), ("5", "3", "1"), ("five", "3")], ids=" ".join)
@@ -83,7 +87,7 @@ async def test_client_without_two_integers_explains_itself(
 ) -> None:
     """It says how to use it and ends with 1, also without a broker."""
     client = await system.example("add_two_ints_client", *arguments)
-    assert await client.ends() == 1
+    assert await client.wait_for_exit() == 1
     assert client.output == "usage: add_two_ints_client X Y"
 
 
@@ -92,14 +96,14 @@ async def test_client_reports_a_sum_that_does_not_fit(system: System) -> None:
     await system.broker()
     server = await system.example("add_two_ints_server")
     client = await system.example("add_two_ints_client", str(2**63 - 1), "1")
-    line = await client.says("Failed to call service add_two_ints: ")
+    line = await client.wait_for_line("Failed to call service add_two_ints: ")
     assert str(2**63) in line
-    assert await client.ends() == 1
+    assert await client.wait_for_exit() == 1
     assert "Traceback" not in client.output
     assert "Sum" not in client.output
-    await server.says("AddTwoInts_Response.sum")
+    await server.wait_for_line("AddTwoInts_Response.sum")
     again = await system.example("add_two_ints_client", str(2**63 - 2), "1")
-    await again.says(f"Sum: {2**63 - 1}")
+    await again.wait_for_line(f"Sum: {2**63 - 1}")
 
 
 async def test_client_reports_an_operand_that_does_not_fit(system: System) -> None:
@@ -107,8 +111,8 @@ async def test_client_reports_an_operand_that_does_not_fit(system: System) -> No
     await system.broker()
     server = await system.example("add_two_ints_server")
     client = await system.example("add_two_ints_client", str(2**63), "1")
-    await client.says("Failed to call service add_two_ints: ")
-    assert await client.ends() == 1
+    await client.wait_for_line("Failed to call service add_two_ints: ")
+    assert await client.wait_for_exit() == 1
     assert "Traceback" not in client.output
     assert "Incoming" not in server.output
 
@@ -117,33 +121,33 @@ async def test_client_says_that_it_waits_for_the_service(system: System) -> None
     """With a broker but no server it says so every second, and goes on when the server comes."""
     await system.broker()
     client = await system.example("add_two_ints_client", "5", "3")
-    await client.says("service not available, waiting again...")
+    await client.wait_for_line("service not available, waiting again...")
     await system.example("add_two_ints_server")
-    await client.says("Sum: 8")
-    assert await client.ends() == 0
+    await client.wait_for_line("Sum: 8")
+    assert await client.wait_for_exit() == 0
 
 
 @pytest.mark.parametrize("order", list(permutations(TOPIC_PROGRAMS)), ids="-".join)
 async def test_topic_programs_find_each_other_in_any_order(system: System, order: tuple[str, ...]) -> None:
     """Whoever starts first waits for the others."""
     programs = await start_in_order(system, order)
-    await programs["minimal_subscriber"].says('I heard: "Hi Automatic Addison: ')
+    await programs["minimal_subscriber"].wait_for_line('I heard: "Hi Automatic Addison: ')
 
 
 @pytest.mark.parametrize("order", list(permutations(SERVICE_PROGRAMS)), ids="-".join)
 async def test_service_programs_find_each_other_in_any_order(system: System, order: tuple[str, ...]) -> None:
     """Whoever starts first waits for the others; only the client ends by itself."""
     programs = await start_in_order(system, order, arguments=("5", "3"))
-    await programs["add_two_ints_client"].says("Sum: 8")
-    assert await programs["add_two_ints_client"].ends() == 0
+    await programs["add_two_ints_client"].wait_for_line("Sum: 8")
+    assert await programs["add_two_ints_client"].wait_for_exit() == 0
 
 
 async def test_waiting_programs_say_once_how_to_start_a_broker(system: System) -> None:
     """The line names the place and the command; later attempts are silent."""
     publisher = await system.example("minimal_publisher")
-    line = await publisher.says(WAITING)
+    line = await publisher.wait_for_line(WAITING)
     assert f"No broker at {system.url}" in line
     assert f"callboard broker --port {system.port}" in line
     for _ in range(3):
-        await publisher.says("Publishing")
+        await publisher.wait_for_line("Publishing")
     assert publisher.output.count(WAITING) == 1

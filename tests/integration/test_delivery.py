@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import actors
 from actors.interfaces.std_msgs.msg import Int64, String
+from tests.integration.conftest import DEADLINE_SEC, wait_for_subscriptions
 
 if TYPE_CHECKING:
     import pytest
@@ -39,23 +40,16 @@ actors.run(Counter)
 """
 
 
-async def matched(publisher: actors.Publisher[Int64], node: actors.Node, count: int = 1) -> None:
-    """Wait until a publisher has so many subscriptions."""
-    async with asyncio.timeout(20):
-        while publisher.get_subscription_count() < count:
-            await node.get_graph()
-
-
 async def test_keep_all_loses_nothing(system: System) -> None:
     """Two thousand messages to another process arrive, all, in order."""
     await system.broker()
     counter = await system.python("-c", COUNTING_SUBSCRIBER)
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
-        await matched(publisher, node)
+        await wait_for_subscriptions(publisher, node)
         for i in range(2000):
             publisher.publish(Int64(data=i))
-        assert await counter.says("in order") == "in order: True"
+        assert await counter.wait_for_line("in order") == "in order: True"
         assert publisher.dropped == 0
 
 
@@ -65,7 +59,7 @@ async def test_keep_all_waits_for_a_slow_reader(hub: broker.Broker) -> None:
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
         publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
         subscription = hearer.create_subscription(Int64, "numbers", qos=KEEP_ALL)
-        await matched(publisher, talker)
+        await wait_for_subscriptions(publisher, talker)
 
         async def publish() -> None:
             for i in range(total):
@@ -101,7 +95,7 @@ async def test_keep_last_loses_only_the_oldest_and_counts_them(hub: broker.Broke
 
         publisher = talker.create_publisher(Int64, "numbers", depth)
         subscription = hearer.create_subscription(Int64, "numbers", on_number, depth)
-        await matched(publisher, talker)
+        await wait_for_subscriptions(publisher, talker)
         publisher.publish(Int64(data=0))
         await busy.wait()
         for i in range(1, total):
@@ -113,10 +107,10 @@ async def test_keep_last_loses_only_the_oldest_and_counts_them(hub: broker.Broke
         go_on.set()
         last = talker.create_publisher(Int64, "last", depth)
         done = aiter(hearer.create_subscription(Int64, "last", qos=depth))
-        await matched(last, talker)
+        await wait_for_subscriptions(last, talker)
         last.publish(Int64(data=0))
         await anext(done)
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(DEADLINE_SEC):
             while heard[-1] != total - 1:
                 await hearer.get_graph()
         assert heard == [0, *range(total - depth, total)]
@@ -134,7 +128,7 @@ async def test_late_joiners_get_the_latched_values(hub: broker.Broker) -> None:
         await publisher.flush()
         late = aiter(hearer.create_subscription(Int64, "numbers", qos=LATCHED))
         volatile = aiter(hearer.create_subscription(Int64, "numbers", qos=10))
-        await matched(publisher, talker, 2)
+        await wait_for_subscriptions(publisher, talker, 2)
         publisher.publish(Int64(data=5))
         assert [(await anext(late)).data for _ in range(4)] == [2, 3, 4, 5]
         assert (await anext(volatile)).data == 5
@@ -157,7 +151,7 @@ async def test_a_stopping_publisher_sends_what_it_has(hub: broker.Broker) -> Non
         heard = aiter(hearer.create_subscription(Int64, "numbers", qos=KEEP_ALL))
         async with actors.Node("talker", url=hub.url) as talker:
             publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
-            await matched(publisher, talker)
+            await wait_for_subscriptions(publisher, talker)
             for i in range(500):
                 publisher.publish(Int64(data=i))
         assert [(await anext(heard)).data for _ in range(500)] == list(range(500))
@@ -189,6 +183,6 @@ async def test_a_raw_subscription_hears_every_type(hub: broker.Broker) -> None:
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
         publisher = talker.create_publisher(Int64, "numbers", 10)
         raw = aiter(hearer.create_subscription(None, "numbers", qos=10, raw=True))
-        await matched(publisher, talker)
+        await wait_for_subscriptions(publisher, talker)
         publisher.publish(Int64(data=7))
         assert b"data" in await anext(raw)

@@ -21,7 +21,7 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.py"))
 async def test_embedded_needs_nothing_else(system: System) -> None:
     """Broker, topic and service in one process, without a daemon."""
     program = await system.example("embedded")
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     assert program.lines == ["heard: hello from the same program", "5 + 3 = 8"]
 
 
@@ -29,7 +29,7 @@ async def test_load_balanced_service_shows_an_even_split(system: System) -> None
     """Three servers answer thirty requests: ten each."""
     await system.broker()
     program = await system.example("load_balanced_service")
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     assert program.lines == [f"worker_{i} answered 10 of 30 requests" for i in range(3)]
 
 
@@ -37,7 +37,7 @@ async def test_latched_value_reaches_the_late_joiner(system: System) -> None:
     """Only the last value comes."""
     await system.broker()
     program = await system.example("latched_value")
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     assert program.lines[-1] == "the late joiner got: attic"
     assert program.output.count("late joiner") == 1
 
@@ -45,7 +45,7 @@ async def test_latched_value_reaches_the_late_joiner(system: System) -> None:
 async def test_supervised_counts_three_times(system: System) -> None:
     """The failing node is started twice more, and then given up; the events say so."""
     program = await system.example("supervised")
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     assert program.lines.count("heard: 1") == 3
     assert "gave up: 'counter' died too often, last: RuntimeError: nothing left to count" in program.output
     assert program.lines[-1] == "counter given up RuntimeError: nothing left to count"
@@ -59,9 +59,9 @@ async def test_decorated_course_runs_all_five(system: System) -> None:
     relayed = await system.example(
         "minimal_subscriber", "--ros-args", "-r", "addison:=addison2", "-r", "__node:=end"
     )
-    await program.says('[minimal_subscriber]: I heard: "Hi Automatic Addison: ')
-    await program.says("[add_two_ints_client]: Sum: 8")
-    await relayed.says('I heard: "I heard Hi Automatic Addison: ')
+    await program.wait_for_line('[minimal_subscriber]: I heard: "Hi Automatic Addison: ')
+    await program.wait_for_line("[add_two_ints_client]: Sum: 8")
+    await relayed.wait_for_line('I heard: "I heard Hi Automatic Addison: ')
     assert await program.stop() == 0
     assert "Traceback" not in program.output
     for text in ("Ready to add two ints.", "a: 5 b: 3", "sending back response: [8]"):
@@ -79,8 +79,7 @@ async def test_course_launches_from_any_language(language: str, system: System) 
         "[course.echo]: I heard Hi Automatic Addison: ",
         "[course.add_two_ints_client]: Sum: 9",
     ):
-        program.rewind()
-        await program.says(text)
+        await program.find_line(text)
     assert await program.stop() == 0
     assert "Traceback" not in program.output
 

@@ -1,4 +1,4 @@
-"""Forked children: they neither keep nor disturb what their parent has open."""
+"""Forked children neither keep nor disturb the connections and files of their parent."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
+from tests.integration.conftest import DEADLINE_SEC
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -28,10 +29,10 @@ async def main():
         await node.get_graph()
         child = os.fork()
         if child == 0:
-            # The lowest numbers that are free: those of connections, if the child had closed them.
+            # They get the lowest free numbers, those of the connections if the child had closed them.
             files = [open(os.path.join(sys.argv[1], str(number)), "w") for number in range(32)]
             for sock in [each for each in gc.get_objects() if isinstance(each, socket.socket)]:
-                sock.close()  # as the garbage collector does with the transports of a loop that runs no more
+                sock.close()  # as the garbage collector does with the transports of a stopped loop
             for file in files:
                 file.write("whole")
                 file.close()
@@ -51,7 +52,7 @@ import asyncio, os, sys, time
 from broker import Broker, BrokerOptions
 
 async def main():
-    async with Broker(BrokerOptions(port=int(sys.argv[1]))) as broker:
+    async with Broker(BrokerOptions(port=int(sys.argv[1]), keepalive_sec=1000)) as broker:
         print("listens", flush=True)
         while not broker.stats().connections:
             await asyncio.sleep(0.01)
@@ -74,29 +75,29 @@ def _texts(folder: Path) -> list[str]:
     return [path.read_text() for path in folder.iterdir()]
 
 
-async def test_a_child_closes_no_file_of_its_own_and_no_connection_of_its_parent(
+async def test_a_child_closes_neither_its_own_files_nor_its_parents_connections(
     system: System, tmp_path: Path
 ) -> None:
-    """Its copies of the sockets are closed; its files stay whole, and the parent's connections work."""
+    """Its copies of the sockets are closed, its files are complete, and the parent's connections work."""
     program = await system.python("-c", CLOSER, str(tmp_path))
-    await program.says("child 0")
-    await program.says("both")
-    assert await program.ends() == 0
+    await program.wait_for_line("child 0")
+    await program.wait_for_line("both")
+    assert await program.wait_for_exit() == 0
     assert set(await asyncio.to_thread(_texts, tmp_path)) == {"whole"}
 
 
 @pytest.mark.parametrize("loop", LOOPS)
-async def test_a_child_does_not_keep_the_connections_of_its_dead_parent_s_broker(
+async def test_a_child_does_not_keep_the_connections_of_its_killed_parents_broker(
     system: System, loop: str
 ) -> None:
     """When a process with an embedded broker is killed, nodes notice at once, and its port is free."""
     parent = await system.python("-c", KEEPER.replace("LOOP", LOOPS[loop]), str(system.port))
-    await parent.says("listens")
+    await parent.wait_for_line("listens")
     async with actors.Node("node", url=system.url) as node:
         await node.get_graph()
-        await parent.says("child")
-        parent.send(signal.SIGKILL)
-        async with asyncio.timeout(2):  # below the keepalive limit of 3 s
+        await parent.wait_for_line("child")
+        parent.send_signal(signal.SIGKILL)
+        async with asyncio.timeout(DEADLINE_SEC):  # far below the keepalive limit
             while node.connected:
                 await asyncio.sleep(0.01)
         await system.broker()

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64, String
-from tests.integration.conftest import free_port
+from tests.integration.conftest import DEADLINE_SEC, free_port, wait_for_subscriptions
 from tests.integration.counter import COUNTER, Counted
 
 if TYPE_CHECKING:
     from tests.integration.conftest import System
 
 KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
-SOON_SEC = 20.0
-"""Long for any of these, on a machine that is busy with other tests, and far below a call's deadline."""
 
 TALKER = """
 import asyncio, sys
@@ -95,10 +93,10 @@ async def test_what_a_killed_publisher_had_flushed_still_arrives(system: System)
 
         subscription = node.create_subscription(String, "numbers", on_message, KEEP_ALL)
         talker = await system.python("-c", TALKER, str(total))
-        await talker.says("flushed")
+        await talker.wait_for_line("flushed")
         await busy.wait()
         await talker.kill()
-        async with asyncio.timeout(SOON_SEC):
+        async with asyncio.timeout(DEADLINE_SEC):
             while subscription.get_publisher_count():
                 await node.get_graph()
             go_on.set()
@@ -113,22 +111,20 @@ async def test_a_killed_reader_frees_the_publisher_that_waited_for_it(system: Sy
     stuck = await system.python("-c", STUCK_READER)
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(String, "numbers", KEEP_ALL)
-        async with asyncio.timeout(SOON_SEC):
-            while not publisher.get_subscription_count():
-                await node.get_graph()
+        await wait_for_subscriptions(publisher, node)
         message = String(data=100_000 * "x")
         full = False
-        async with asyncio.timeout(SOON_SEC):
+        async with asyncio.timeout(DEADLINE_SEC):
             while not full:
                 try:
                     publisher.publish(message)
                     await node.get_graph()
                 except actors.PublisherFull:
                     full = True
-        await stuck.says("stuck")
+        await stuck.wait_for_line("stuck")
         await stuck.kill()
-        await publisher.ready(timeout_sec=SOON_SEC)
-        await publisher.flush(timeout_sec=SOON_SEC)
+        await publisher.ready(timeout_sec=DEADLINE_SEC)
+        await publisher.flush(timeout_sec=DEADLINE_SEC)
         assert publisher.queued == 0
         assert publisher.dropped == 0
 
@@ -139,7 +135,7 @@ async def test_every_call_into_a_killed_broker_fails_at_once(system: System) -> 
     daemon = await system.broker()
     server = await system.python("-c", SILENT_SERVER)
     callers = [actors.Node(f"caller_{i}", url=system.url) for i in range(nodes)]
-    async with asyncio.timeout(2 * SOON_SEC), asyncio.TaskGroup() as group:
+    async with asyncio.timeout(DEADLINE_SEC), asyncio.TaskGroup() as group:
         stop = asyncio.Event()
         ready = [asyncio.Event() for _ in callers]
         ends: list[BaseException] = []
@@ -165,13 +161,13 @@ async def test_every_call_into_a_killed_broker_fails_at_once(system: System) -> 
             group.create_task(call(node, waiting))
         for waiting in ready:
             await waiting.wait()
-        await server.says("all called")
+        await server.wait_for_line("all called")
         await daemon.kill()
         while len(ends) < nodes * calls:
             await asyncio.sleep(0)
         stop.set()
     assert {type(end) for end in ends} == {actors.ServiceUnavailable}
-    await server.says("No broker at")
+    await server.wait_for_line("No broker at")
 
 
 async def test_a_publisher_killed_in_mid_message_leaves_no_half_of_it(system: System) -> None:
@@ -182,13 +178,12 @@ async def test_a_publisher_killed_in_mid_message_leaves_no_half_of_it(system: Sy
         beside = aiter(hearer.create_subscription(Int64, "small", qos=10))
         for _ in range(5):
             talker = await system.python("-c", LARGE_TALKER)
-            await talker.says("publishing")
+            await talker.wait_for_line("publishing")
             await talker.kill()
         async with actors.Node("other", url=system.url) as other:
             publisher = other.create_publisher(Int64, "small", 10)
-            async with asyncio.timeout(SOON_SEC):
-                while not publisher.get_subscription_count():
-                    await other.get_graph()
+            async with asyncio.timeout(DEADLINE_SEC):
+                await wait_for_subscriptions(publisher, other)
                 publisher.publish(Int64(data=1))
                 assert (await anext(beside)).data == 1
         assert halves.undecodable == 0
@@ -228,11 +223,10 @@ async def test_everybody_moves_on_to_the_second_broker(system: System) -> None:
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
         client = node.create_client(AddTwoInts, "block")
-        async with asyncio.timeout(2 * SOON_SEC):
+        async with asyncio.timeout(DEADLINE_SEC):
             for number in range(3):
                 assert await client.wait_for_service()
-                while not publisher.get_subscription_count():
-                    await node.get_graph()
+                await wait_for_subscriptions(publisher, node)
                 publisher.publish(Int64(data=number))
                 assert (await client.call(AddTwoInts.Request(a=1))).sum == 1
                 if number == 0:
@@ -240,7 +234,7 @@ async def test_everybody_moves_on_to_the_second_broker(system: System) -> None:
                     while client.service_is_ready():
                         await asyncio.sleep(0)
         publisher.publish(Int64(data=-3))
-        counted = Counted.read(await counter.says("counted"))
+        counted = Counted.read(await counter.wait_for_line("counted"))
         assert sum(counted) == publisher.published == 4
         assert counted.received >= 3
     assert "No broker at" not in counter.output

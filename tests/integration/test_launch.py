@@ -17,12 +17,13 @@ from actors.cli.errors import BROKEN_PIPE, OK
 from actors.launch.engine.machine import HURRY_AFTER_SEC
 from tests.actors.site_packages import Site
 from tests.integration.conftest import DEADLINE_SEC, ROOT
-from tests.integration.test_supervision import DEAF, PARENT, SLEEPER, alive, gone, pids_in
+from tests.integration.launch_files import launch_file, start_launch
+from tests.integration.processes import DEAF, PARENT, SLEEPER, is_alive, pids_in, wait_until_dead
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from tests.integration.conftest import Program, System
+    from tests.integration.conftest import System
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
 
@@ -57,31 +58,6 @@ time.sleep(1000)
 """
 
 
-def launch_file(folder: Path, *actions: str, **scripts: str) -> str:
-    """Write a launch file with these actions, and scripts beside it; return its path."""
-    for name, source in scripts.items():
-        (folder / f"{name}.py").write_text(textwrap.dedent(source))
-    names = sorted({each for action in actions for each in re.findall(r"\b([A-Z]\w+)\(", action)})
-    source = f"from actors.launch import {', '.join(['LaunchDescription', *names])}\n\n"
-    source += f"def generate_launch_description():\n    return LaunchDescription([{', '.join(actions)}])\n"
-    path = folder / "file.launch.py"
-    path.write_text(source)
-    return str(path)
-
-
-async def launch(system: System, *arguments: str) -> Program:
-    """Start a launch."""
-    command = sys.executable, "-m", "actors", "launch", "--stop-timeout", "0.2", *arguments
-    return await system.program(*command, unbuffered=False)  # the launch has to see to that
-
-
-async def said(program: Program, text: str) -> list[int]:
-    """Wait for a line with `text` behind its label, wherever it stands; return the pids in it."""
-    program._seen = 0
-    line = await program.says(f"] {text} ")
-    return pids_in(line.partition(f"] {text} ")[2])
-
-
 async def test_the_courses_file_runs(system: System, tmp_path: Path) -> None:
     """Two nodes of a package, in a namespace: labelled, on /ns1/addison, stopped by Ctrl-C with 0."""
     site = Site(tmp_path / "environment")
@@ -99,27 +75,27 @@ async def test_the_courses_file_runs(system: System, tmp_path: Path) -> None:
     program = await system.program(
         sys.executable, "-m", "actors", "launch", "py_pubsub", "pubsub.launch.py", environ=environ
     )
-    await program.says(f"[INFO] [launch]: no broker at {system.url}: this launch brings its own")
-    await program.says("[my_subscriber_node-2] ")
-    heard = await program.says('[ns1.my_subscriber_node]: I heard: "Hi Automatic Addison: ')
+    await program.wait_for_line(f"[INFO] [launch]: no broker at {system.url}: this launch brings its own")
+    await program.wait_for_line("[my_subscriber_node-2] ")
+    heard = await program.wait_for_line('[ns1.my_subscriber_node]: I heard: "Hi Automatic Addison: ')
     assert heard.startswith("[my_subscriber_node-2] [INFO] [")
     topics = await system.python("-m", "actors", "topic", "list")
-    assert await topics.ends() == 0
+    assert await topics.wait_for_exit() == 0
     assert "/ns1/addison" in topics.lines
     pids = [int(each) for each in re.findall(r"process started with pid \[(\d+)\]", program.output)]
     assert len(pids) == 2
     assert await program.stop() == 0
     assert "Traceback" not in program.output
     assert program.output.count("process has finished cleanly [pid ") == 2
-    await gone(*pids)
+    await wait_until_dead(*pids)
 
 
 async def test_a_broker_that_is_there_is_used(system: System, tmp_path: Path) -> None:
     """Then the launch has none of its own; it ends with its only process."""
     await system.broker()
     tell = "import os; print('url', os.environ['CALLBOARD_URL'])"
-    program = await launch(system, launch_file(tmp_path, "Node(script='tell.py')", tell=tell))
-    assert await program.ends() == 0
+    program = await start_launch(system, launch_file(tmp_path, "Node(script='tell.py')", tell=tell))
+    assert await program.wait_for_exit() == 0
     assert f"[tell-1] url {system.url}" in program.lines
     assert "brings its own" not in program.output
 
@@ -129,10 +105,10 @@ async def test_deaf_processes_are_stopped_all_the_same(system: System, tmp_path:
     """One that ignores SIGINT gets SIGTERM, and one that ignores that, too, SIGKILL."""
     more = "signal.signal(signal.SIGTERM, signal.SIG_IGN)" if very else ""
     file = launch_file(tmp_path, "Node(script='deaf.py')", deaf=DEAF.format(more=more))
-    program = await launch(system, file)
-    (pid,) = await said(program, "deaf")
+    program = await start_launch(system, file)
+    (pid,) = pids_in(await program.find_line("] deaf "))
     assert await program.stop() == 0
-    assert not alive(pid)
+    assert not is_alive(pid)
     assert ("process has died [pid" in program.output) is very
 
 
@@ -142,12 +118,12 @@ async def test_signals_stop_everything(system: System, tmp_path: Path, number: s
     if number is signal.SIGHUP and signal.getsignal(number) is signal.SIG_IGN:
         pytest.skip("these tests run under nohup")
     actions = "Node(script='parent.py')", "Node(script='sleeper.py')"
-    program = await launch(system, launch_file(tmp_path, *actions, parent=PARENT, sleeper=SLEEPER))
-    pids = [*await said(program, "parent"), *await said(program, "sleeper")]
+    program = await start_launch(system, launch_file(tmp_path, *actions, parent=PARENT, sleeper=SLEEPER))
+    pids = [*pids_in(await program.find_line("] parent ")), *pids_in(await program.find_line("] sleeper "))]
     assert len(pids) == 3
-    program.send(number)
-    assert await program.ends() == 0
-    await gone(*pids)
+    program.send_signal(number)
+    assert await program.wait_for_exit() == 0
+    await wait_until_dead(*pids)
 
 
 async def test_lines_come_at_once(system: System, tmp_path: Path) -> None:
@@ -155,10 +131,9 @@ async def test_lines_come_at_once(system: System, tmp_path: Path) -> None:
     tell = str(tmp_path / "tell.py")
     actions = "Node(script='tell.py')", f"ExecuteProcess(cmd=[{sys.executable!r}, {tell!r}], name='other')"
     source = "import time; print('told', 0); time.sleep(1000)"
-    program = await launch(system, launch_file(tmp_path, *actions, tell=source))
+    program = await start_launch(system, launch_file(tmp_path, *actions, tell=source))
     for label in ("tell-1", "other-2"):
-        program._seen = 0
-        await program.says(f"[{label}] told")
+        await program.find_line(f"[{label}] told")
     assert await program.stop() == 0
 
 
@@ -166,35 +141,37 @@ async def test_a_second_signal_hurries(system: System, tmp_path: Path) -> None:
     """A process that takes its time is killed when the launch is asked again."""
     busy = DEAF.format(more='signal.signal(signal.SIGINT, lambda *_: os.write(1, b"asked\\n"))')
     file = launch_file(tmp_path, "Node(script='busy.py')", busy=busy)
-    program = await launch(system, file, "--stop-timeout", "1000")
-    (pid,) = await said(program, "deaf")
-    program.send(signal.SIGINT)
-    await program.says("] asked")
-    ended = asyncio.create_task(program.ends())
+    program = await start_launch(system, file, "--stop-timeout", "1000")
+    (pid,) = pids_in(await program.find_line("] deaf "))
+    program.send_signal(signal.SIGINT)
+    await program.wait_for_line("] asked")
+    ended = asyncio.create_task(program.wait_for_exit())
     while not ended.done():  # two that are close together are one
-        program.send(signal.SIGINT)
+        program.send_signal(signal.SIGINT)
         await asyncio.wait({ended}, timeout=HURRY_AFTER_SEC)
     assert await ended == 0
     assert "process is killed" in program.output
-    assert not alive(pid)
+    assert not is_alive(pid)
 
 
 async def test_nobody_survives_a_killed_launch(system: System, tmp_path: Path) -> None:
     """SIGKILL for the launch alone: its processes and theirs end."""
     actions = "Node(script='parent.py')", "Node(script='deaf.py')"
-    program = await launch(system, launch_file(tmp_path, *actions, parent=PARENT, deaf=DEAF.format(more="")))
-    pids = [*await said(program, "parent"), *await said(program, "deaf")]
-    program.send(signal.SIGKILL)
-    await gone(*pids)
+    program = await start_launch(
+        system, launch_file(tmp_path, *actions, parent=PARENT, deaf=DEAF.format(more=""))
+    )
+    pids = [*pids_in(await program.find_line("] parent ")), *pids_in(await program.find_line("] deaf "))]
+    program.send_signal(signal.SIGKILL)
+    await wait_until_dead(*pids)
 
 
 async def test_a_flood_is_shown_whole(system: System, tmp_path: Path) -> None:
     """Far more than a pipe holds, on stdout and stderr: each line comes, labelled."""
-    program = await launch(system, launch_file(tmp_path, "Node(script='flood.py')", flood=FLOOD))
-    (pid,) = await said(program, "flooded")
+    program = await start_launch(system, launch_file(tmp_path, "Node(script='flood.py')", flood=FLOOD))
+    (pid,) = pids_in(await program.find_line("] flooded "))
     assert sum(line == f"[flood-1] {'x' * 199}" for line in program.lines) == 10_000
     assert await program.stop() == 0
-    assert not alive(pid)
+    assert not is_alive(pid)
 
 
 async def test_a_launch_that_nobody_reads_can_be_stopped(system: System, tmp_path: Path) -> None:
@@ -221,7 +198,7 @@ async def test_a_launch_that_nobody_reads_can_be_stopped(system: System, tmp_pat
             assert await process.wait() == 0
     finally:
         os.close(reading)
-    assert not alive(pid)
+    assert not is_alive(pid)
 
 
 async def test_a_launch_whose_reader_goes_stops(system: System, tmp_path: Path) -> None:
@@ -238,14 +215,14 @@ async def test_a_launch_whose_reader_goes_stops(system: System, tmp_path: Path) 
     async with asyncio.timeout(DEADLINE_SEC):
         out, _ = await process.communicate()
     (pid,) = pids_in(out.decode().partition(" pid ")[2])
-    await gone(pid)
+    await wait_until_dead(pid)
 
 
 async def test_it_ends_when_nothing_is_left_to_run(system: System, tmp_path: Path) -> None:
     """Processes that die at once are told of, and fail the launch, though none was required."""
     actions = "Node(script='bad.py', name='bad')", "ExecuteProcess(cmd=['/no/such/command'])"
-    program = await launch(system, launch_file(tmp_path, *actions, bad="raise SystemExit(7)"))
-    assert await program.ends() == 1
+    program = await start_launch(system, launch_file(tmp_path, *actions, bad="raise SystemExit(7)"))
+    assert await program.wait_for_exit() == 1
     assert re.search(
         r"^\[ERROR\] \[bad-1\]: process has died \[pid \d+, exit code 7, "
         r"cmd 'callboard run .*bad.py --ros-args -r __node:=bad'\]$",
@@ -265,28 +242,28 @@ async def test_a_required_process_ends_the_launch(
     short = f"raise SystemExit({code})"
     # Python that is interrupted while it starts may exit with 1.
     actions = "ExecuteProcess(cmd=['sleep', '1000'], name='sleeper')", f"Node(script='short.py', {how})"
-    program = await launch(system, launch_file(tmp_path, *actions, short=short))
-    assert await program.ends() == (1 if code else 0)
+    program = await start_launch(system, launch_file(tmp_path, *actions, short=short))
+    assert await program.wait_for_exit() == (1 if code else 0)
     assert "stopping: short-2 is required and has ended" in program.output
     (pid,) = re.findall(r"\[sleeper-1\]: process started with pid \[(\d+)\]", program.output)
-    assert not alive(int(pid))
+    assert not is_alive(int(pid))
 
 
 async def test_ctrl_c_ends_a_launch_well_whatever_has_failed(system: System, tmp_path: Path) -> None:
     """The process that failed was not required: the launch ends when it is told to, with 0."""
     actions = "Node(script='bad.py', name='bad')", "Node(script='sleeper.py')"
     file = launch_file(tmp_path, *actions, bad="raise SystemExit(7)", sleeper=SLEEPER)
-    program = await launch(system, file)
-    await program.says("[bad-1]: process has died")
-    await said(program, "sleeper")
+    program = await start_launch(system, file)
+    await program.wait_for_line("[bad-1]: process has died")
+    pids_in(await program.find_line("] sleeper "))
     assert await program.stop() == 0
 
 
 async def test_a_process_is_started_again(system: System, tmp_path: Path) -> None:
     """As often as it may be, each time with another pid."""
     action = "Node(script='short.py', respawn=True, respawn_max_retries=2)"
-    program = await launch(system, launch_file(tmp_path, action, short="print('ran')"))
-    assert await program.ends() == 0
+    program = await start_launch(system, launch_file(tmp_path, action, short="print('ran')"))
+    assert await program.wait_for_exit() == 0
     assert program.lines.count("[short-1] ran") == 3
     assert len(set(re.findall(r"process started with pid \[(\d+)\]", program.output))) == 3
 
@@ -300,8 +277,8 @@ async def test_timers_arguments_and_the_environment_reach_processes(system: Syst
         "LogInfo(msg=['word ', LaunchConfiguration('word')])",
     )
     tell = "import os, sys; print(os.environ['WORD'], sys.argv[1:])"
-    program = await launch(system, launch_file(tmp_path, *actions, tell=tell), "word:=no", "word:=yes")
-    assert await program.ends() == 0
+    program = await start_launch(system, launch_file(tmp_path, *actions, tell=tell), "word:=no", "word:=yes")
+    assert await program.wait_for_exit() == 0
     first, second = (program.output.index(text) for text in ("[launch]: word yes", "[tell-1] yes ['a b']"))
     assert first < second
 
@@ -345,8 +322,8 @@ async def test_a_process_waits_for_a_service(system: System, tmp_path: Path) -> 
         "RegisterEventHandler(OnServiceAvailable(service='add_two_ints', on_available=LogInfo(msg='seen ')))",
         "Node(script='server.py')",
     )
-    program = await launch(system, launch_file(tmp_path, *actions, server=SERVER, client=CLIENT))
-    assert await program.ends() == 0
+    program = await start_launch(system, launch_file(tmp_path, *actions, server=SERVER, client=CLIENT))
+    assert await program.wait_for_exit() == 0
     texts = [
         "[client-1]: waits for service /ns1/add_two_ints",
         "[server-2]: process started",
@@ -361,8 +338,8 @@ async def test_a_process_waits_for_a_service(system: System, tmp_path: Path) -> 
 async def test_what_does_not_come_is_not_waited_for(system: System, tmp_path: Path) -> None:
     """The process counts as dead, and the launch has failed without it."""
     action = "Node(script='tell.py', required=True, depends_on=['node talker'], depends_timeout=0.3)"
-    program = await launch(system, launch_file(tmp_path, action, tell="print('told')"))
-    assert await program.ends() == 1
+    program = await start_launch(system, launch_file(tmp_path, action, tell="print('told')"))
+    assert await program.wait_for_exit() == 1
     assert "[tell-1]: process could not be run: node /talker was not there within 0.3 s" in program.output
     assert "told" not in program.output
 
@@ -393,13 +370,13 @@ def ended(event, context):
     source = tmp_path / "file.launch.py"
     found = f"import sys\nsys.path.insert(0, {str(tmp_path)!r})\nfrom functions import ended, said\n"
     source.write_text(found + source.read_text())
-    program = await launch(system, file)
-    assert await program.ends() == 1  # the second one's code was 4
+    program = await start_launch(system, file)
+    assert await program.wait_for_exit() == 1  # the second one's code was 4
     assert "[first-1] quiet" in program.output
     for text in ("first-1 said loud ", "ended with 4 ", "stopping: enough"):
         assert f"[INFO] [launch]: {text}" in program.output
     (pid,) = re.findall(r"\[sleeper-\d\]: process started with pid \[(\d+)\]", program.output)
-    assert not alive(int(pid))
+    assert not is_alive(int(pid))
 
 
 async def test_a_function_that_fails_ends_the_launch(system: System, tmp_path: Path) -> None:
@@ -408,8 +385,8 @@ async def test_a_function_that_fails_ends_the_launch(system: System, tmp_path: P
         "Node(script='sleeper.py')",
         "RegisterEventHandler(OnProcessIO(target_action='sleeper', on_output=lambda event: 1 / 0))",
     )
-    program = await launch(system, launch_file(tmp_path, *actions, sleeper=SLEEPER))
-    assert await program.ends() == 1
+    program = await start_launch(system, launch_file(tmp_path, *actions, sleeper=SLEEPER))
+    assert await program.wait_for_exit() == 1
     assert "<lambda>(): ZeroDivisionError: division by zero" in program.output
     assert program.output.count("ZeroDivisionError") == 1
 
@@ -418,11 +395,11 @@ async def test_each_process_has_its_own_time_to_stop(system: System, tmp_path: P
     """It goes before the launch's, which would be too long for this test."""
     action = "Node(script='deaf.py', sigterm_timeout='0.1', sigkill_timeout=1000)"
     file = launch_file(tmp_path, action, deaf=DEAF.format(more=""))
-    program = await launch(system, file, "--stop-timeout", "1000")
-    (pid,) = await said(program, "deaf")
+    program = await start_launch(system, file, "--stop-timeout", "1000")
+    (pid,) = pids_in(await program.find_line("] deaf "))
     assert await program.stop() == 0
     assert "process has not ended after SIGINT; sending SIGTERM" in program.output
-    assert not alive(pid)
+    assert not is_alive(pid)
 
 
 async def test_a_signal_that_comes_twice_at_once_is_one(system: System, tmp_path: Path) -> None:
@@ -436,19 +413,21 @@ signal.signal(signal.SIGINT, end)
 os.write(1, b"polite %d\\n" % os.getpid())
 time.sleep(1000)
 """
-    program = await launch(system, launch_file(tmp_path, "Node(script='polite.py')", polite=polite))
-    await said(program, "polite")
-    program.send(signal.SIGINT)
-    program.send(signal.SIGTERM)
-    assert await program.ends() == 0
+    program = await start_launch(system, launch_file(tmp_path, "Node(script='polite.py')", polite=polite))
+    pids_in(await program.find_line("] polite "))
+    program.send_signal(signal.SIGINT)
+    program.send_signal(signal.SIGTERM)
+    assert await program.wait_for_exit() == 0
     assert "[polite-1] good bye" in program.output
 
 
 async def test_a_port_that_something_else_has_is_told_of(system: System, tmp_path: Path) -> None:
     """No broker can be started there, and none answers; nothing is started."""
     with socket.create_server(("127.0.0.1", system.port)):  # connections wait there for ever
-        program = await launch(system, launch_file(tmp_path, "Node(script='tell.py')", tell="print('told')"))
-        assert await program.ends() == 3
+        program = await start_launch(
+            system, launch_file(tmp_path, "Node(script='tell.py')", tell="print('told')")
+        )
+        assert await program.wait_for_exit() == 3
     assert f"{system.url}" in program.output
     assert "[tell-1]" not in program.output
 
@@ -477,12 +456,12 @@ signal.signal(signal.SIGINT, note)
         async with asyncio.timeout(DEADLINE_SEC):
             started = await asyncio.to_thread(fifo.read_text)
             pids = pids_in(started)
-            assert all(map(alive, pids))
+            assert all(map(is_alive, pids))
             os.close(window)
             # It ends by itself; whether it noticed first that nobody reads is a matter of luck.
             assert await process.wait() in {OK, BROKEN_PIPE}
         assert asked.exists()
-        await gone(*pids)
+        await wait_until_dead(*pids)
     finally:
         if process.returncode is None:
             process.kill()
@@ -498,15 +477,15 @@ async def test_a_failed_launch_that_is_interrupted_has_failed(system: System, tm
         "Node(script='deaf.py')",
     )
     file = launch_file(tmp_path, *actions, deaf=busy, short="raise SystemExit(7)")
-    program = await launch(system, file, "--stop-timeout", "1000")
-    (pid,) = await said(program, "deaf")
-    await program.says("] asked")
-    ended = asyncio.create_task(program.ends())
+    program = await start_launch(system, file, "--stop-timeout", "1000")
+    (pid,) = pids_in(await program.find_line("] deaf "))
+    await program.wait_for_line("] asked")
+    ended = asyncio.create_task(program.wait_for_exit())
     while not ended.done():
-        program.send(signal.SIGINT)
+        program.send_signal(signal.SIGINT)
         await asyncio.wait({ended}, timeout=HURRY_AFTER_SEC)
     assert await ended == 1
-    assert not alive(pid)
+    assert not is_alive(pid)
 
 
 async def test_a_reader_that_goes_while_a_launch_stops_hurries_nothing(

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.integration.conftest import ROOT
-from tests.integration.test_launch import launch, launch_file
-from tests.integration.test_supervision import gone
+from tests.integration.launch_files import launch_file, start_launch
+from tests.integration.processes import wait_until_dead
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from tests.integration.conftest import Program, System
+    from tests.integration.conftest import System
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
 
@@ -69,12 +69,6 @@ sys.stderr.write("no end")
 """
 
 
-async def anywhere(program: Program, text: str) -> str:
-    """Wait for a line with `text` in it, wherever it stands."""
-    program._seen = 0
-    return await program.says(text)
-
-
 async def test_nodes_run_in_the_launchs_process(system: System, tmp_path: Path) -> None:
     """Each with its name and label; one that fails does not disturb the others; Ctrl-C stops all with 0."""
     file = tmp_path / "own.launch.py"
@@ -83,7 +77,7 @@ async def test_nodes_run_in_the_launchs_process(system: System, tmp_path: Path) 
     environ = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(tmp_path)])}
     program = await system.program(sys.executable, "-m", "actors", "launch", str(file), environ=environ)
     for text in ("[ns1.anna]: I am /ns1/anna", "[talker]: I am /talker", "[named]: by its name"):
-        line = await anywhere(program, text)
+        line = await program.find_line(text)
         assert re.match(r"\[\w+-[124]\] \[(INFO|WARN)\] \[\d+\.\d+\] ", line)
     assert await program.stop() == 0
     assert program.output.count("] made here") == 2
@@ -95,12 +89,12 @@ async def test_nodes_run_in_the_launchs_process(system: System, tmp_path: Path) 
 async def test_a_program_can_have_a_terminal(system: System, tmp_path: Path) -> None:
     """`emulate_tty`: stdout and stderr are one, of the usual size; the last line comes, too."""
     file = launch_file(tmp_path, "Node(script='look.py', emulate_tty=True)", look=TERMINAL)
-    program = await launch(system, file)
-    assert await program.ends() == 0
+    program = await start_launch(system, file)
+    assert await program.wait_for_exit() == 0
     assert "[look-1] terminal True True 80 24" in program.lines
     assert "[look-1] no end" in program.lines
     (pid,) = re.findall(r"\[look-1\] pid (\d+)$", program.output, re.MULTILINE)
-    await gone(int(pid))
+    await wait_until_dead(int(pid))
 
 
 async def test_a_rewritten_script_runs_anew(system: System, tmp_path: Path) -> None:
@@ -113,14 +107,14 @@ async def test_a_rewritten_script_runs_anew(system: System, tmp_path: Path) -> N
         one=sleeps.format("first"),
         two="1 / 0",
     )
-    program = await launch(system, file, "--watch")
-    await program.says("watching 1 folder for changes")
-    await program.says("[one-1] first")
-    await anywhere(program, "[two-2] ZeroDivisionError")
+    program = await start_launch(system, file, "--watch")
+    await program.wait_for_line("watching 1 folder for changes")
+    await program.wait_for_line("[one-1] first")
+    await program.find_line("[two-2] ZeroDivisionError")
     (tmp_path / "one.py").write_text(sleeps.format("second"))
-    await program.says("[one-1] second")
+    await program.wait_for_line("[one-1] second")
     (tmp_path / "two.py").write_text(sleeps.format("mended"))
-    await program.says("[two-2] mended")
+    await program.wait_for_line("[two-2] mended")
     assert program.output.count("[one-1] second") == 1
     assert "one.py has changed" in program.output
     assert await program.stop() == 0
@@ -138,7 +132,7 @@ open({str(seen)!r}, "w").write(str([stat.S_ISSOCK(mode) for mode in kinds]))
     file = launch_file(tmp_path, "Node(script='look.py')", look=look)
     words = f'exec "$0" -m actors launch "$1" --url {system.url} {streams}'
     program = await system.program("sh", "-c", words, sys.executable, file)
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     assert seen.read_text() == "[False, False, False]"
 
 
@@ -150,10 +144,10 @@ async def test_a_command_in_a_launch_file_can_be_stopped(
     os.mkfifo(begun := tmp_path / "begun")
     script = f"exec 3>{begun}; echo begun >&3; sleep 1000"
     file = launch_file(tmp_path, f"LogInfo(msg=Command(\"sh -c '{script}'\"))")
-    program = await launch(system, file)
+    program = await start_launch(system, file)
     with await asyncio.to_thread(begun.open) as pipe:
         assert await asyncio.to_thread(pipe.readline) == "begun\n"
-        program.send(number)
+        program.send_signal(number)
         assert await asyncio.to_thread(pipe.read) == ""
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     assert "Traceback" not in program.output

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.integration.conftest import DEADLINE_SEC, ROOT
+from tests.integration.launch_files import launch_file
+from tests.integration.processes import SLEEPER
 from tests.integration.terminal import on_terminal
-from tests.integration.test_launch import launch_file
-from tests.integration.test_supervision import SLEEPER
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -47,7 +47,7 @@ async def test_json_tells_all_that_happens(system: System, tmp_path: Path) -> No
     """From the broker that it brings to the exit code; nothing else is written, not to stderr either."""
     file = launch_file(tmp_path, "Node(script='both.py', required=True)", both=f"{BOTH}; sys.exit(3)")
     program = await launch(system, tmp_path / "state", file, "--json")
-    assert await program.ends() == 1
+    assert await program.wait_for_exit() == 1
     said = documents(program)
     assert {each["event"] for each in said} == {"message", "started", "output", "exited", "stopping", "ended"}
     (exited,) = (each for each in said if each["event"] == "exited")
@@ -72,11 +72,11 @@ async def test_json_ends_when_the_launch_is_stopped(system: System, tmp_path: Pa
     """With the exit code of the command; also if no broker can be had."""
     file = launch_file(tmp_path, "Node(script='sleeper.py')", sleeper=SLEEPER)
     program = await launch(system, tmp_path, file, "--json")
-    await program.says('"output"')
+    await program.wait_for_line('"output"')
     assert await program.stop() == 0
     assert documents(program)[-1]["exit_code"] == 0
     program = await launch(system, tmp_path, file, "--json", "--url", "callboard://broker.invalid:7411")
-    assert await program.ends() == 3
+    assert await program.wait_for_exit() == 3
     ended, *error = program.lines
     assert json.loads(ended)["exit_code"] == 3
     assert error[0].startswith("No broker at callboard://broker.invalid:7411")
@@ -86,7 +86,7 @@ async def test_lines_can_go_to_a_log(system: System, tmp_path: Path) -> None:
     """With --output log, whatever the file says: all of them, and those on stderr to the screen, too."""
     action = "Node(script='both.py', output='screen')"
     program = await launch(system, tmp_path, launch_file(tmp_path, action, both=BOTH), "--output", "log")
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     folder = tmp_path / "callboard" / "log" / "latest"
     assert f"[INFO] [launch]: log files are in {folder.resolve()}" in program.lines
     assert "[both-1] to stderr" in program.lines
@@ -103,7 +103,7 @@ async def test_each_process_says_where_its_lines_go(system: System, tmp_path: Pa
     actions = "Node(script='both.py', output='own_log')", "Node(script='other.py')"
     file = launch_file(tmp_path, *actions, both=BOTH, other="print('shown')")
     program = await launch(system, tmp_path, file)
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     assert "[other-2] shown" in program.lines
     assert "to std" not in program.output
     folder = tmp_path / "callboard" / "log" / "latest"
@@ -116,7 +116,7 @@ async def test_a_flood_is_logged_whole(system: System, tmp_path: Path) -> None:
     """In order, and shown, too."""
     file = launch_file(tmp_path, "Node(script='flood.py')", flood=FLOOD)
     program = await launch(system, tmp_path, file, "--output", "both")
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     log = (tmp_path / "callboard" / "log" / "latest" / "launch.log").read_text()
     for text in (log, program.output):
         assert re.findall(r" line (\d+)", text) == [str(number) for number in range(20_000)]
@@ -132,7 +132,7 @@ async def test_a_launch_goes_on_without_log_files(system: System, tmp_path: Path
         "--output",
         "both",
     )
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     where = tmp_path / "state" / "callboard" / "log"
     assert f"[ERROR] [launch]: log files in {where} cannot be written: Not a directory" in program.lines
     assert re.search(r"^\[WARN\] \[launch\]: \d+ lines are missing in the log files$", program.lines[-1])
@@ -165,7 +165,7 @@ async def test_programs_are_told_that_colors_are_welcome(
         tell="import os; print('color', os.environ.get('FORCE_COLOR'), '!')",
     )
     async with on_terminal("launch", file, "--url", system.url, *options, term="xterm", **given) as terminal:
-        await terminal.shows(f"color {expected} !")
+        await terminal.wait_for_text(f"color {expected} !")
 
 
 async def test_a_terminal_shows_how_it_is_doing(system: System, tmp_path: Path) -> None:
@@ -173,10 +173,10 @@ async def test_a_terminal_shows_how_it_is_doing(system: System, tmp_path: Path) 
     actions = "Node(script='sleeper.py')", "Node(script='bad.py')"
     file = launch_file(tmp_path, *actions, sleeper=SLEEPER, bad="raise SystemExit(3)")
     async with on_terminal("launch", file, "--url", system.url, term="xterm") as terminal:
-        await terminal.shows("\x1b[32m1 up\x1b[0m · \x1b[31m1 dead\x1b[0m · Ctrl-C stops")
+        await terminal.wait_for_text("\x1b[32m1 up\x1b[0m · \x1b[31m1 dead\x1b[0m · Ctrl-C stops")
         terminal.process.send_signal(signal.SIGINT)
-        await terminal.shows("stopping: 0 left · Ctrl-C again kills\r\x1b[K")
-        assert await terminal.ends() == 0
+        await terminal.wait_for_text("stopping: 0 left · Ctrl-C again kills\r\x1b[K")
+        assert await terminal.wait_for_exit() == 0
 
 
 PRINTING = """
@@ -226,7 +226,7 @@ async def test_json_stands_alone_whatever_is_printed(system: System, tmp_path: P
         *("sh", "-c", f'"$0" -m actors launch "$1" --json 2>{tmp_path}/errors'),
         *(sys.executable, str(tmp_path / "loud.launch.py")),
     )
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     assert {each["event"] for each in documents(program)} >= {"started", "output", "ended"}
     errors = (tmp_path / "errors").read_text().splitlines()
     assert errors == ["describing", "x" * 2000, "x" * 2000]

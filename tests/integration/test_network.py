@@ -11,6 +11,7 @@ import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.testing import Direction, FaultProxy
+from tests.integration.conftest import DEADLINE_SEC, wait_for_subscriptions
 from tests.integration.counter import COUNTER, Counted
 
 if TYPE_CHECKING:
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from tests.integration.conftest import Program, System
 
 KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
-SOON_SEC = 30.0
-"""Long for any of these, on a machine that is busy with other tests, and far below a call's deadline."""
 
 
 class Far:
@@ -33,16 +32,14 @@ class Far:
         self.publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
         self.client = node.create_client(AddTwoInts, "block")
 
-    async def matched(self) -> None:
+    async def wait_until_found(self) -> None:
         """Wait until the counter hears and serves."""
-        assert await self.client.wait_for_service(SOON_SEC)
-        async with asyncio.timeout(SOON_SEC):
-            while not self.publisher.get_subscription_count():
-                await self.node.get_graph()
+        assert await self.client.wait_for_service(DEADLINE_SEC)
+        await wait_for_subscriptions(self.publisher, self.node)
 
-    async def gone(self) -> None:
+    async def wait_until_lost(self) -> None:
         """Wait until the counter is out of the graph."""
-        async with asyncio.timeout(SOON_SEC):
+        async with asyncio.timeout(DEADLINE_SEC):
             while self.client.service_is_ready() or self.publisher.get_subscription_count():
                 await self.node.get_graph()
 
@@ -53,9 +50,9 @@ class Far:
 
     async def counted(self) -> Counted:
         """Publish the last number; return what the counter has counted."""
-        await self.matched()
+        await self.wait_until_found()
         self.publisher.publish(Int64(data=-self.publisher.published))
-        return Counted.read(await self.counter.says("counted"))
+        return Counted.read(await self.counter.wait_for_line("counted"))
 
 
 @pytest.fixture
@@ -67,7 +64,7 @@ async def far(system: System) -> AsyncIterator[Far]:
         system.url = proxy.url
         counter = await system.python("-c", COUNTER)
         place = Far(proxy, counter, node)
-        await place.matched()
+        await place.wait_until_found()
         yield place
 
 
@@ -80,9 +77,9 @@ async def test_a_cut_cable_is_noticed_and_the_counts_add_up(far: Far, direction:
     far.publish(100)
     with pytest.raises(actors.ServiceUnavailable):
         await far.client.call(AddTwoInts.Request(a=1), timeout_sec=1000)
-    await far.gone()
+    await far.wait_until_lost()
     far.publish(100)
-    await far.publisher.flush(timeout_sec=SOON_SEC)
+    await far.publisher.flush(timeout_sec=DEADLINE_SEC)
     far.proxy.heal()
     counted = await far.counted()
     assert sum(counted) == far.publisher.published == 301
@@ -94,11 +91,11 @@ async def test_a_reply_that_comes_too_late_is_no_other_calls_reply(far: Far) -> 
     """What a server that was cut off had answered is dropped; the next call gets its own answer."""
     far.proxy.black_hole(direction=Direction.TO_BROKER)  # the call comes through, its reply does not
     call = far.client.call_async(AddTwoInts.Request(a=7), timeout_sec=1000)
-    await far.counter.says("blocking")
+    await far.counter.wait_for_line("blocking")
     with pytest.raises(actors.ServiceUnavailable):
         await call
     far.proxy.heal()
-    await far.matched()
+    await far.wait_until_found()
     for number in range(1, 20):
         assert (await far.client.call(AddTwoInts.Request(a=number % 3))).sum == number % 3
 
@@ -106,16 +103,16 @@ async def test_a_reply_that_comes_too_late_is_no_other_calls_reply(far: Far) -> 
 async def test_resets_in_mid_stream_repeat_nothing_and_hide_nothing(far: Far) -> None:
     """Five resets while messages and calls are under way: order holds, calls end, the counts add up."""
     for _ in range(5):
-        await far.matched()
+        await far.wait_until_found()
         assert (await far.client.call(AddTwoInts.Request(a=0))).sum == 0
         calls = [far.client.call_async(AddTwoInts.Request(a=1), timeout_sec=1000) for _ in range(200)]
         far.publish(2000)
-        await far.counter.says("blocking")
+        await far.counter.wait_for_line("blocking")
         far.proxy.reset()
         ends = await asyncio.gather(*calls, return_exceptions=True)
         assert {type(end) for end in ends} <= {AddTwoInts.Response, actors.ServiceUnavailable}
         assert isinstance(ends[-1], actors.ServiceUnavailable)
-        await far.gone()
+        await far.wait_until_lost()
     counted = await far.counted()
     assert sum(counted) == far.publisher.published == 10_001
     assert counted.lost == 0

@@ -29,5 +29,5 @@ async def test_the_programs_do_what_the_page_says(system: System, tmp_path: Path
     script.write_text(program, encoding="utf-8")
     await system.broker()
     running = await system.python(str(script))
-    assert await running.ends() == 0, running.output
+    assert await running.wait_for_exit() == 0, running.output
     assert [line for line in running.lines if "[INFO]" not in line] == expected.splitlines()

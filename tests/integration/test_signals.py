@@ -53,10 +53,10 @@ async def test_programs_end_cleanly_without_a_broker(
 ) -> None:
     """A program that waits for its broker ends at once, with 0 and without a traceback."""
     program = await system.example(name, *(("5", "3") if name.endswith("client") else ()))
-    await program.says("No broker at")
-    program.send(number)
+    await program.wait_for_line("No broker at")
+    program.send_signal(number)
     start = time.monotonic()
-    assert await program.ends() == 0
+    assert await program.wait_for_exit() == 0
     assert time.monotonic() - start < BOUND_SEC
     assert "Traceback" not in program.output
 
@@ -68,13 +68,13 @@ async def test_programs_end_cleanly_at_work(system: System, number: signal.Signa
     names = [name for name in PROGRAMS if name not in {"add_two_ints_client", "course_decorated"}]
     programs = {name: await system.example(name) for name in names}
     client = await system.example("add_two_ints_client", "5", "3")
-    assert await client.ends() == 0
+    assert await client.wait_for_exit() == 0
     for name, program in programs.items():
-        await program.says(PROGRAMS[name])
+        await program.wait_for_line(PROGRAMS[name])
     start = time.monotonic()
     for program in (*programs.values(), daemon):
-        program.send(number)
-        assert await program.ends() == 0
+        program.send_signal(number)
+        assert await program.wait_for_exit() == 0
         assert "Traceback" not in program.output
     assert time.monotonic() - start < BOUND_SEC
 
@@ -84,9 +84,9 @@ async def test_client_that_waits_says_that_it_was_interrupted(system: System, nu
     """Ctrl-C while no server is there: one line, exit code 0."""
     await system.broker()
     client = await system.example("add_two_ints_client", "5", "3")
-    await client.says("service not available, waiting again...")
-    client.send(number)
-    assert await client.ends() == 0
+    await client.wait_for_line("service not available, waiting again...")
+    client.send_signal(number)
+    assert await client.wait_for_exit() == 0
     assert client.lines[-1].endswith("Interrupted while waiting for the service. Exiting.")
     assert "Traceback" not in client.output
 
@@ -96,10 +96,10 @@ async def test_programs_outlive_a_broker_that_stops_and_then_end_cleanly(system:
     daemon = await system.broker()
     publisher = await system.example("minimal_publisher")
     subscriber = await system.example("minimal_subscriber")
-    await subscriber.says("I heard")
+    await subscriber.wait_for_line("I heard")
     assert await daemon.stop() == 0
     for program in (publisher, subscriber):
-        await program.says("No broker at")
+        await program.wait_for_line("No broker at")
         assert await program.stop() == 0
         assert "Traceback" not in program.output
 
@@ -109,13 +109,13 @@ async def test_a_frozen_broker_does_not_hold_up_the_end(system: System) -> None:
     daemon = await system.broker()
     publisher = await system.example("minimal_publisher")
     subscriber = await system.example("minimal_subscriber")
-    await subscriber.says("I heard")
-    daemon.send(signal.SIGSTOP)
+    await subscriber.wait_for_line("I heard")
+    daemon.send_signal(signal.SIGSTOP)
     start = time.monotonic()
     for program in (publisher, subscriber):
-        program.send(signal.SIGINT)
+        program.send_signal(signal.SIGINT)
     for program in (publisher, subscriber):
-        assert await program.ends() == 0
+        assert await program.wait_for_exit() == 0
         assert "Traceback" not in program.output
     assert time.monotonic() - start < 2 * BOUND_SEC
 
@@ -127,14 +127,14 @@ async def test_a_signal_before_the_loop_runs_ends_a_program_cleanly(
     """From the call of `actors.run` on, whatever it still has to load."""
     for _ in range(5):
         program = await system.python("-c", STARTING)
-        await program.says("starting")
-        program.send(number)
-        assert await program.ends() == 0
+        await program.wait_for_line("starting")
+        program.send_signal(number)
+        assert await program.wait_for_exit() == 0
         assert "Traceback" not in program.output
 
 
 STOPPING = """
-import asyncio
+import asyncio, signal
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 
@@ -144,14 +144,18 @@ class Server(actors.Node):
         self.create_service(AddTwoInts, "add", self.add)
 
     async def add(self, request):
-        print("handling", flush=True)
         {body}
         return AddTwoInts.Response(sum=request.a + request.b)
 
 actors.run(Server)
 print("returned", flush=True)
 """
-STUBBORN = """while True:
+UNTIL_SIGUSR1 = """done = asyncio.Event()
+        asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, done.set)
+        print("handling", flush=True)
+        await done.wait()"""
+STUBBORN = """print("handling", flush=True)
+        while True:
             try:
                 await asyncio.sleep(3600)
             except asyncio.CancelledError:
@@ -186,29 +190,30 @@ async def calling(system: System, program: str) -> tuple[Program, asyncio.Task[i
             return (await client.call(AddTwoInts.Request(a=40, b=2))).sum
 
     task = asyncio.create_task(call())
-    await server.says("handling")
+    await server.wait_for_line("handling")
     return server, task
 
 
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
 async def test_a_handler_in_flight_answers(system: System, number: signal.Signals) -> None:
     """A signal in the middle of a call: the caller gets its answer, then the program ends with 0."""
-    program = STOPPING.format(timeout=30, body="await asyncio.sleep(1)")
-    server, call = await calling(system, program)
-    server.send(number)
+    server, call = await calling(system, STOPPING.format(timeout=30, body=UNTIL_SIGUSR1))
+    server.send_signal(number)
+    await server.wait_for_line("Stopping: up to 30 s")
+    server.send_signal(signal.SIGUSR1)
     assert await call == 42
-    assert await server.ends() == 0
+    assert await server.wait_for_exit() == 0
     assert server.lines[-1] == "returned"
 
 
 async def test_a_handler_that_ignores_its_cancellation_does_not_hold_up_the_end(system: System) -> None:
     """It is named in the log, its caller hears that the server has gone, the exit is clean and in time."""
-    server, call = await calling(system, STOPPING.format(timeout=0.5, body=STUBBORN))
-    server.send(signal.SIGTERM)
+    server, call = await calling(system, STOPPING.format(timeout=0.1, body=STUBBORN))
+    server.send_signal(signal.SIGTERM)
     start = time.monotonic()
     with pytest.raises(actors.ServiceUnavailable):
         await call
-    assert await server.ends() == 0
+    assert await server.wait_for_exit() == 0
     assert time.monotonic() - start < BOUND_SEC
     assert "Server.add" in server.output
     assert server.lines[-1] == "returned"
@@ -218,15 +223,15 @@ async def test_a_handler_that_ignores_its_cancellation_does_not_hold_up_the_end(
 
 async def test_a_second_signal_hurries(system: System) -> None:
     """Whoever presses Ctrl-C again does not wait for callbacks."""
-    program = STOPPING.format(timeout=3600, body="await asyncio.sleep(3600)")
+    program = STOPPING.format(timeout=3600, body=UNTIL_SIGUSR1)
     server, call = await calling(system, program)
-    server.send(signal.SIGINT)
-    await server.says("Stopping: up to 3600 s")
-    server.send(signal.SIGINT)
+    server.send_signal(signal.SIGINT)
+    await server.wait_for_line("Stopping: up to 3600 s")
+    server.send_signal(signal.SIGINT)
     start = time.monotonic()
     with pytest.raises(actors.ServiceUnavailable):
         await call
-    assert await server.ends() == 0
+    assert await server.wait_for_exit() == 0
     assert time.monotonic() - start < BOUND_SEC
     assert "Traceback" not in server.output
 
@@ -235,7 +240,7 @@ async def test_a_second_signal_hurries(system: System) -> None:
 async def test_an_exit_in_a_busy_timer_ends_the_process(system: System, kind: str) -> None:
     """sys.exit(7) in a callback that runs in every turn of the loop: 7, without a traceback."""
     program = await system.python("-c", EXITING.format(kind=kind))
-    assert await program.ends() == 7
+    assert await program.wait_for_exit() == 7
     assert "Traceback" not in program.output
 
 
@@ -267,8 +272,8 @@ async def test_a_broker_that_stops_under_load_delivers_what_it_has_accepted(
 
         publishing = asyncio.create_task(publish())
         await until(lambda: len(heard) > 5000)
-        daemon.send(number)
-        assert await daemon.ends() == 0
+        daemon.send_signal(number)
+        assert await daemon.wait_for_exit() == 0
         await publishing
         sent = publisher.published - publisher.queued
         await until(lambda: len(heard) >= sent)

@@ -10,6 +10,7 @@ import pytest
 
 import actors
 from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
+from tests.integration.conftest import DEADLINE_SEC, wait_for_subscriptions
 
 if TYPE_CHECKING:
     import broker
@@ -42,13 +43,6 @@ actors.run(Counter)
 """
 
 
-async def matched(publisher: actors.Publisher[String], node: actors.Node, count: int = 1) -> None:
-    """Wait until a publisher has so many subscriptions."""
-    async with asyncio.timeout(30):
-        while publisher.get_subscription_count() < count:
-            await node.get_graph()
-
-
 @pytest.mark.parametrize("qos", ["10", "all"])
 async def test_a_frozen_subscriber_holds_up_nobody_else(system: System, qos: str) -> None:
     """While it stands still another hears everything; what it missed is counted, and only with KEEP_LAST."""
@@ -63,18 +57,18 @@ async def test_a_frozen_subscriber_holds_up_nobody_else(system: System, qos: str
         publisher = talker.create_publisher(String, "numbers", profile)
         side = talker.create_publisher(Int64, "side", 10)
         heard = aiter(hearer.create_subscription(Int64, "side", qos=10))
-        await matched(publisher, talker)
+        await wait_for_subscriptions(publisher, talker)
         publisher.publish(String(data="0 first"))
-        await counter.says("first")
-        counter.send(signal.SIGSTOP)
+        await counter.wait_for_line("first")
+        counter.send_signal(signal.SIGSTOP)
         for number in range(1, total - 1):
             publisher.publish(String(data=f"{number} {padding}"))
             if number % 100 == 0:
                 side.publish(Int64(data=number))
                 assert (await anext(heard)).data == number
-        counter.send(signal.SIGCONT)
+        counter.send_signal(signal.SIGCONT)
         publisher.publish(String(data=f"{total - 1} last"))
-        line = await counter.says("counted")
+        line = await counter.wait_for_line("counted")
         received, dropped, lost, broken = map(int, line.split()[1:])
         assert publisher.published == total
         assert received + dropped + lost + broken == total
@@ -101,10 +95,10 @@ async def test_large_messages_pass_and_small_ones_overtake_them(hub: broker.Brok
         small = talker.create_publisher(String, "small", 10)
         hearer.create_subscription(UInt8MultiArray, "large", on_large, 1)
         hearer.create_subscription(String, "small", lambda msg: order.append(msg.data), 10)
-        await matched(small, talker)
+        await wait_for_subscriptions(small, talker)
         large.publish(UInt8MultiArray(data=payload))
         small.publish(String(data="small"))
-        async with asyncio.timeout(30):
+        async with asyncio.timeout(DEADLINE_SEC):
             await done.wait()
         assert order == ["small", "large"]
 
@@ -118,7 +112,8 @@ async def test_many_nodes_come_and_go(hub: broker.Broker) -> None:
                 async with actors.Node(f"visitor_{i}", url=hub.url) as node:
                     publisher = node.create_publisher(String, "visits", 100)
                     heard = aiter(node.create_subscription(String, "visits", qos=100))
-                    await matched(publisher, node, 1)
+                    while not publisher.get_subscription_count():
+                        await node.get_graph()
                     publisher.publish(String(data=f"visitor {i}"))
                     await anext(heard)
 
@@ -140,6 +135,7 @@ async def test_domains_do_not_see_each_other(hub: broker.Broker) -> None:
         await two.get_graph()
         publisher.publish(String(data="x"))
         await publisher.flush()
+        await one.get_graph()  # the broker has routed the message
         assert await two.count_publishers("t") == 0
         assert publisher.get_subscription_count() == subscription.queued == 0
 
@@ -163,9 +159,9 @@ actors.run(lambda: Clumsy("clumsy"))
     )
     await system.example("minimal_publisher")
     for _ in range(2):
-        await program.says("ERROR")
-        await program.says("Traceback")
-        await program.says("ValueError: cannot bear Hi Automatic Addison")
+        await program.wait_for_line("ERROR")
+        await program.wait_for_line("Traceback")
+        await program.wait_for_line("ValueError: cannot bear Hi Automatic Addison")
     assert await program.stop() == 0
 
 
@@ -180,14 +176,14 @@ async def test_callboard_run_runs_the_examples(system: System, number: signal.Si
     subscriber = await system.python(
         *run, "examples/minimal_subscriber.py", "--ros-args", "-r", "addison:=other"
     )
-    await subscriber.says("[minimal_subscriber]: I heard")
+    await subscriber.wait_for_line("[minimal_subscriber]: I heard")
     server = await system.python(*run, "examples/add_two_ints_server.py")
     client = await system.python(*run, "examples/add_two_ints_client.py", "5", "3")
-    await client.says("Sum: 8")
-    assert await client.ends() == 0
+    await client.wait_for_line("Sum: 8")
+    assert await client.wait_for_exit() == 0
     usage = await system.python(*run, "examples/add_two_ints_client.py", "5")
-    assert await usage.ends() == 1
+    assert await usage.wait_for_exit() == 1
     for program in (publisher, subscriber, server):
-        program.send(number)
-        assert await program.ends() == 0
+        program.send_signal(number)
+        assert await program.wait_for_exit() == 0
         assert "Traceback" not in program.output

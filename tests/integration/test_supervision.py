@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import os
-import re
 import signal
 import sys
 import textwrap
@@ -16,6 +15,7 @@ import actors
 from actors import Child, ChildEventKind, ChildState, Supervisor
 from actors.interfaces.std_msgs.msg import UInt32
 from tests.integration.conftest import DEADLINE_SEC
+from tests.integration.processes import DEAF, PARENT, SLEEPER, is_alive, pids_in, wait_until_dead
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,28 +23,6 @@ if TYPE_CHECKING:
     from tests.integration.conftest import Program, System
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
-
-SLEEPER = """
-import os, time
-os.write(1, b"sleeper %d\\n" % os.getpid())
-time.sleep(1000)
-"""
-
-DEAF = """
-import os, signal, time
-signal.signal(signal.SIGINT, signal.SIG_IGN)
-{more}
-os.write(1, b"deaf %d\\n" % os.getpid())
-while True:
-    time.sleep(1000)
-"""
-
-PARENT = """
-import os, subprocess, sys, time
-child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1000)"])
-os.write(1, b"parent %d %d\\n" % (os.getpid(), child.pid))
-time.sleep(1000)
-"""
 
 SUPERVISE = """
 import actors
@@ -68,33 +46,6 @@ def script(folder: Path, name: str, source: str) -> str:
     path = folder / f"{name}.py"
     path.write_text(textwrap.dedent(source))
     return str(path)
-
-
-def alive(pid: int) -> bool:
-    """Tell whether a process runs; a zombie does not."""
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    if sys.platform != "linux":
-        return True
-    try:
-        with open(f"/proc/{pid}/stat", encoding="ascii") as file:  # noqa: PTH123 - in a line
-            return file.read().rpartition(")")[2].split()[0] not in "ZX"
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-
-
-async def gone(*pids: int) -> None:
-    """Wait until processes that are nobody's children here have ended."""
-    async with asyncio.timeout(DEADLINE_SEC):
-        while any(alive(pid) for pid in pids):
-            await asyncio.sleep(0.01)
-
-
-def pids_in(line: str) -> list[int]:
-    """Return the numbers in what a script said."""
-    return [int(word) for word in re.findall(r"\b\d+\b", line)]
 
 
 async def supervise(system: System, *scripts: str, options: str = "") -> Program:
@@ -127,7 +78,7 @@ async def test_a_killed_script_comes_back(tmp_path: Path) -> None:
         assert again.pid not in (None, first.pid)
         (status,) = supervisor.children()
         assert (status.pid, status.state) == (again.pid, ChildState.RUNNING)
-    await gone(again.pid or 0)
+    await wait_until_dead(again.pid or 0)
 
 
 @pytest.mark.parametrize(
@@ -183,9 +134,9 @@ async def test_deaf_children_are_stopped_all_the_same(system: System, tmp_path: 
     more = "signal.signal(signal.SIGTERM, signal.SIG_IGN)" if very else ""
     deaf = script(tmp_path, "deaf", DEAF.format(more=more))
     boss = await supervise(system, deaf, options=", stop_timeout_sec=0.2")
-    (pid,) = pids_in(await boss.says("deaf "))
+    (pid,) = pids_in(await boss.wait_for_line("deaf "))
     assert await boss.stop() == 0
-    assert not alive(pid)
+    assert not is_alive(pid)
     assert "has not ended after SIGINT; sending SIGTERM" in boss.output
     assert ("Child 'c0' died: killed by SIGKILL" in boss.output) is very
 
@@ -195,13 +146,13 @@ async def test_what_a_dead_child_has_started_ends_before_it_comes_back(
 ) -> None:
     """The rest of a killed process's group is killed."""
     boss = await supervise(system, script(tmp_path, "parent", PARENT))
-    pid, grandchild = pids_in(await boss.says("parent "))
+    pid, grandchild = pids_in(await boss.wait_for_line("parent "))
     os.kill(pid, signal.SIGKILL)
-    pid2, grandchild2 = pids_in(await boss.says("parent "))
-    await gone(pid, grandchild)
-    assert alive(pid2)
+    pid2, grandchild2 = pids_in(await boss.wait_for_line("parent "))
+    await wait_until_dead(pid, grandchild)
+    assert is_alive(pid2)
     assert await boss.stop() == 0
-    await gone(pid2, grandchild2)
+    await wait_until_dead(pid2, grandchild2)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -225,12 +176,12 @@ async def test_signals_stop_everything(system: System, tmp_path: Path, number: s
     """
     path = script(tmp_path, "node", node)
     boss = await supervise(system, path, path)
-    pids = [*pids_in(await boss.says("node ")), *pids_in(await boss.says("node "))]
-    boss.send(number)
-    assert await boss.ends() == 0
+    pids = [*pids_in(await boss.wait_for_line("node ")), *pids_in(await boss.wait_for_line("node "))]
+    boss.send_signal(number)
+    assert await boss.wait_for_exit() == 0
     assert "Traceback" not in boss.output
     assert boss.output.count("ended: stopped by its supervisor") == 2
-    assert not any(alive(pid) for pid in pids)
+    assert not any(is_alive(pid) for pid in pids)
 
 
 @pytest.mark.parametrize("nested", [False, True])
@@ -242,20 +193,20 @@ async def test_a_second_signal_hurries(system: System, tmp_path: Path, *, nested
         boss = await system.python("-c", NEST.format(path=deaf))
     else:
         boss = await supervise(system, deaf, deaf, options=", stop_timeout_sec=1000")
-    pids = [*pids_in(await boss.says("deaf ")), *pids_in(await boss.says("deaf "))]
-    boss.send(signal.SIGINT)
-    await boss.says("asked")
-    boss.send(signal.SIGINT)
-    assert await boss.ends() == 0
+    pids = [*pids_in(await boss.wait_for_line("deaf ")), *pids_in(await boss.wait_for_line("deaf "))]
+    boss.send_signal(signal.SIGINT)
+    await boss.wait_for_line("asked")
+    boss.send_signal(signal.SIGINT)
+    assert await boss.wait_for_exit() == 0
     assert "Traceback" not in boss.output
     assert "cannot be stopped" not in boss.output
-    assert not any(alive(pid) for pid in pids)
+    assert not any(is_alive(pid) for pid in pids)
 
 
 async def test_giving_up_is_one_line_and_exit_code_1(system: System, tmp_path: Path) -> None:
     """A supervising script that gives up says why, and fails."""
     boss = await supervise(system, script(tmp_path, "short", "raise SystemExit(3)"))
-    assert await boss.ends() == 1
+    assert await boss.wait_for_exit() == 1
     assert boss.lines[-1].endswith("gave up: 'c0' died too often, last: exit code 3")
     assert "Traceback" not in boss.output
 
@@ -264,19 +215,13 @@ async def test_giving_up_is_one_line_and_exit_code_1(system: System, tmp_path: P
 async def test_nobody_survives_a_killed_supervisor(system: System, tmp_path: Path, *, group: bool) -> None:
     """SIGKILL for the supervisor, or its whole group: children, their children and the guard end."""
     boss = await supervise(system, script(tmp_path, "sleeper", SLEEPER), script(tmp_path, "parent", PARENT))
-    pids = [pid for text in ("sleeper", "parent") for pid in pids_in(await said(boss, text))]
+    pids = [pid for text in ("sleeper", "parent") for pid in pids_in(await boss.find_line(f"{text} "))]
     assert len(pids) == 3
     everyone = [*pids, *children_of(boss.process.pid)]
     assert len(set(everyone)) >= (4 if sys.platform == "linux" else 3)
     (os.killpg if group else os.kill)(boss.process.pid, signal.SIGKILL)
-    await boss.ends()
-    await gone(*everyone)
-
-
-async def said(program: Program, text: str) -> str:
-    """Wait for a line, wherever it stands among the others."""
-    program._seen = 0
-    return await program.says(f"{text} ")
+    await boss.wait_for_exit()
+    await wait_until_dead(*everyone)
 
 
 def children_of(pid: int) -> list[int]:
@@ -339,11 +284,11 @@ async def test_a_fork_of_the_supervisor_does_not_keep_the_guard_waiting(
         actors.run(main)
     """
     boss = await system.python("-W", "ignore", script(tmp_path, "boss", source))
-    sleeper = pids_in(await said(boss, "sleeper"))
-    fork = pids_in(await said(boss, "fork"))
+    sleeper = pids_in(await boss.find_line("sleeper "))
+    fork = pids_in(await boss.find_line("fork "))
     os.kill(boss.process.pid, signal.SIGKILL)
-    await gone(*sleeper)
-    assert alive(fork[0])
+    await wait_until_dead(*sleeper)
+    assert is_alive(fork[0])
     os.kill(fork[0], signal.SIGKILL)
 
 

@@ -18,9 +18,9 @@ async def test_once_prints_what_goes_on(system: System) -> None:
     """A topic with its publisher; the exit code is 0."""
     await system.broker()
     publisher = await system.example("minimal_publisher")
-    await publisher.says("Publishing")
+    await publisher.wait_for_line("Publishing")
     top = await system.python("-m", "actors", "top", "--once", "--interval", "0.1")
-    assert await top.ends() == 0
+    assert await top.wait_for_exit() == 0
     assert re.search(r"^/addison +1 +0 .*std_msgs/msg/String$", top.output, re.MULTILINE)
     assert re.search(r"^/minimal_publisher +linked", top.output, re.MULTILINE)
 
@@ -29,11 +29,11 @@ async def test_the_program_in_the_guide_runs(system: System) -> None:
     """It prints each topic's rate."""
     await system.broker()
     publisher = await system.example("minimal_publisher")
-    await publisher.says("Publishing")
+    await publisher.wait_for_line("Publishing")
     text = (ROOT / "docs" / "how-to" / "top.md").read_text(encoding="utf-8")
     (program,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     run = await system.python("-c", program.replace("callboard://127.0.0.1:7411", system.url))
-    assert await run.ends() == 0
+    assert await run.wait_for_exit() == 0
     assert re.fullmatch(r"/addison \d+\.\d+", run.output)
 
 
@@ -42,10 +42,10 @@ async def test_the_live_view_draws_and_quits(system: System, key: bytes) -> None
     """In a terminal: q and Ctrl-C end it with 0, and the terminal is as it was."""
     await system.broker()
     publisher = await system.example("minimal_publisher")
-    await publisher.says("Publishing")
+    await publisher.wait_for_line("Publishing")
     async with on_terminal("top", "--url", system.url, term="xterm-256color") as terminal:
-        await terminal.shows("/addison")
-        terminal.types(key)
-        await terminal.shows("\x1b[?1049l")
-        assert await terminal.ends() == 0
+        await terminal.wait_for_text("/addison")
+        terminal.type_keys(key)
+        await terminal.wait_for_text("\x1b[?1049l")
+        assert await terminal.wait_for_exit() == 0
         assert terminal.settings == terminal.before

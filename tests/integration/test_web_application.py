@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
-from tests.integration.conftest import ROOT
+from tests.integration.conftest import DEADLINE_SEC, ROOT
 
 if TYPE_CHECKING:
     import pytest
@@ -41,7 +41,7 @@ async def test_handlers_read_topics_and_call_services(
     orders: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
     states: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
     lifespan = asyncio.create_task(app({"type": "lifespan"}, orders.get, states.put))
-    async with actors.Node("rest_of_the_system") as node, asyncio.timeout(20):
+    async with actors.Node("rest_of_the_system") as node, asyncio.timeout(DEADLINE_SEC):
         orders.put_nowait({"type": "lifespan.startup"})
         assert await states.get() == {"type": "lifespan.startup.complete"}
         assert await node.wait_for_node("web_gateway")
