@@ -109,7 +109,7 @@ class ProcessGroup:
         self._started += 1
         name = f"{name}{self._started}"
         child = await ControlledProcess.start(
-            name, [sys.executable, *arguments], Path(self._scratch.name), talks=True
+            name, [sys.executable, *arguments], Path(self._scratch.name), pipes=True
         )
         self._children[child] = None
         return child

@@ -530,6 +530,6 @@ async def test_a_launch_raises_the_limit_of_open_files(system: System, tmp_path:
     path = launch_file(tmp_path, "ExecuteProcess(cmd=['ulimit -S -n'], shell=True)")
     command = f'ulimit -S -n 256; exec "{sys.executable}" -m actors launch "{path}"'
     program = await system.program("/bin/sh", "-c", command, unbuffered=False)
-    assert await program.ends() == OK
+    assert await program.wait_for_exit() == OK
     lines = [line for line in program.lines if line.startswith("[ulimit-1] ")]
     assert int(lines[0].split()[1]) > 256

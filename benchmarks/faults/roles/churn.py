@@ -18,7 +18,7 @@ from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.testing import FaultProxy
-from benchmarks.faults.roles.controller import Controller, say
+from benchmarks.faults.roles.controller import Controller, report
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

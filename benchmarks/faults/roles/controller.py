@@ -8,12 +8,12 @@ import sys
 import threading
 from typing import Final
 
-from actors.bench.roles.parent import say
+from actors.bench.roles.parent import report
 
 CLOSED: Final = ""
 """Returned instead of a command when the measuring process has closed our stdin."""
 
-__all__ = ["CLOSED", "Controller", "say"]
+__all__ = ["CLOSED", "Controller", "report"]
 
 
 class Controller:

@@ -19,7 +19,7 @@ from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from benchmarks.faults.roles.attempts import taken_attempts
-from benchmarks.faults.roles.controller import CLOSED, Controller, say
+from benchmarks.faults.roles.controller import CLOSED, Controller, report
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -169,13 +169,13 @@ async def run(parameters: Mapping[str, Any], controller: Controller) -> None:
                 working = [group.create_task(call) for call in calls]
                 await part.until(lambda member: member.going)
                 taken_attempts()
-                say("going", **_resources())
+                report("going", **_resources())
             elif command == "brace":
                 for member in part.members:
                     member.brace()
                 report("braced")
                 await part.until(lambda member: member.failed_at is not None and member.going)
-                say("back", members=[_moments(member) for member in part.members], **_resources())
+                report("back", members=[_moments(member) for member in part.members], **_resources())
         for timer, member in zip(timers, part.members, strict=True):
             timer.cancel()
             member.publish_last()

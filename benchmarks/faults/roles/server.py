@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from benchmarks.faults.roles.controller import Controller, say
+from benchmarks.faults.roles.controller import Controller, report
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,5 +27,5 @@ async def run(parameters: Mapping[str, Any], controller: Controller) -> None:
         await node.get_graph()  # connected: only the declaration is measured
         declared = time.monotonic()
         node.create_service(AddTwoInts, parameters["service"], add)
-        say("declared", at=declared)
+        report("declared", at=declared)
         await controller.next_command()
