@@ -1,4 +1,4 @@
-"""A launch: a description, a broker for it, and what runs of it, put together.
+"""A launch: plans a description, finds or brings a broker, and runs the plan.
 
 launch = Launch("robot.launch.py", arguments={"speed": "1.5"}, listeners=[print])
 good = await launch.run()
@@ -38,30 +38,33 @@ if TYPE_CHECKING:
 
 FIND_TRIES: Final = 5
 FIND_PAUSE_SEC: Final = 0.2
-"""Where no broker answers and yet none can listen, as others begin and end at the same time."""
+"""Where no broker answers and yet none can listen, because other launches begin and end at the same time."""
 
 
 class Launch:
-    """One launch. It is planned by `plan`, `prepare` or `run`; nothing is started before it is.
+    """One launch. `plan`, `prepare` or `run` plan it; nothing is started before that.
 
-    The launch files, their commands and the functions of the description are run in a worker thread, one at a
-    time, so that they do not block the event loop.
+    Launch files, their commands and the functions of the description run in a worker thread, one at a time,
+    so that they do not block the event loop.
 
-    Where no broker answers it brings one, which ends with it, if the place is this machine's.
+    If no broker answers and the address is on this machine, the launch starts a broker, which ends with it.
 
     Args:
-        description: What to launch: a description, or the path of a launch file.
+        description: A description, or the path of a launch file.
         arguments: Launch arguments.
-        url: Where the broker is; None: as for nodes.
-        domain: Which of its graphs; None: as for nodes.
-        context: One of the brokers that have been named; None: as for nodes.
-        environment: What programs get, beside where the broker is; None: this process's environment.
-        folder: From where relative paths in the description are seen; None: its file's, or this one.
+        url: The address of the broker; None: as for nodes.
+        domain: The number of its graph; None: as for nodes.
+        context: The name of a configured broker; None: as for nodes.
+        environment: The environment of programs, to which the address of the broker is added; None: the one
+            of this process.
+        folder: Where relative paths in the description start; None: the folder of its file, or the current
+            one.
         library: Files and packages; None: this machine's.
-        listeners: Told of each event when it happens; they must not wait.
-        output: Where the lines of all processes go; None: as the description says.
-        stop_timeout_sec: What each step of stopping a process may take, unless it says otherwise.
-        keep: Whether to go on when nothing is left to run, until `stop`.
+        listeners: Called with each event when it happens; they must not block.
+        output: Where the lines of all processes go; None: as the description has it.
+        stop_timeout_sec: Seconds between SIGINT, SIGTERM and SIGKILL, for processes without timeouts of
+            their own.
+        keep: Whether to go on until `stop` when nothing is left to run.
         watch_graph: Whether to follow the graph also if nothing depends on it.
 
     Raises:
@@ -69,7 +72,7 @@ class Launch:
         UnknownContextError: There is no such context.
 
     Attributes:
-        place: Where the broker is.
+        place: The address of the broker and the domain.
     """
 
     def __init__(
@@ -105,11 +108,14 @@ class Launch:
         self._runner = Runner(self._machine, self._listeners, stop_timeout_sec=stop_timeout_sec)
 
     def plan(self) -> Sequence[Step]:
-        """Plan it, unless that has been done, and return the plan. This blocks, and needs no event loop.
+        """Plan it, unless that has been done. This blocks, and needs no event loop.
+
+        Returns:
+            The steps of the plan.
 
         Raises:
             LaunchError: The description cannot be carried out.
-            UnknownArgumentError: Nobody knows an argument that was given.
+            UnknownArgumentError: An argument was given that nothing declares or uses.
         """
         if self._steps is None:
             description, folder = self._description, self._folder
@@ -128,11 +134,14 @@ class Launch:
         return self._steps
 
     async def prepare(self) -> Sequence[Step]:
-        """Plan it in a worker thread, unless that has been done, and return the plan.
+        """Plan it in a worker thread, unless that has been done.
+
+        Returns:
+            The steps of the plan.
 
         Raises:
             LaunchError: The description cannot be carried out.
-            UnknownArgumentError: Nobody knows an argument that was given.
+            UnknownArgumentError: An argument was given that nothing declares or uses.
         """
         if self._steps is None:
             self._planning = call_in_thread(self.plan)
@@ -149,9 +158,10 @@ class Launch:
 
         Raises:
             LaunchError: The description cannot be carried out. Nothing has been started.
-            UnknownArgumentError: Nobody knows an argument that was given.
-            BrokerUnreachable: No broker answers, and none can be started there; or what answers is none.
-            CancelledError: It was cancelled; all processes have ended all the same.
+            UnknownArgumentError: An argument was given that nothing declares or uses.
+            BrokerUnreachable: No broker answers, and none can be started at the address; or something else
+                answers.
+            CancelledError: It was cancelled; all processes have ended nevertheless.
         """
         try:
             steps = await self.prepare()
@@ -166,19 +176,27 @@ class Launch:
             return await self._runner.run(steps)
 
     def listen(self, listener: Listener) -> None:
-        """From now on tell a listener of each event."""
+        """Add a listener.
+
+        Args:
+            listener: Called with each event from now on; it must not block.
+        """
         self._listeners.append(listener)
 
     def tell(self, event: Event) -> None:
-        """Tell the listeners of something."""
+        """Pass an event to the listeners.
+
+        Args:
+            event: The event.
+        """
         self._runner.tell(event)
 
     def stop(self, reason: str, *, insist: bool = True) -> None:
-        """Stop it; a second time, a moment later, kill what is left. `run` returns when all has ended.
+        """Stop all processes; a second call, a moment later, kills them. `run` returns when they have ended.
 
         Args:
-            reason: For people.
-            insist: Whether this may be the second time.
+            reason: A text for people.
+            insist: False: never kill processes, even if this is a second call.
         """
         self._stopped = True
         if self._planning is not None:
@@ -186,26 +204,31 @@ class Launch:
         self._runner.stop(reason, insist=insist)
 
     def restart(self, label: str, reason: str) -> None:
-        """Start a process again, whatever it does now."""
+        """Start a process again, whatever its state.
+
+        Args:
+            label: Its label, such as "talker-1". An unknown one is ignored.
+            reason: A text for people.
+        """
         self._runner.restart(label, reason)
 
     @property
     def presences(self) -> frozenset[Presence]:
-        """What is there, as far as the graph is followed."""
+        """The nodes, topics and services in the graph, if the launch follows it."""
         return self._machine.presences
 
     @property
     def mistake(self) -> str:
-        """What turned out to be wrong with the description while it ran; the first thing, or nothing."""
+        """The first error in the description that was found while it ran; empty if there is none."""
         return self._machine.mistake
 
     @property
     def failed(self) -> bool:
-        """Whether a required process has died, or the description turned out to be wrong."""
+        """Whether a required process has died, or an error was found in the description."""
         return self._machine.failed
 
     async def _find_broker(self, stack: AsyncExitStack) -> None:
-        """See to it that there is a broker: one that answers, or else one of this launch."""
+        """Find a broker that answers, or start one."""
         place = self.place
         for tries_left in reversed(range(FIND_TRIES)):
             if await broker_is_there(place.url, place.domain):
@@ -225,7 +248,7 @@ class Launch:
 
 
 def _environment(place: BrokerTarget, given: Mapping[str, str] | None) -> dict[str, str]:
-    """Return what programs get: also where the broker is."""
+    """Return the environment of programs, with the address of the broker."""
     base = os.environ if given is None else given
     extra = {"CALLBOARD_URL": place.url, "CALLBOARD_DOMAIN": str(place.domain)}
     return {**base, **extra, "PYTHONUNBUFFERED": "1"}

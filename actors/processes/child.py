@@ -1,4 +1,4 @@
-"""What a supervisor is told: who its children are, and what the end of one means for the others."""
+"""The children of a supervisor, and what the end of one means for the others."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Strategy(Enum):
     ONE_FOR_ALL = "one_for_all"
     """All: the others are stopped, last first, and then all are started, in order."""
     REST_FOR_ONE = "rest_for_one"
-    """That child and those that stand behind it in the list."""
+    """That child and those after it in the list."""
 
 
 class Restart(Enum):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.processes.outcome import Outcome
 
 WATCHER_EVENTS: Final = 1000
-"""What may wait for one watcher; beyond it the oldest are dropped, and counted."""
+"""Limit for the events of one watcher; beyond it the oldest are dropped, and counted."""
 
 _NS_PER_SEC: Final = 1_000_000_000
 
@@ -75,7 +75,7 @@ class ChildEventMessage(Message, type_name="callboard_msgs/msg/ChildEvent"):
         reason: Why the child ended; empty for "started".
         restarts: How often the child has been started again so far.
         pid: Of a child that is a process; 0 for others.
-        exit_code: Of a process that exited; 0 for others, too: `reason` tells.
+        exit_code: Of a process that exited; also 0 for others: see `reason`.
         signal_name: Of the signal that killed a process; empty for others.
         delay_sec: "restarting": how long at least until the child is started again.
     """
@@ -113,10 +113,13 @@ def message_of(event: ChildEvent) -> ChildEventMessage:
 class ChildEvents:
     """A watcher: `async for event in supervisor.events()`. It ends with the supervisor.
 
-    It sees what happens from its making on. One task at a time may iterate.
+    It has the events after it was made. One task at a time may iterate.
+
+    Args:
+        ended: Whether the supervisor has ended already.
 
     Attributes:
-        dropped: Events it has missed, because it was too slow.
+        dropped: Events dropped because it was too slow.
     """
 
     def __init__(self, *, ended: bool = False) -> None:
@@ -126,13 +129,17 @@ class ChildEvents:
         self._ended = ended
 
     def put(self, event: ChildEvent) -> None:
-        """Add an event; the supervisor does."""
+        """Add an event; called by the supervisor.
+
+        Args:
+            event: The event.
+        """
         self.dropped += len(self._events) == WATCHER_EVENTS
         self._events.append(event)
         self._more.set()
 
     def end(self) -> None:
-        """No more will come."""
+        """End the iteration after the events that wait."""
         self._ended = True
         self._more.set()
 

@@ -31,7 +31,7 @@ LAST_STEP_SEC: Final = 2.0
 
 
 class Execution(ABC):
-    """A child that has been told to start.
+    """One execution of a child.
 
     Args:
         child: What it is.
@@ -104,7 +104,7 @@ class Execution(ABC):
 
     @property
     def stopping(self) -> bool:
-        """Whether it has been told to stop."""
+        """Whether `stop` has been called."""
         return self._step >= 0
 
     def _take(self, step: int) -> None:
@@ -151,7 +151,7 @@ class Execution(ABC):
 
 
 def _as_wanted(outcome: Outcome) -> Outcome:
-    """Return how a child ended that was told to: as it was told, or otherwise."""
+    """Return the outcome of a child that was stopped: normal, unless it crashed meanwhile."""
     obeyed = (
         outcome.normal
         or isinstance(outcome.error, asyncio.CancelledError)
@@ -187,7 +187,7 @@ class TaskExecution(Execution):
         self._task.cancel()
 
     def _cancel_again(self) -> None:
-        # A turn later: when it was told to stop in this one, a task would get both cancellations as one, and
-        # a supervisor hurries at the second.
+        # One loop turn later: a task gets two cancellations in the same turn as one, and a supervisor hurries
+        # at the second.
         asyncio.get_running_loop().call_soon(self._cancel)
         self._report(LoggingSeverity.WARN, "has not stopped yet; cancelling it again")

@@ -1,6 +1,6 @@
-"""The guard: a small process that outlives its supervisor by one act, the end of what the supervisor ran.
+"""The guard: a small process that kills the processes of a supervisor that was killed itself.
 
-Nobody can clean up after SIGKILL himself. So a supervisor that runs processes has a guard: a shell that reads
+A process cannot clean up after SIGKILL. So a supervisor that runs processes has a guard: a shell that reads
 a pipe and knows from it which process groups live. When the pipe closes, the supervisor has ended, however
 that came about, and the guard kills those groups.
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 SHELL: Final = "/bin/sh"
 
 END_TIMEOUT_SEC: Final = 5.0
-"""What the guard gets for its act."""
+"""How long the guard may take to end."""
 
 # A child writes its `+` itself, and its `-` is written when it is gone. So no `-` overtakes its `+`, but it
 # may come without one: a child that is stopped at once has written nothing.
@@ -100,7 +100,7 @@ class Guard:
         self._tell(f"- {pid}\n")
 
     async def close(self) -> None:
-        """Let it go, when all processes have ended. It kills what has not been forgotten."""
+        """End the guard, when all processes have ended. It kills those that have not been forgotten."""
         self._close_pipe()
         process, self._process = self._process, None
         if process is None:

@@ -1,7 +1,7 @@
 """The plan: which children to start and to stop next. No tasks, no processes, no clock: time is an argument.
 
-The supervisor says what has happened (`started`, `ended`, `tick`, `stop`) and carries out the steps it gets
-back. A child is in one of these states:
+The supervisor reports what has happened (`started`, `ended`, `tick`, `stop`) and carries out the steps that
+it gets back. A child is in one of these states:
 
     WAITING ─ Start → STARTING ─ started → RUNNING
        ↑                 │                   │        ─ Stop → STOPPING
@@ -10,8 +10,8 @@ back. A child is in one of these states:
 
 Two marks decide what comes next. A child that is *condemned* is to be stopped; these go one at a time, the
 last one first, and nothing is started before they are gone. A child that waits is started when its back-off
-is over and, but for restarts of ONE_FOR_ONE, after all that stand before it. A condemned child that ends,
-whether it has been told to or not, only does what was wanted: its end is not counted.
+is over and, but for restarts of ONE_FOR_ONE, after all children before it. The end of a condemned child,
+even if it has not been stopped yet, is not counted as a death.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class ChildState(Enum):
     """Where a child is in its life."""
 
     WAITING = "waiting"
-    """It will be started: it is not its turn yet, or its back-off is not over."""
+    """It will be started, after other children or after its back-off."""
     STARTING = "starting"
     RUNNING = "running"
     STOPPING = "stopping"
@@ -113,7 +113,7 @@ class _Slot:
         self.condemned = False
         self.due = 0.0
         self.in_turn = True
-        """Not before those that stand before it and are in turn, too."""
+        """Whether it is started only after the children before it that are in turn, too."""
         self.starts = 0
         self.began = 0.0
         self.backoff = Backoff(policy.first_backoff_sec, policy.max_backoff_sec)
@@ -175,7 +175,7 @@ class RestartPlan:
         return self._advance(now)
 
     def ended(self, child: int, now: float, *, normal: bool) -> list[Step]:
-        """A child has ended: by itself, or because it was told to."""
+        """A child has ended: by itself, or because it was stopped."""
         slot = self._slots[child]
         steps: list[Step] = []
         if slot.condemned:

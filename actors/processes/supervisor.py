@@ -1,8 +1,8 @@
 """The supervisor: starts children, restarts those that die, and stops them all when it ends.
 
 `RestartPlan` decides what to start and stop; an `Execution` runs one child and stops it. The supervisor
-connects them, and tells those who watch. All that happens is a callback of an execution or of the one timer;
-only who enters, leaves or watches ever waits.
+connects them, through a `Driver`, and publishes events. Everything is a callback of an execution or of the
+timer; only `run`, leaving the context and watchers wait.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Supervisor:
     the task is cancelled a second time all are killed at once. A supervisor runs once.
 
     Args:
-        children: Who they are, in start order.
+        children: The children, in start order.
         strategy: Which of them are restarted when one dies.
         max_restarts: Deaths within `max_seconds` that lead to a restart; with one more the supervisor stops
             all children and ends with SupervisorGaveUp.
@@ -169,7 +169,7 @@ class Supervisor:
             timeout_sec: How long at most; None for as long as the supervisor lives.
 
         Returns:
-            Whether it came to be; False after `timeout_sec`, or when the supervisor has ended before.
+            True when it is in the state; False after `timeout_sec`, or when the supervisor has ended before.
 
         Raises:
             ValueError: There is no such child.
@@ -191,7 +191,7 @@ class Supervisor:
             await self._driver.over.wait()
 
     async def __aenter__(self) -> Self:
-        """Begin to start the children; `wait_for` tells when one runs."""
+        """Begin to start the children; `wait_for` waits until one runs."""
         if self._began:
             raise RuntimeError(f"Supervisor '{self.name}' has run already; make a new one")
         self._began = True

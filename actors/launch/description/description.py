@@ -1,4 +1,4 @@
-"""A launch description: what a launch file gives, and how people see it."""
+"""A launch description, and its text for people."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 @dataclass
 class LaunchDescription:
-    """What is to be done, in order.
+    """The actions of a launch, in order.
 
     Attributes:
-        actions: The actions. They are looked at more than once, so they are kept as a tuple.
-        file: The launch file that it comes from; None: from none.
+        actions: The actions, kept as a tuple because they are read more than once.
+        file: The launch file that it comes from, if any.
 
     Raises:
         LaunchError: One of them is no action.
@@ -41,6 +41,9 @@ class LaunchDescription:
 
     def add_action(self, action: Action) -> None:
         """Add an action at the end.
+
+        Args:
+            action: The action.
 
         Raises:
             LaunchError: It is no action.

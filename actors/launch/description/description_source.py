@@ -42,7 +42,7 @@ def included_scope(action: IncludeLaunchDescription, scope: Scope) -> Scope:
     """Return the scope of the file that an action includes.
 
     Raises:
-        LaunchError: A text stands for nothing there.
+        LaunchError: A substitution has no value there.
     """
     path = PurePath(scope.folder, resolve(action.launch_description_source, scope))
     inner = scope.inner()

@@ -37,7 +37,7 @@ MAX_DIGITS: Final = 100
 
 @dataclass(frozen=True)
 class PythonExpression(Substitution):
-    """What a Python expression comes to, as a text: "True", "3", "1.5".
+    """The value of a Python expression, as a text: "True", "3", "1.5".
 
     It may consist of numbers, texts, True, False, None, lists, tuples, dictionaries, indexes and slices, of
     `and`, `or`, `not`, `if … else`, comparisons, `in`, `+ - * / // % **`, and of the `FUNCTIONS` and texts'
@@ -66,7 +66,7 @@ class PythonExpression(Substitution):
 
 
 def evaluate(expression: str) -> Any:
-    """Return what an expression comes to.
+    """Return the value of an expression.
 
     Raises:
         LaunchError: It is no expression of the kind that is understood here, cannot be worked out, or is or

@@ -26,7 +26,7 @@ class Part:
 
     Attributes:
         noun: What kind of part it is.
-        place: Says where it stands, if its file is no Python.
+        place: Returns its place in the launch file, unless that is Python.
     """
 
     noun: ClassVar[str]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(kw_only=True)
 class Scope:
-    """What holds at a place in a description.
+    """What is set at a place in a description.
 
     Attributes:
         library: What there is outside of the description.
@@ -67,10 +67,13 @@ class Scope:
         return self.configurations
 
     def perform_substitution(self, text: Text) -> str:
-        """Return the text that something stands for here.
+        """Return the text that a substitution has here.
+
+        Args:
+            text: A text, a substitution, or a list of them.
 
         Raises:
-            LaunchError: It stands for nothing here, or is no text.
+            LaunchError: It has no value here, or is no text.
         """
         return resolve(text, self)
 
@@ -241,10 +244,10 @@ class ThisLaunchFile(Substitution):
 
 
 def resolve(text: Text, scope: Scope) -> str:
-    """Return the text that something stands for in a scope.
+    """Return the text that a substitution has in a scope.
 
     Raises:
-        LaunchError: It stands for nothing there, or is no text.
+        LaunchError: It has no value there, or is no text.
     """
     return "".join(_pieces(text, scope, 0))
 

@@ -1,4 +1,4 @@
-"""Summaries: actions and their values as people are told of them, in short."""
+"""Summaries: actions and their values in short, for people."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LABELS: Final = (
 )
 """What an action is known by; the first one that it has."""
 _KNOWN: Final = ("target_action", "depends_on", "node")
-"""Where another action is meant, which stands elsewhere."""
+"""Arguments that refer to another action."""
 
 
 def in_short(action: Action) -> str:

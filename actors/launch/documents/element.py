@@ -1,4 +1,4 @@
-"""Elements of launch documents: what may stand in one, as data, and what it becomes."""
+"""Elements of launch documents: their keys, as data, and the actions that they become."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Key:
-    """What may stand in an element.
+    """A key of an element.
 
     Attributes:
         names: The name, and other ones for the same.
@@ -52,7 +52,7 @@ class Element:
         make: Makes the action, of the targets of the keys.
         own: Its keys, but for the conditions, which every element has.
         ways: Sets of targets of which exactly one must be there, all of it; none: it does not matter.
-        listed: The key that a list alone stands for; empty: a list cannot stand there.
+        listed: The key that gets the value if that is a list; empty: it cannot be a list.
     """
 
     names: tuple[str, ...]
@@ -141,7 +141,7 @@ class Element:
 
 
 def _placed(action: Action, spot: Spot) -> Action:
-    """Return an action that knows where it stands."""
+    """Return an action that knows its place in the document."""
     object.__setattr__(action, "place", spot.place)
     return action
 

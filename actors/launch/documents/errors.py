@@ -40,7 +40,7 @@ class Spot:
     describe: Callable[[Spot], str] | None = field(default=None, compare=False, repr=False)
 
     def inner(self, step: str | int) -> Spot:
-        """Return the place of what stands there under a key or number."""
+        """Return the place of a value in it, by key or number."""
         return Spot((*self.steps, step), self.describe)
 
     def place(self) -> str:

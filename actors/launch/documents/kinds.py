@@ -1,4 +1,4 @@
-"""Kinds of values that stand in launch documents: what each becomes, and its JSON schema."""
+"""Kinds of values in launch documents: how each is read, and its JSON schema."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class Texts(Kind):
     """A list of texts.
 
     Attributes:
-        split: Whether one text stands for its words, as in a shell; if not it is a list of one.
+        split: Whether one text is split into words, as in a shell; if not it is a list of one.
         least: How many there are at least.
     """
 
@@ -329,7 +329,7 @@ def _what(value: object) -> str:
 
 
 TEXT: Final = SimpleKind(read_text, {"$ref": "#/definitions/text"})
-"""A text, with `$(…)` in it; a number or a truth value stands for its text."""
+"""A text, with `$(…)` in it; a number or a truth value is read as its text."""
 PLAIN: Final = SimpleKind(read_plain, {"$ref": "#/definitions/plain"})
 """A text without substitutions."""
 PLAIN_NAME: Final = SimpleKind(read_name, {"$ref": "#/definitions/name"})

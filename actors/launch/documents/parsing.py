@@ -1,7 +1,7 @@
 """Parsing: plain data of YAML and TOML files, within limits.
 
 Data are None, booleans, numbers, texts, lists, and mappings of texts to data. In YAML a date is a text, keys
-are the texts that stand there, and a key that stands twice in a mapping is an error, as it is in TOML.
+are texts as they are written, and a key that is in a mapping twice is an error, as in TOML.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from proto.errors import escape
 MAX_DEPTH: Final = 50
 """Levels of lists and mappings."""
 MAX_VALUES: Final = 100_000
-"""In a document; aliases let a small file stand for any number of them."""
+"""In a document; with aliases a small file can have any number of them."""
 
 _YAML: Final = "tag:yaml.org,2002:"
 _TEXTS: Final = frozenset(f"{_YAML}{kind}" for kind in ("str", "timestamp", "value"))
@@ -69,7 +69,7 @@ def yaml_data(source: bytes) -> object:
 
 
 def yaml_line(source: bytes, spot: Spot) -> int | None:
-    """Return the line, from 1, where something stands in a YAML file that `yaml_data` has read."""
+    """Return the line, from 1, of a place in a YAML file that `yaml_data` has read."""
     return _Builder(source).line(spot)
 
 
@@ -95,8 +95,8 @@ class _Builder:
     def _value(self, node: Any, spot: Spot) -> object:
         self._values += 1
         if self._values > MAX_VALUES:
-            raise DocumentError(f"the file comes to more than {MAX_VALUES} values", Spot())
-        if len(spot.steps) > MAX_DEPTH:  # an alias within what it stands for
+            raise DocumentError(f"the file has more than {MAX_VALUES} values", Spot())
+        if len(spot.steps) > MAX_DEPTH:  # an alias within its own value
             raise _error(_TOO_DEEP, node, spot)
         if node.id == "scalar":
             return self._scalar(node, spot)
@@ -126,7 +126,7 @@ class _Builder:
             if key.tag == _MERGE:
                 merged = {**self._merged(each, spot.inner(name)), **merged}
             elif name in made:
-                raise _error(f"the key '{escape(name)}' stands there twice", key, spot)
+                raise _error(f"the key '{escape(name)}' is there twice", key, spot)
             else:
                 made[name] = self._value(each, spot.inner(name))
         return {**merged, **made}
@@ -142,7 +142,7 @@ class _Builder:
         return found
 
     def line(self, spot: Spot) -> int | None:
-        """Return the line where something stands; of what was merged, that of what it was merged into."""
+        """Return the line of a place; of a merged value, the line of the mapping that it was merged into."""
         node = self._root
         line: int | None = None
         for step in spot.steps:

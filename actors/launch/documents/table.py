@@ -1,4 +1,4 @@
-"""The table of all elements: of it come the actions that a document stands for, and the schema."""
+"""The table of all elements: from it come the actions of a document, and the schema."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 
 
 class Elements(Kind):
-    """A list of elements, each a mapping of one name to what stands in it."""
+    """A list of elements, each a mapping of one name to its value."""
 
     def read(self, value: object, spot: Spot) -> tuple[Action, ...]:
         """Return the actions that they are."""

@@ -91,7 +91,7 @@ def words(text: str) -> tuple[Text, ...]:
 
 
 def known_substitutions() -> list[str]:
-    """Return the names that can stand behind `$(`."""
+    """Return the names of all substitutions, for `$(`."""
     return sorted(_CALLS)
 
 

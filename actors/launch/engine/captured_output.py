@@ -40,9 +40,9 @@ _captured: ContextVar[CapturedOutput | None] = ContextVar("callboard_launch_outp
 
 
 class CapturedOutput:
-    """What one node writes. Lines are told from the loop a little later, in the context of the launch.
+    """The output of one node. Lines are passed on in the event loop a little later, in the launch's context.
 
-    So nothing that listens runs within the node's code, and a thread can write, too.
+    So no listener runs within the node's code, and threads can write, too.
 
     Args:
         write: Takes its lines; when it has ended all of them have come.
@@ -90,7 +90,7 @@ class CapturedOutput:
         _captured.set(self)
 
     def write(self, stream: Stream, data: bytes) -> None:
-        """Write something. A line is told when it is whole."""
+        """Write bytes. A line is passed on when it is complete."""
         with self._lock:
             self._add(stream, self._lines[stream].feed(data))
             call = not self._due and bool(self._waiting or self._untold)
@@ -100,7 +100,7 @@ class CapturedOutput:
                 self._loop.call_soon_threadsafe(self._flush, context=self._context)
 
     def end(self) -> None:
-        """The node has ended: tell what there is, also lines without an end."""
+        """Pass on all lines, also an incomplete one: the node has ended."""
         with self._lock:
             self.over = True
             for stream, lines in self._lines.items():
@@ -130,32 +130,32 @@ class CapturedOutput:
 
 @contextmanager
 def captured_logs() -> Generator[None]:
-    """Meanwhile make lines on stderr of what nodes in this process log, as scripts do."""
+    """Meanwhile write what nodes in this process log to their stderr, as scripts do."""
     with _added(_CapturedLogs()):
         yield
 
 
 @contextmanager
 def own_logs(tell: Listener) -> Generator[None]:
-    """Meanwhile make messages of what others log in this process. They are told in the loop."""
+    """Meanwhile report what others log in this process as messages, in the event loop."""
     with _added(_OwnLogs(tell)):
         yield
 
 
-class _Teller(logging.Handler):
-    """A handler whose own mistakes, and those in a call, are reported as logging does it."""
+class _Handler(logging.Handler):
+    """A log handler that reports its own errors in the way of the logging package."""
 
     def emit(self, record: logging.LogRecord) -> None:
         try:
             self.take(record)
-        except Exception:  # noqa: BLE001 - whoever logs must not fail for it
+        except Exception:  # noqa: BLE001 - a log call must not fail
             self.handleError(record)
 
     @abstractmethod
     def take(self, record: logging.LogRecord) -> None: ...
 
 
-class _CapturedLogs(_Teller):
+class _CapturedLogs(_Handler):
     def __init__(self) -> None:
         super().__init__()
         self._plain, self._colored = RosFormatter(), RosFormatter(color=True)
@@ -167,7 +167,7 @@ class _CapturedLogs(_Teller):
             captured.write(Stream.STDERR, f"{line}\n".encode(errors="backslashreplace"))
 
 
-class _OwnLogs(_Teller):
+class _OwnLogs(_Handler):
     def __init__(self, tell: Listener) -> None:
         super().__init__()
         self._tell = tell

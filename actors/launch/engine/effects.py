@@ -48,7 +48,7 @@ class HurryAll:
 
 @dataclass(frozen=True)
 class Tell:
-    """Tell the listeners what has happened."""
+    """Pass an event to the listeners."""
 
     event: Event
 

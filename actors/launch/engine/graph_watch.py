@@ -1,7 +1,7 @@
 """The broker's graph as a launch sees it: which nodes, topics and services are there.
 
-A hidden node asks for it, in a task of its own: a launch goes on, whatever becomes of the broker. While there
-is no link the last picture stands, as what was there most likely lives; the next link's picture holds then.
+A hidden node follows the graph in a task of its own, so that a launch goes on if the broker fails. While the
+link is down the last snapshot stays valid, because most nodes are likely to live.
 """
 
 from __future__ import annotations
@@ -30,13 +30,11 @@ STOP_TIMEOUT_SEC: Final = 0.5
 
 
 @asynccontextmanager
-async def graph_watch(
-    place: BrokerTarget, on_change: Callable[[set[Presence]], None]
-) -> AsyncGenerator[None]:
-    """Say what is there whenever that changes, but for the watching node's own.
+async def graph_watch(place: BrokerTarget, on_change: Callable[[set[Presence]], None]) -> AsyncGenerator[None]:
+    """Report what the graph has whenever that changes, without the watching node itself.
 
-    Entering waits for nothing, and neither a broker that is away nor one that refuses the node ends what is
-    inside. Leaving takes two seconds at most.
+    Entering waits for nothing. A broker that is unreachable, or refuses the node, does not end the context.
+    Leaving takes two seconds at most.
 
     Args:
         place: Where the broker is, and which of its graphs is meant.
@@ -60,7 +58,7 @@ async def _watch(place: BrokerTarget, on_change: Callable[[set[Presence]], None]
         stop_timeout_sec=STOP_TIMEOUT_SEC,
         slow_callback_sec=None,
     )
-    node.get_logger().set_level(LoggingSeverity.FATAL)  # a broker that is away is not this node's to tell
+    node.get_logger().set_level(LoggingSeverity.FATAL)  # the launch reports an unreachable broker
     known = Presences(own_node=node.get_fully_qualified_name())
     try:
         async with node:
@@ -87,10 +85,10 @@ async def _end(task: asyncio.Task[None]) -> None:
 
 
 class Presences:
-    """What is there, going by pictures of the graph.
+    """The nodes, topics and services in snapshots of the graph.
 
-    Each entry is read once. A look at a picture compares the numbers of all entries: some milliseconds where
-    there are 20,000. Changes that come together are one look.
+    Each entry is read once. An update compares the numbers of all entries: some milliseconds for 20,000.
+    Changes that arrive together are one update.
 
     Args:
         own_node: The node that is left out, with what it has.
@@ -109,7 +107,7 @@ class Presences:
         """How many entries there are of each."""
 
     def follow(self, snapshot: GraphSnapshot) -> bool:
-        """Take a complete picture in; return whether `now` is another."""
+        """Take in a complete snapshot; return whether `now` has changed."""
         if snapshot is not self._snapshot:  # another session: the numbers may mean something else
             self._snapshot = snapshot
             self._seen.clear()

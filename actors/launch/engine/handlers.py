@@ -1,4 +1,4 @@
-"""Handlers: who reacts to what, and what functions of a description give when they are asked."""
+"""Handlers and reactions: which steps an event leads to, and the order in which they are carried out."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ ABANDONED: Final = "a function of the description has not returned; going on wit
 
 
 class Answer(NamedTuple):
-    """What was given.
+    """What a function of the description has returned, as steps.
 
     Attributes:
         steps: What to do.
-        mistake: What is wrong with the description instead.
+        mistake: The error in the description, if there is one instead.
     """
 
     steps: Sequence[Step] = ()
@@ -122,11 +122,11 @@ class Handlers:
 
     @property
     def full(self) -> bool:
-        """Whether there is no room for more."""
+        """Whether the limit is reached."""
         return len(self._all) >= MAX_HANDLERS
 
     def add(self, handler: React) -> None:
-        """Let it react from now on."""
+        """Register a handler."""
         self._all.append(handler)
 
     def matching(self, event: Event) -> Sequence[React]:
@@ -134,6 +134,6 @@ class Handlers:
         return [each for each in self._all if each.matches(event)]
 
     def remove(self, handler: React) -> None:
-        """Let it not react any more."""
+        """Unregister a handler."""
         if handler in self._all:
             self._all.remove(handler)

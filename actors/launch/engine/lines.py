@@ -1,4 +1,4 @@
-"""The lines of what a process writes, however it comes."""
+"""Splits the output of a process into lines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Lines:
         self._begun = b""
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Take what has come; return the lines that are whole now, and pieces of one that is too long."""
+        """Take bytes; return the lines that are complete now, and pieces of one that is too long."""
         *whole, begun = (self._begun + data).split(b"\n")
         lines: list[bytes] = []
         for line in whole:
@@ -34,7 +34,7 @@ class Lines:
         return lines
 
     def end(self) -> list[bytes]:
-        """Nothing more will come; return the last line, if it has no end."""
+        """Return the last line if it has no end; call it after the last bytes."""
         begun, self._begun = self._begun, b""
         return [begun] if begun else []
 

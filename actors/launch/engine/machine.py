@@ -1,12 +1,12 @@
-"""The machine: what a launch does next, going by what has happened. No I/O and no clock.
+"""The state machine of a launch: decides what to do next. No I/O and no clock.
 
-It is told what happens and when (`started`, `ended`, `graph`, `tick`, `stop`, …); each call returns effects,
-which the runner carries out in order. It wants to be ticked at `wake_at`. It is `over` when nothing runs and
-nothing is to come.
+The runner calls a method for each event (`started`, `ended`, `graph`, `tick`, `stop`, …) with the time; it
+returns effects, which the runner carries out in order. `tick` is due at `wake_at`. The launch is `over` when
+nothing runs and nothing will be started.
 
 Functions of the description may block, so the runner calls them in a thread: `Ask`, then `answered`. What
-happens meanwhile is told at once, but reacted to afterwards: reactions are generators, which run one after
-the other in the order of what they react to. So the result does not depend on how long a function takes.
+happens meanwhile is reported at once, but reacted to afterwards: reactions are generators, which run one
+after the other in the order of their events. So the result does not depend on how long a function takes.
 """
 
 from __future__ import annotations
@@ -308,27 +308,27 @@ class Machine:
 
     def _wait(self, process: ProcessEntry) -> None:
         self._table.move(process, ProcessState.WAITING, self._now)
-        self._remind(process, process.turn, self._now)
+        self._remind(process, process.generation, self._now)
         deadline = self._now + process.spec.depends_timeout_sec
         if deadline < math.inf:
-            self._schedule.add(deadline, partial(self._waited_enough, process, process.turn))
+            self._schedule.add(deadline, partial(self._waited_enough, process, process.generation))
 
-    def _remind(self, process: ProcessEntry, turn: int, now: float) -> None:
-        if process.turn == turn:
+    def _remind(self, process: ProcessEntry, generation: int, now: float) -> None:
+        if process.generation == generation:
             so_far_sec = now - process.since
             self._tell(ProcessWaits(process.spec, None, process.missing(self.presences), so_far_sec))
             later = now + max(so_far_sec, REMINDER_SEC)
-            self._schedule.add(later, partial(self._remind, process, turn))
+            self._schedule.add(later, partial(self._remind, process, generation))
 
-    def _waited_enough(self, process: ProcessEntry, turn: int, now: float) -> None:
+    def _waited_enough(self, process: ProcessEntry, generation: int, now: float) -> None:
         del now
-        if process.turn == turn:
+        if process.generation == generation:
             missing = " and ".join(map(str, process.missing(self.presences)))
             reason = f"{missing} was not there within {process.spec.depends_timeout_sec:g} s"
             self._end(process, Outcome(normal=False, reason=reason))
 
     def _end(self, process: ProcessEntry, outcome: Outcome) -> None:
-        """A process has ended: tell, react, and see what that means."""
+        """Report the end of a process, react to it, and decide what follows."""
         spec = process.spec
         lived_sec = self._now - process.since
         self._note_run(process, outcome)
@@ -336,16 +336,16 @@ class Machine:
         pid, process.pid = process.pid, None
         event = ProcessExited(spec, pid, outcome)
         self._tell(event)
-        self._reactions.add(self._after_end(process, process.turn, event, lived_sec))
+        self._reactions.add(self._after_end(process, process.generation, event, lived_sec))
 
     def _after_end(
-        self, process: ProcessEntry, turn: int, event: ProcessExited, lived_sec: float
+        self, process: ProcessEntry, generation: int, event: ProcessExited, lived_sec: float
     ) -> Reaction:
         spec = process.spec
         yield from self._respond(event)
         if spec.on_exit is not None:
             yield from self._heed(spec.on_exit, event)
-        if self._table.get(spec.label) is not process or process.turn != turn:
+        if self._table.get(spec.label) is not process or process.generation != generation:
             return  # it has been started again meanwhile
         if not self.stopping:
             yield from self._go_on(process, event.outcome, lived_sec)
@@ -371,15 +371,15 @@ class Machine:
         elif (delay := process.respawn_delay(lived_sec)) is not None:
             self._table.move(process, ProcessState.RESTARTING, self._now)
             self._tell(ProcessRestarts(spec, None, delay, "respawn"))
-            self._schedule.add(self._now + delay, partial(self._respawn, process, process.turn))
+            self._schedule.add(self._now + delay, partial(self._respawn, process, process.generation))
         elif spec.required and (outcome.normal or not self._keep):
             self.failed = self.failed or not outcome.normal
             reason = spec.end_reason and f"{spec.label} has ended: {spec.end_reason}"
             yield from self._stop(reason or f"{spec.label} is required and has ended")
 
-    def _respawn(self, process: ProcessEntry, turn: int, now: float) -> None:
+    def _respawn(self, process: ProcessEntry, generation: int, now: float) -> None:
         del now
-        if process.turn == turn:
+        if process.generation == generation:
             self._enter(process)
 
     def _stop(self, reason: str) -> Reaction:

@@ -1,8 +1,8 @@
-"""Preflight: find out, before a process is started, why it cannot be.
+"""Preflight: find out why a process cannot be started before trying.
 
-Left to itself a shell or the system says it, about things that the description does not have. It is looked at
-when a process is due, as what has run before may have made what it needs. What is seen only by trying, such
-as a file that is no program, is not looked for.
+The errors of the shell or the system name things that the description does not have. The check takes place
+when the process is due, because earlier processes may have made what it needs. Errors that only a start
+shows, such as a file that is no program, are not checked.
 """
 
 from __future__ import annotations
@@ -71,6 +71,6 @@ def _is_there(path: Path) -> bool:
         path.stat()
     except (FileNotFoundError, NotADirectoryError, ValueError):
         return False
-    except OSError:  # nobody may look: whoever tries is told
+    except OSError:  # no permission to look: starting it reports that
         return True
     return True

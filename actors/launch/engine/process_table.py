@@ -33,7 +33,7 @@ class ProcessEntry:
         spec: What to run.
         state: Where it is in its life.
         since: Since when.
-        turn: Grows with each state, so that what was meant for an earlier one is known.
+        generation: Grows with each change of the state, so that timers for an earlier one are recognised.
         pid: Its number while it runs; None if it has none.
         split: Whether its stdout and stderr are told apart while it runs.
         again: Whether it is to be started again when it has ended.
@@ -43,7 +43,7 @@ class ProcessEntry:
         self.spec = spec
         self.state = ProcessState.DEAD
         self.since = 0.0
-        self.turn = 0
+        self.generation = 0
         self.pid: int | None = None
         self.split = False
         self.again = False
@@ -90,7 +90,7 @@ class ProcessTable:
         """Return a new process, dead as yet, in place of a dead one of its label.
 
         Returns:
-            None if there are too many; the one that has been dead for longest makes room.
+            None if there are too many; the one that has been dead for longest is replaced.
         """
         if len(self._processes) >= MAX_PROCESSES:
             dead = self.in_state(ProcessState.DEAD)
@@ -109,8 +109,8 @@ class ProcessTable:
         return [each for each in self._processes.values() if each.state is state]
 
     def move(self, process: ProcessEntry, state: ProcessState, now: float) -> None:
-        """Let a process be in another state."""
+        """Move a process to another state."""
         dead = ProcessState.DEAD
         self.living += (state is not dead) - (process.state is not dead)
         process.state, process.since = state, now
-        process.turn += 1
+        process.generation += 1

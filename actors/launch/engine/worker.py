@@ -32,7 +32,7 @@ def call_in_thread(call: Callable[[], T], context: Context | None = None) -> asy
     context = copy_context() if context is None else context.copy()
     flag = threading.Event()
 
-    def settle(set_result: Callable[[], None]) -> None:
+    def finish(set_result: Callable[[], None]) -> None:
         if not future.done():
             set_result()
 
@@ -43,7 +43,7 @@ def call_in_thread(call: Callable[[], T], context: Context | None = None) -> asy
         except BaseException as error:  # noqa: BLE001 - it is raised to whoever awaits the future
             set_result = partial(future.set_exception, error)
         with suppress(RuntimeError):  # the loop has been closed
-            loop.call_soon_threadsafe(settle, set_result)
+            loop.call_soon_threadsafe(finish, set_result)
 
     future.add_done_callback(lambda _: flag.set())
     threading.Thread(target=context.run, args=(work,), name="launch worker", daemon=True).start()

@@ -50,7 +50,7 @@ class LogFiles:
 
     Args:
         root: The folder in which each launch makes its own.
-        tell: Is told where the files are, and what goes wrong, by this thread and another.
+        tell: Called with messages about the folder and about errors, in this thread and another.
     """
 
     def __init__(self, root: Path, tell: Listener) -> None:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Final
 
 try:
     import fcntl
-except ImportError:  # Windows: it cannot be told whether a launch runs, so all folders are kept
+except ImportError:  # Windows: whether a launch runs is unknown, so all folders are kept
     fcntl = None  # type: ignore[assignment]
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ class Batch(Generic[T]):
 
     Attributes:
         pieces: To be written. Empty if there is something else to be done.
-        lost_lines: Lines dropped that nobody has been told of; only when nothing waits any more.
+        lost_lines: Lines dropped that have not been reported; only when nothing waits any more.
         over: Nothing will come after this.
     """
 

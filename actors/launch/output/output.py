@@ -3,8 +3,8 @@
 A thread writes. The terminal may be stopped and a pipe not be read; the processes of the launch, and stopping
 them, must not wait for that. So what waits has a limit, and what is beyond it is counted and said.
 
-On a terminal a last line may stand below all others. It is taken away and drawn again around each batch, so
-that it costs nothing per line.
+On a terminal there may be a last line below all others. It is taken away and drawn again around each batch,
+so that it costs nothing per line.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _PIECE_BYTES: Final = 65_536
 _ERASE: Final = b"\r\x1b[K"
 _USUAL_COLUMNS: Final = 80
-_NO_ROOM: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+_DISK_FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 
 class Output:
@@ -36,10 +36,10 @@ class Output:
         when_unheard: Called in the thread, once, when it cannot be written any more: nobody reads it. What
             comes after that is dropped.
         of_lost: Returns what is written about a number of lost lines; None: a line for people.
-        when_full: Called in the thread, once, when there is no room for what is written.
+        when_full: Called in the thread, once, when the disk is full.
 
     Attributes:
-        unwritten_lines: Lines dropped because there was no room.
+        unwritten_lines: Lines dropped because the disk was full.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Output:
 
     @property
     def lost_lines(self) -> int:
-        """Lines dropped because too much waited, or there was no room, or nobody reads."""
+        """Lines dropped because too much waited, or the disk was full, or nobody reads."""
         return self._outgoing.lost_lines + self.unwritten_lines
 
     def write(self, data: bytes) -> None:
@@ -100,7 +100,7 @@ class Output:
             self._when_unheard()
 
     def _put_above(self, data: bytes) -> None:
-        """Write lines, and draw the line that is below them. Without room for them they are dropped."""
+        """Write lines, and draw the line that is below them. If the disk is full they are dropped."""
         line = self._draw(self._columns()) if self._draw is not None else b""
         if not data and line == self._drawn:
             return
@@ -109,7 +109,7 @@ class Output:
         try:
             self._put(erase + data + line)
         except OSError as error:
-            if error.errno not in _NO_ROOM:
+            if error.errno not in _DISK_FULL:
                 raise
             self.unwritten_lines += data.count(b"\n")
             if self._when_full is not None:
@@ -127,7 +127,7 @@ class Output:
         while rest:
             try:
                 rest = rest[os.write(self._descriptor, rest[:_PIECE_BYTES]) :]
-                self._torn = bool(rest)  # if there is no room for the rest
+                self._torn = bool(rest)  # if the disk is full
             except BlockingIOError:  # another program has made the terminal non-blocking
                 select.select([], [self._descriptor], [])
 

@@ -1,6 +1,6 @@
 """Sanitize the lines of programs: take out what would control the terminal that shows them.
 
-Lines of many programs stand one below the other: none of them may clear the screen, move the cursor or write
+The output has the lines of many programs: none of them may clear the screen, move the cursor or write
 over its label. Colours may stay. A line with nothing to take out costs a look.
 """
 

@@ -47,7 +47,7 @@ def _of_exit(event: ProcessExited) -> tuple[Level, str] | None:
     if process.program is not None:
         text = "node has finished cleanly" if outcome.normal else f"node has died [{outcome.reason}]"
     elif event.pid is None:
-        if outcome.normal:  # it was told to stop before it ran
+        if outcome.normal:  # it was stopped before it ran
             return None
         text = f"process could not be run: {error_text(outcome.error) if outcome.error else outcome.reason}"
     elif outcome.normal:

@@ -34,7 +34,7 @@ def all_declared(actions: Iterable[Action], scope: Scope) -> list[DeclareLaunchA
 
     Args:
         actions: The launch file's.
-        scope: Where they stand; it is changed.
+        scope: What is set there; it is changed.
     """
     search = _Search()
     search.look(actions, scope, frozenset())

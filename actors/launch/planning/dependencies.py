@@ -57,7 +57,7 @@ def dependencies(
     Args:
         depends_on: As `Launched.depends_on` has it.
         nodes: Those before it.
-        scope: Where that stands.
+        scope: What is set there.
         namespace: From where names are seen; None: the root.
 
     Raises:

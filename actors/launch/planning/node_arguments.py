@@ -1,4 +1,4 @@
-"""What a node is told on its command line: name, namespace, parameters, remappings."""
+"""The ROS arguments on the command line of a node: name, namespace, parameters, remappings."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def ros_arguments(node: Node, scope: Scope) -> list[str]:
     """Return `--ros-args` and all that follows; nothing if there is nothing to say.
 
     Raises:
-        LaunchError: A parameter, or a file of them, cannot be one, or a text stands for nothing.
+        LaunchError: A parameter, or a file of them, cannot be one, or a substitution has no value.
         InvalidNameError: The name or namespace cannot be one.
     """
     said = list(_each(node, scope))
@@ -38,7 +38,7 @@ def full_name(node: Node, scope: Scope) -> str | None:
     """Return the full name that a node will have; None if its program chooses it.
 
     Raises:
-        LaunchError: A text stands for nothing.
+        LaunchError: A substitution has no value.
         InvalidNameError: The name or namespace cannot be one.
     """
     name = _name(node, scope)
@@ -89,7 +89,7 @@ def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") 
     """Yield names of parameters, and their values as YAML. A mapping in it has its name before a dot.
 
     Raises:
-        LaunchError: A value cannot be a parameter's, or a text stands for nothing.
+        LaunchError: A value cannot be a parameter's, or a substitution has no value.
     """
     for key, value in values.items():
         name = f"{prefix}{resolve(key, scope)}"

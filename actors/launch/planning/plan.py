@@ -1,8 +1,8 @@
-"""The plan of a launch: what a description comes to, with these arguments and this environment.
+"""The plan of a launch: the steps of a description, with given arguments and a given environment.
 
 No I/O and no clock: a `Library` says what files and packages there are, and each step says when it is due.
-Whatever is wrong with a description is found here, before anything has been started; but for what functions
-in timers and event handlers give, when these are due.
+Mistakes in a description are found here, before anything has been started; except for those in what functions
+in timers and event handlers return, which run later.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def make_plan(
     folder: str,
     output: OutputMode | None = None,
 ) -> list[Step]:
-    """Return the steps that a description comes to, in order; those that are for later among them.
+    """Return the steps of a description in order, including those for later.
 
     Args:
         description: What is to be done.
@@ -120,7 +120,7 @@ class _Planner:
         self._targets: list[str] = []
 
     def plan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
-        """Return what actions come to. What they set stays set in the scope.
+        """Return the steps of actions. What they set stays set in the scope.
 
         Raises:
             LaunchError: Something is wrong.
@@ -224,7 +224,7 @@ class _Planner:
 
     def _start(self, action: Node | ExecuteProcess, scope: Scope) -> list[Step]:
         if self._left == 0:
-            raise LaunchError(f"The description comes to more than {MAX_PROCESSES} processes")
+            raise LaunchError(f"The description has more than {MAX_PROCESSES} processes")
         self._left -= 1
         self._numbers += 1
         spec = make_spec(action, scope, self._library, number=self._numbers, nodes=self._nodes)

@@ -1,4 +1,4 @@
-"""What an action that starts a process comes to."""
+"""Process specifications: what an action starts, with everything resolved."""
 
 from __future__ import annotations
 

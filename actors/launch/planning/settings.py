@@ -1,4 +1,4 @@
-"""Settings: what an action sets in the scope that it stands in."""
+"""Settings: actions that change the scope for the actions after them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def apply_setting(action: Setting, scope: Scope) -> None:
     """Set it.
 
     Raises:
-        LaunchError: A text stands for nothing there, or a value cannot be one.
+        LaunchError: A substitution has no value there, or a value cannot be one.
         InvalidNamespaceError: A namespace cannot be one.
     """
     match action:
@@ -59,7 +59,7 @@ def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:
     """Return environment variables and their values.
 
     Raises:
-        LaunchError: A text stands for nothing there, or there can be no such variable.
+        LaunchError: A substitution has no value there, or there can be no such variable.
     """
     found = {name: resolve(value, scope) for name, value in given.items()}
     for name, value in found.items():

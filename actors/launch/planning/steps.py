@@ -1,4 +1,4 @@
-"""Steps: what a plan consists of. They say what to do and when; the machine does it."""
+"""Steps: what a plan consists of. Each says what to do and when; the machine carries them out."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from actors.runtime.programs import Factory
 
 MAX_PROCESSES: Final = 1000
-"""Of one launch; a description that comes to more is a mistake."""
+"""Of one launch; a description with more is a mistake."""
 LEAST_RESPAWN_DELAY_SEC: Final = 0.1
 """So that a program that dies at once does not keep a machine busy."""
 STOP_TIMEOUT_SEC: Final = 5.0

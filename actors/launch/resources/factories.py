@@ -16,7 +16,7 @@ _EXPECTED: Final = "write it as node='package.module:Class'"
 
 
 def find_factory(name: str) -> Factory:
-    """Return what a name stands for; its module is imported. Python's search path counts, no launch file's.
+    """Return the class or function with a name. Its module is imported, from Python's search path.
 
     Raises:
         LaunchError: There is none, its module cannot be imported, or it cannot be called.

@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
 
 @contextmanager
 def _prints_aside(*, json: bool) -> Generator[None]:
-    """Where JSON is to stand alone, let what launch files print go to stderr."""
+    """With --json, redirect what launch files print to stderr."""
     with redirect_stdout(sys.stderr) if json else nullcontext():
         yield
 

@@ -41,7 +41,7 @@ def test_yaml_is_plain_data(text: str, meant: object) -> None:
         ("a: [1\nb: 2", 2, "it is not YAML: "),
         ("a:\n\t- b", 2, "it is not YAML: "),
         ("a: 1\n---\nb: 2", 2, "it is not YAML: "),
-        ("a: 1\nb: 2\na: 3", 3, "the key 'a' stands there twice"),
+        ("a: 1\nb: 2\na: 3", 3, "the key 'a' is there twice"),
         ("? [a]\n: b", 1, "a key must be a text"),
         (
             "a: !!python/name:os.system x",
@@ -78,11 +78,11 @@ def test_aliases_cannot_stand_for_any_number_of_values() -> None:
     """Ten lists of ten times the one before are refused long before memory is."""
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 10)]
-    with pytest.raises(DocumentError, match=f"the file comes to more than {MAX_VALUES} values"):
+    with pytest.raises(DocumentError, match=f"the file has more than {MAX_VALUES} values"):
         yaml("\n".join(lines))
     merged = ["a0: &a0 {x: 1}"]
     merged += [f"a{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 10)}]}}" for i in range(1, 10)]
-    with pytest.raises(DocumentError, match=f"the file comes to more than {MAX_VALUES} values"):
+    with pytest.raises(DocumentError, match=f"the file has more than {MAX_VALUES} values"):
         yaml("\n".join(merged))
 
 

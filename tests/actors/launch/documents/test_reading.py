@@ -380,7 +380,7 @@ def test_what_is_wrong_is_said_with_its_place(text: str, error: str) -> None:
         (
             "a.yml",
             "launch:\n- log: 1\n  log: 2",
-            "/files/a.yml, line 3: launch[0]: the key 'log' stands there twice",
+            "/files/a.yml, line 3: launch[0]: the key 'log' is there twice",
         ),
         (
             "a.toml",

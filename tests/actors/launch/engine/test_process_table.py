@@ -26,7 +26,7 @@ def test_the_living_are_counted() -> None:
         assert table.living == living
     table.move(second, ProcessState.UP, 6.0)
     assert table.living == 2
-    assert (first.since, first.turn) == (5.0, 4)
+    assert (first.since, first.generation) == (5.0, 4)
 
 
 def test_the_dead_make_room() -> None:
