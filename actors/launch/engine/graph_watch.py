@@ -30,7 +30,9 @@ STOP_TIMEOUT_SEC: Final = 0.5
 
 
 @asynccontextmanager
-async def graph_watch(place: BrokerTarget, on_change: Callable[[set[Presence]], None]) -> AsyncGenerator[None]:
+async def graph_watch(
+    place: BrokerTarget, on_change: Callable[[set[Presence]], None]
+) -> AsyncGenerator[None]:
     """Report what the graph has whenever that changes, without the watching node itself.
 
     Entering waits for nothing. A broker that is unreachable, or refuses the node, does not end the context.
