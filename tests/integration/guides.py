@@ -46,7 +46,7 @@ builds_packages: Final = pytest.mark.skipif(
 
 
 class Environment:
-    """A virtual environment which has what this one has, and its own programs and packages."""
+    """A virtual environment with the packages of this one, and its own programs and packages."""
 
     def __init__(self, folder: Path) -> None:
         subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
@@ -63,7 +63,7 @@ class Environment:
 
 
 class Reader:
-    """Follows a guide, and checks that each command succeeds and prints what the guide shows.
+    """Follow a guide, and check that each command succeeds and prints what the guide shows.
 
     `callboard run` and `callboard launch` go on running, each in a terminal of its own, until the guide
     says "Press Ctrl-C"; their output must contain the shown log lines. The output of other commands must be
@@ -97,7 +97,7 @@ class Reader:
         await self._stop()
 
     def _write(self, text: str) -> None:
-        """Put a block where its first line says: a file, or a section of one that is there."""
+        """Write a block to the file in its first line, or replace a section of that file."""
         head, _, body = text.partition("\n")
         path = self.folder / head.removeprefix("# ")
         if path.suffix == ".toml":
@@ -127,7 +127,7 @@ class Reader:
         return await self._system.program(command, *words[1:], folder=self.folder, environ=variables)
 
     async def _hear(self, lines: str) -> None:
-        """Wait for each of these lines from the node that it is of."""
+        """Wait for each of these lines from its node."""
         for line in lines.splitlines():
             match = LOG_LINE.fullmatch(line)
             assert match, line
@@ -150,7 +150,7 @@ class Reader:
 
 
 def _steps(guide: str) -> Iterator[tuple[str, str]]:
-    """Return commands and blocks in the guide's order: what kind they are, and their text."""
+    """Return kind and text of the commands and blocks in the guide's order."""
     for block, text, command, stop in STEP.findall(guide):
         if stop:
             yield "stop", ""

@@ -1,4 +1,4 @@
-"""A program on a terminal: what it draws is read, and keys are typed."""
+"""A program on a pseudo terminal: read what it draws, and type keys."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ class Terminal:
 
     @property
     def settings(self) -> list[Any]:
-        """How the terminal is set now."""
+        """The current settings of the terminal."""
         return termios.tcgetattr(self._inside)
 
     def type_keys(self, keys: bytes) -> None:
-        """Type something."""
+        """Write keys to the terminal."""
         os.write(self._window, keys)
 
     async def wait_for_exit(self) -> int:
@@ -48,7 +48,7 @@ class Terminal:
             return await self.process.wait()
 
     async def wait_for_text(self, wanted: str) -> None:
-        """Read what is drawn until `wanted` is."""
+        """Read what the program draws until it contains `wanted`."""
         loop = asyncio.get_running_loop()
         drawn = b""
         more = asyncio.Event()
@@ -67,7 +67,7 @@ class Terminal:
 
 @asynccontextmanager
 async def on_terminal(*arguments: str, term: str, **environment: str) -> AsyncGenerator[Terminal]:
-    """Run `callboard` with these arguments on a terminal of its own; kill it in the end, if it still runs.
+    """Run `callboard` with these arguments on a terminal of its own, and kill it at the end.
 
     It gets this process's environment without NO_COLOR, and what else is given.
     """

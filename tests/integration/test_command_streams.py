@@ -1,4 +1,4 @@
-"""Commands that go on until they are stopped: signals and pipes, with real processes."""
+"""Commands that continue until they are stopped, with real processes: signals and pipes."""
 
 from __future__ import annotations
 
@@ -27,8 +27,10 @@ TYPE = "std_msgs/msg/Header"
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
-async def test_ctrl_c_ends_what_measures(system: System, command: tuple[str, ...], text: str) -> None:
-    """At once, with 130 and no traceback; the publisher has its own way of ending, and the same code."""
+async def test_ctrl_c_stops_commands_that_measure(
+    system: System, command: tuple[str, ...], text: str
+) -> None:
+    """They exit with 130 at once, without a traceback; so does the publisher."""
     await system.broker()
     pub = await system.python("-m", "actors", "topic", "pub", "/said", TYPE, "frame_id: map", "-r", "100")
     await pub.wait_for_line("publishing #1:")
@@ -39,8 +41,8 @@ async def test_ctrl_c_ends_what_measures(system: System, command: tuple[str, ...
     assert "Traceback" not in program.output + pub.output
 
 
-async def test_ctrl_c_ends_what_waits_for_stdin(system: System, tmp_path: Path) -> None:
-    """Though nothing comes there; what has come has been published."""
+async def test_ctrl_c_stops_a_command_that_reads_stdin(system: System, tmp_path: Path) -> None:
+    """It exits while stdin is silent, and has published all complete documents."""
     await system.broker()
     fifo = tmp_path / "fifo"
     os.mkfifo(fifo)
@@ -59,7 +61,7 @@ async def test_ctrl_c_ends_what_waits_for_stdin(system: System, tmp_path: Path) 
 
 
 async def test_an_echo_can_be_published_again(system: System) -> None:
-    """`topic echo --json | topic pub --stdin` copies a topic; a pipe that nobody reads ends in silence."""
+    """`topic echo --json | topic pub --stdin` copies a topic; a closed pipe ends it without output."""
     await system.broker()
     command = '"$0" -m actors topic echo --json /said | "$0" -m actors topic pub --stdin /copy ' + TYPE
     pub = await system.python("-m", "actors", "topic", "pub", "/said", TYPE, "frame_id: map", "-r", "100")

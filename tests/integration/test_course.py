@@ -1,4 +1,4 @@
-"""The course's programs as processes: their texts, their exit codes, and every order of starting them."""
+"""The programs of the course as processes: texts, exit codes, and every order of starting."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WAITING = "No broker at"
 async def start_in_order(
     system: System, order: tuple[str, ...], *, arguments: tuple[str, ...] = ()
 ) -> dict[str, Program]:
-    """Start programs one after the other, each when the one before has got as far as it can."""
+    """Start programs one after the other, each when the previous one is ready or waits for a broker."""
     programs: dict[str, Program] = {}
     for name in order:
         if name == "broker":
@@ -31,8 +31,8 @@ async def start_in_order(
     return programs
 
 
-async def test_publisher_and_subscriber_say_what_the_course_says(system: System) -> None:
-    """Both log the course's texts in ROS's form, under the course's node names."""
+async def test_publisher_and_subscriber_log_the_texts_of_the_course(system: System) -> None:
+    """Both use ROS's log format and the node names of the course."""
     await system.broker()
     subscriber = await system.example("minimal_subscriber")
     publisher = await system.example("minimal_publisher")
@@ -43,8 +43,8 @@ async def test_publisher_and_subscriber_say_what_the_course_says(system: System)
     assert '[minimal_subscriber]: I heard: "Hi Automatic Addison: ' in heard
 
 
-async def test_publishing_subscriber_passes_on_what_it_hears(system: System) -> None:
-    """What it says on the second topic has neither a colon nor quotes after "heard"."""
+async def test_publishing_subscriber_republishes_what_it_receives(system: System) -> None:
+    """Its text on the second topic has neither a colon nor quotes after "heard"."""
     await system.broker()
     relay = await system.example("publishing_subscriber")
     end = await system.example(
@@ -55,8 +55,8 @@ async def test_publishing_subscriber_passes_on_what_it_hears(system: System) -> 
     assert '[end]: I heard: "I heard Hi Automatic Addison: ' in await end.wait_for_line("I heard")
 
 
-async def test_server_and_client_say_what_the_course_says(system: System) -> None:
-    """Request and reply are logged on both sides, and the client ends with 0."""
+async def test_server_and_client_log_the_texts_of_the_course(system: System) -> None:
+    """Request and reply are logged on both sides, and the client exits with 0."""
     await system.broker()
     server = await system.example("add_two_ints_server")
     await server.wait_for_line("[add_two_ints_server]: Ready to add two ints.")
@@ -73,7 +73,7 @@ async def test_server_and_client_say_what_the_course_says(system: System) -> Non
 
 
 async def test_client_takes_negative_numbers(system: System) -> None:
-    """A minus sign makes no option of a number."""
+    """A negative number is not an option."""
     await system.broker()
     await system.example("add_two_ints_server")
     client = await system.example("add_two_ints_client", "-5", "3")
@@ -82,17 +82,17 @@ async def test_client_takes_negative_numbers(system: System) -> None:
 
 
 @pytest.mark.parametrize("arguments", [(), ("5",), ("5", "3", "1"), ("five", "3")], ids=" ".join)
-async def test_client_without_two_integers_explains_itself(
+async def test_client_without_two_integers_prints_its_usage(
     system: System, arguments: tuple[str, ...]
 ) -> None:
-    """It says how to use it and ends with 1, also without a broker."""
+    """It exits with 1, even without a broker."""
     client = await system.example("add_two_ints_client", *arguments)
     assert await client.wait_for_exit() == 1
     assert client.output == "usage: add_two_ints_client X Y"
 
 
 async def test_client_reports_a_sum_that_does_not_fit(system: System) -> None:
-    """A sum beyond int64 reaches the client as an error, not as a wrong number; the server lives on."""
+    """A sum beyond int64 is an error at the client, and the server continues."""
     await system.broker()
     server = await system.example("add_two_ints_server")
     client = await system.example("add_two_ints_client", str(2**63 - 1), "1")
@@ -107,7 +107,7 @@ async def test_client_reports_a_sum_that_does_not_fit(system: System) -> None:
 
 
 async def test_client_reports_an_operand_that_does_not_fit(system: System) -> None:
-    """The request is checked before it is sent."""
+    """The client checks the request before it sends it."""
     await system.broker()
     server = await system.example("add_two_ints_server")
     client = await system.example("add_two_ints_client", str(2**63), "1")
@@ -118,7 +118,7 @@ async def test_client_reports_an_operand_that_does_not_fit(system: System) -> No
 
 
 async def test_client_says_that_it_waits_for_the_service(system: System) -> None:
-    """With a broker but no server it says so every second, and goes on when the server comes."""
+    """Without a server it logs that every second, and continues when the server starts."""
     await system.broker()
     client = await system.example("add_two_ints_client", "5", "3")
     await client.wait_for_line("service not available, waiting again...")
@@ -129,21 +129,21 @@ async def test_client_says_that_it_waits_for_the_service(system: System) -> None
 
 @pytest.mark.parametrize("order", list(permutations(TOPIC_PROGRAMS)), ids="-".join)
 async def test_topic_programs_find_each_other_in_any_order(system: System, order: tuple[str, ...]) -> None:
-    """Whoever starts first waits for the others."""
+    """Programs that start first wait for the others."""
     programs = await start_in_order(system, order)
     await programs["minimal_subscriber"].wait_for_line('I heard: "Hi Automatic Addison: ')
 
 
 @pytest.mark.parametrize("order", list(permutations(SERVICE_PROGRAMS)), ids="-".join)
 async def test_service_programs_find_each_other_in_any_order(system: System, order: tuple[str, ...]) -> None:
-    """Whoever starts first waits for the others; only the client ends by itself."""
+    """Programs that start first wait for the others; only the client ends by itself."""
     programs = await start_in_order(system, order, arguments=("5", "3"))
     await programs["add_two_ints_client"].wait_for_line("Sum: 8")
     assert await programs["add_two_ints_client"].wait_for_exit() == 0
 
 
 async def test_waiting_programs_say_once_how_to_start_a_broker(system: System) -> None:
-    """The line names the place and the command; later attempts are silent."""
+    """The line names URL and command; later attempts log nothing."""
     publisher = await system.example("minimal_publisher")
     line = await publisher.wait_for_line(WAITING)
     assert f"No broker at {system.url}" in line

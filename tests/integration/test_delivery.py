@@ -1,4 +1,4 @@
-"""What a topic promises, through a real broker: order, latching, back pressure, and counted losses."""
+"""Promises about topics, through a real broker: order, latching, back pressure, and counted losses."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ actors.run(Counter)
 
 
 async def test_keep_all_loses_nothing(system: System) -> None:
-    """Two thousand messages to another process arrive, all, in order."""
+    """Two thousand messages to another process all arrive in order."""
     await system.broker()
     counter = await system.python("-c", COUNTING_SUBSCRIBER)
     async with actors.Node("talker", url=system.url) as node:
@@ -54,7 +54,7 @@ async def test_keep_all_loses_nothing(system: System) -> None:
 
 
 async def test_keep_all_waits_for_a_slow_reader(hub: broker.Broker) -> None:
-    """With more messages than credit and a reader that pauses, all arrive; `ready()` paces the publisher."""
+    """With more messages than credit all arrive, because `ready()` paces the publisher."""
     total = 100_000
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
         publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
@@ -81,7 +81,7 @@ async def test_keep_all_waits_for_a_slow_reader(hub: broker.Broker) -> None:
 
 
 async def test_keep_last_loses_only_the_oldest_and_counts_them(hub: broker.Broker) -> None:
-    """A reader that is busy keeps the newest; what it heard and what was dropped add up, in order."""
+    """A busy reader keeps the newest messages; received and dropped ones add up."""
     total, depth = 5000, 10
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
         heard: list[int] = []
@@ -120,7 +120,7 @@ async def test_keep_last_loses_only_the_oldest_and_counts_them(hub: broker.Broke
 
 
 async def test_late_joiners_get_the_latched_values(hub: broker.Broker) -> None:
-    """The last `depth` messages come in order, once, then the live ones; others get only those."""
+    """They get the last `depth` messages once, in order, then live ones; VOLATILE ones only live ones."""
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
         publisher = talker.create_publisher(Int64, "numbers", LATCHED)
         for i in range(5):
@@ -134,8 +134,8 @@ async def test_late_joiners_get_the_latched_values(hub: broker.Broker) -> None:
         assert (await anext(volatile)).data == 5
 
 
-async def test_latched_values_go_with_their_publisher(hub: broker.Broker) -> None:
-    """When the publisher has left, a late joiner gets nothing."""
+async def test_latched_values_disappear_with_their_publisher(hub: broker.Broker) -> None:
+    """A subscription made after the publisher has left gets nothing."""
     async with actors.Node("hearer", url=hub.url) as hearer:
         async with actors.Node("talker", url=hub.url) as talker:
             talker.create_publisher(Int64, "numbers", LATCHED).publish(Int64(data=1))
@@ -145,7 +145,7 @@ async def test_latched_values_go_with_their_publisher(hub: broker.Broker) -> Non
         assert subscription.get_publisher_count() == 0
 
 
-async def test_a_stopping_publisher_sends_what_it_has(hub: broker.Broker) -> None:
+async def test_a_stopping_publisher_sends_its_queue(hub: broker.Broker) -> None:
     """Leaving `async with` right after publishing loses nothing."""
     async with actors.Node("hearer", url=hub.url) as hearer:
         heard = aiter(hearer.create_subscription(Int64, "numbers", qos=KEEP_ALL))
@@ -178,8 +178,8 @@ async def test_another_type_on_the_same_topic_is_no_match(
     assert "std_msgs/msg/Int64" in caplog.text
 
 
-async def test_a_raw_subscription_hears_every_type(hub: broker.Broker) -> None:
-    """raw=True matches whatever is published."""
+async def test_a_raw_subscription_receives_every_type(hub: broker.Broker) -> None:
+    """With raw=True it matches publishers of any type."""
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
         publisher = talker.create_publisher(Int64, "numbers", 10)
         raw = aiter(hearer.create_subscription(None, "numbers", qos=10, raw=True))

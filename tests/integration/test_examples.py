@@ -1,4 +1,4 @@
-"""The examples beyond the course, run as they are."""
+"""The examples beyond the course, executed unchanged."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.py"))
 
 
 async def test_embedded_needs_nothing_else(system: System) -> None:
-    """Broker, topic and service in one process, without a daemon."""
+    """Broker, topic and service run in one process, without a daemon."""
     program = await system.example("embedded")
     assert await program.wait_for_exit() == 0
     assert program.lines == ["heard: hello from the same program", "5 + 3 = 8"]
 
 
 async def test_load_balanced_service_shows_an_even_split(system: System) -> None:
-    """Three servers answer thirty requests: ten each."""
+    """Three servers answer ten of thirty requests each."""
     await system.broker()
     program = await system.example("load_balanced_service")
     assert await program.wait_for_exit() == 0
@@ -34,7 +34,7 @@ async def test_load_balanced_service_shows_an_even_split(system: System) -> None
 
 
 async def test_latched_value_reaches_the_late_joiner(system: System) -> None:
-    """Only the last value comes."""
+    """It receives only the last value."""
     await system.broker()
     program = await system.example("latched_value")
     assert await program.wait_for_exit() == 0
@@ -43,7 +43,7 @@ async def test_latched_value_reaches_the_late_joiner(system: System) -> None:
 
 
 async def test_supervised_counts_three_times(system: System) -> None:
-    """The failing node is started twice more, and then given up; the events say so."""
+    """The failing node is restarted twice, then given up; the events report it."""
     program = await system.example("supervised")
     assert await program.wait_for_exit() == 0
     assert program.lines.count("heard: 1") == 3
@@ -53,7 +53,7 @@ async def test_supervised_counts_three_times(system: System) -> None:
 
 
 async def test_decorated_course_runs_all_five(system: System) -> None:
-    """Messages are heard, passed on and requests answered, in one process."""
+    """Messages are received and republished, and requests answered, in one process."""
     await system.broker()
     program = await system.example("course_decorated")
     relayed = await system.example(
@@ -70,7 +70,7 @@ async def test_decorated_course_runs_all_five(system: System) -> None:
 
 @pytest.mark.parametrize("language", ["py", "yaml", "toml"])
 async def test_course_launches_from_any_language(language: str, system: System) -> None:
-    """All five programs work together, with a broker that the launch brings, and stop together."""
+    """All five programs work together with the launch's own broker, and stop together."""
     file = f"examples/launch/course.launch.{language}"
     program = await system.python("-m", "actors", "launch", file, "b:=4")
     for text in (
@@ -85,7 +85,7 @@ async def test_course_launches_from_any_language(language: str, system: System) 
 
 
 def test_course_is_the_same_in_all_languages() -> None:
-    """The three launch files come to the same plan."""
+    """The three launch files result in the same plan."""
     folder = ROOT / "examples" / "launch"
     library = Files()
     plans = [
@@ -101,7 +101,7 @@ def test_course_is_the_same_in_all_languages() -> None:
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_are_short_and_say_what_they_are(path: Path) -> None:
-    """At most 60 lines (80 where there are five programs), a docstring, nothing but the public API."""
+    """They have at most 60 lines (course_decorated: 80), a docstring, and use only the public API."""
     text = path.read_text()
     assert len(text.splitlines()) <= (80 if path.stem == "course_decorated" else 60)
     assert text.startswith('"""')

@@ -1,4 +1,4 @@
-"""Guides in docs/how-to that are followed as they are written."""
+"""Follow guides in docs/how-to as they are written."""
 
 from __future__ import annotations
 

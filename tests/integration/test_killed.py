@@ -1,4 +1,4 @@
-"""SIGKILL: what the dead had sent is delivered, what they had promised fails at once, nobody hangs."""
+"""SIGKILL: messages sent before are delivered, calls fail at once, and no wait hangs."""
 
 from __future__ import annotations
 
@@ -76,8 +76,8 @@ actors.run(Silent)
 """
 
 
-async def test_what_a_killed_publisher_had_flushed_still_arrives(system: System) -> None:
-    """What waits at the broker for a slow reader does not die with its publisher, and comes in order."""
+async def test_messages_flushed_before_a_kill_still_arrive(system: System) -> None:
+    """Messages queued in the broker for a slow reader survive their publisher, in order."""
     total = 2000
     await system.broker()
     async with actors.Node("hearer", url=system.url) as node:
@@ -105,8 +105,8 @@ async def test_what_a_killed_publisher_had_flushed_still_arrives(system: System)
         assert "/talker" not in await node.get_fully_qualified_node_names()
 
 
-async def test_a_killed_reader_frees_the_publisher_that_waited_for_it(system: System) -> None:
-    """A KEEP_ALL publisher without credit goes on as soon as the reader that gave none is dead."""
+async def test_a_killed_reader_releases_the_publisher_that_waited_for_it(system: System) -> None:
+    """A KEEP_ALL publisher without credit continues as soon as the reader is dead."""
     await system.broker()
     stuck = await system.python("-c", STUCK_READER)
     async with actors.Node("talker", url=system.url) as node:
@@ -129,8 +129,8 @@ async def test_a_killed_reader_frees_the_publisher_that_waited_for_it(system: Sy
         assert publisher.dropped == 0
 
 
-async def test_every_call_into_a_killed_broker_fails_at_once(system: System) -> None:
-    """A thousand calls of ten nodes: all end with ServiceUnavailable, and none is left pending."""
+async def test_every_call_fails_at_once_when_the_broker_is_killed(system: System) -> None:
+    """A thousand calls of ten nodes end with ServiceUnavailable, and none stays pending."""
     nodes, calls = 10, 100
     daemon = await system.broker()
     server = await system.python("-c", SILENT_SERVER)
@@ -170,8 +170,8 @@ async def test_every_call_into_a_killed_broker_fails_at_once(system: System) -> 
     await server.wait_for_line("No broker at")
 
 
-async def test_a_publisher_killed_in_mid_message_leaves_no_half_of_it(system: System) -> None:
-    """Of a large message whose fragments stop coming nothing arrives; other topics of the reader go on."""
+async def test_a_message_cut_off_by_a_kill_is_discarded(system: System) -> None:
+    """An incomplete large message is not delivered; other topics of the reader continue."""
     await system.broker()
     async with actors.Node("hearer", url=system.url) as hearer:
         halves = hearer.create_subscription(String, "large", qos=10)
@@ -211,8 +211,8 @@ actors.run(main)
 """
 
 
-async def test_everybody_moves_on_to_the_second_broker(system: System) -> None:
-    """With two URLs: the first broker is killed, publisher, reader and calls meet again at the second."""
+async def test_nodes_move_to_the_second_broker(system: System) -> None:
+    """With two URLs, topics and calls work at the second broker after the first is killed."""
     first = await system.broker()
     place = system.url
     system.port = free_port()

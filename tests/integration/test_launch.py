@@ -1,4 +1,4 @@
-"""`callboard launch`: many processes with one command, and none of them left behind."""
+"""`callboard launch`: one command starts many processes and leaves none behind."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ time.sleep(1000)
 
 
 async def test_the_courses_file_runs(system: System, tmp_path: Path) -> None:
-    """Two nodes of a package, in a namespace: labelled, on /ns1/addison, stopped by Ctrl-C with 0."""
+    """Two nodes of a package in a namespace: labelled, on /ns1/addison, and stopped by Ctrl-C with 0."""
     site = Site(tmp_path / "environment")
     scripts = [f"my_{each} = py_pubsub.my_{each}:main" for each in ("publisher", "subscriber")]
     site.install("py_pubsub", scripts=scripts)
@@ -90,8 +90,8 @@ async def test_the_courses_file_runs(system: System, tmp_path: Path) -> None:
     await wait_until_dead(*pids)
 
 
-async def test_a_broker_that_is_there_is_used(system: System, tmp_path: Path) -> None:
-    """Then the launch has none of its own; it ends with its only process."""
+async def test_a_running_broker_is_used(system: System, tmp_path: Path) -> None:
+    """The launch starts no broker of its own, and ends with its only process."""
     await system.broker()
     tell = "import os; print('url', os.environ['CALLBOARD_URL'])"
     program = await start_launch(system, launch_file(tmp_path, "Node(script='tell.py')", tell=tell))
@@ -101,8 +101,10 @@ async def test_a_broker_that_is_there_is_used(system: System, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("very", [False, True])
-async def test_deaf_processes_are_stopped_all_the_same(system: System, tmp_path: Path, *, very: bool) -> None:
-    """One that ignores SIGINT gets SIGTERM, and one that ignores that, too, SIGKILL."""
+async def test_processes_that_ignore_signals_are_stopped(
+    system: System, tmp_path: Path, *, very: bool
+) -> None:
+    """One that ignores SIGINT gets SIGTERM; one that ignores both gets SIGKILL."""
     more = "signal.signal(signal.SIGTERM, signal.SIG_IGN)" if very else ""
     file = launch_file(tmp_path, "Node(script='deaf.py')", deaf=DEAF.format(more=more))
     program = await start_launch(system, file)
@@ -114,7 +116,7 @@ async def test_deaf_processes_are_stopped_all_the_same(system: System, tmp_path:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 async def test_signals_stop_everything(system: System, tmp_path: Path, number: signal.Signals) -> None:
-    """Processes and what they have started end; the launch has not failed."""
+    """Processes and their children end; the launch exits with 0."""
     if number is signal.SIGHUP and signal.getsignal(number) is signal.SIG_IGN:
         pytest.skip("these tests run under nohup")
     actions = "Node(script='parent.py')", "Node(script='sleeper.py')"
@@ -126,8 +128,8 @@ async def test_signals_stop_everything(system: System, tmp_path: Path, number: s
     await wait_until_dead(*pids)
 
 
-async def test_lines_come_at_once(system: System, tmp_path: Path) -> None:
-    """What Python programs print comes while they run, whichever way they are started."""
+async def test_output_of_python_programs_is_not_buffered(system: System, tmp_path: Path) -> None:
+    """Their lines appear while they run, however they are started."""
     tell = str(tmp_path / "tell.py")
     actions = "Node(script='tell.py')", f"ExecuteProcess(cmd=[{sys.executable!r}, {tell!r}], name='other')"
     source = "import time; print('told', 0); time.sleep(1000)"
@@ -137,8 +139,8 @@ async def test_lines_come_at_once(system: System, tmp_path: Path) -> None:
     assert await program.stop() == 0
 
 
-async def test_a_second_signal_hurries(system: System, tmp_path: Path) -> None:
-    """A process that takes its time is killed when the launch is asked again."""
+async def test_a_second_signal_kills(system: System, tmp_path: Path) -> None:
+    """A process that is slow to stop is killed at the second signal."""
     busy = DEAF.format(more='signal.signal(signal.SIGINT, lambda *_: os.write(1, b"asked\\n"))')
     file = launch_file(tmp_path, "Node(script='busy.py')", busy=busy)
     program = await start_launch(system, file, "--stop-timeout", "1000")
@@ -154,8 +156,8 @@ async def test_a_second_signal_hurries(system: System, tmp_path: Path) -> None:
     assert not is_alive(pid)
 
 
-async def test_nobody_survives_a_killed_launch(system: System, tmp_path: Path) -> None:
-    """SIGKILL for the launch alone: its processes and theirs end."""
+async def test_no_process_survives_a_killed_launch(system: System, tmp_path: Path) -> None:
+    """After SIGKILL of the launch alone its processes and their children end."""
     actions = "Node(script='parent.py')", "Node(script='deaf.py')"
     program = await start_launch(
         system, launch_file(tmp_path, *actions, parent=PARENT, deaf=DEAF.format(more=""))
@@ -165,8 +167,8 @@ async def test_nobody_survives_a_killed_launch(system: System, tmp_path: Path) -
     await wait_until_dead(*pids)
 
 
-async def test_a_flood_is_shown_whole(system: System, tmp_path: Path) -> None:
-    """Far more than a pipe holds, on stdout and stderr: each line comes, labelled."""
+async def test_a_large_output_is_shown_completely(system: System, tmp_path: Path) -> None:
+    """Each line of far more than a pipe holds is shown with its label."""
     program = await start_launch(system, launch_file(tmp_path, "Node(script='flood.py')", flood=FLOOD))
     (pid,) = pids_in(await program.find_line("] flooded "))
     assert sum(line == f"[flood-1] {'x' * 199}" for line in program.lines) == 10_000
@@ -174,8 +176,8 @@ async def test_a_flood_is_shown_whole(system: System, tmp_path: Path) -> None:
     assert not is_alive(pid)
 
 
-async def test_a_launch_that_nobody_reads_can_be_stopped(system: System, tmp_path: Path) -> None:
-    """Its stdout is full; the processes are not held up by that, nor is stopping them."""
+async def test_a_launch_whose_output_is_not_read_can_be_stopped(system: System, tmp_path: Path) -> None:
+    """A full stdout blocks neither the processes nor stopping them."""
     fifo = tmp_path / "flooded"
     os.mkfifo(fifo)
     flood = f"import os\nfifo = {str(fifo)!r}\n{FLOOD}".replace(
@@ -201,8 +203,8 @@ async def test_a_launch_that_nobody_reads_can_be_stopped(system: System, tmp_pat
     assert not is_alive(pid)
 
 
-async def test_a_launch_whose_reader_goes_stops(system: System, tmp_path: Path) -> None:
-    """As programs in a pipe do: `callboard launch … | head` ends, and its processes with it."""
+async def test_a_launch_stops_when_its_output_pipe_closes(system: System, tmp_path: Path) -> None:
+    """`callboard launch … | head` ends like other programs, with its processes."""
     chatty = "import os, time\nwhile True:\n    os.write(1, b'pid %d\\n' % os.getpid())\n    time.sleep(0.01)"
     file = launch_file(tmp_path, "Node(script='chatty.py')", chatty=chatty)
     process = await asyncio.create_subprocess_exec(
@@ -218,8 +220,8 @@ async def test_a_launch_whose_reader_goes_stops(system: System, tmp_path: Path) 
     await wait_until_dead(pid)
 
 
-async def test_it_ends_when_nothing_is_left_to_run(system: System, tmp_path: Path) -> None:
-    """Processes that die at once are told of, and fail the launch, though none was required."""
+async def test_a_launch_ends_with_its_last_process(system: System, tmp_path: Path) -> None:
+    """Processes that fail at once are reported and fail the launch, although none was required."""
     actions = "Node(script='bad.py', name='bad')", "ExecuteProcess(cmd=['/no/such/command'])"
     program = await start_launch(system, launch_file(tmp_path, *actions, bad="raise SystemExit(7)"))
     assert await program.wait_for_exit() == 1
@@ -238,7 +240,7 @@ async def test_it_ends_when_nothing_is_left_to_run(system: System, tmp_path: Pat
 async def test_a_required_process_ends_the_launch(
     system: System, tmp_path: Path, code: int, how: str
 ) -> None:
-    """The others are stopped; the launch has failed if it died."""
+    """The others are stopped; the launch fails if the process failed."""
     short = f"raise SystemExit({code})"
     # Python that is interrupted while it starts may exit with 1.
     actions = "ExecuteProcess(cmd=['sleep', '1000'], name='sleeper')", f"Node(script='short.py', {how})"
@@ -249,8 +251,8 @@ async def test_a_required_process_ends_the_launch(
     assert not is_alive(int(pid))
 
 
-async def test_ctrl_c_ends_a_launch_well_whatever_has_failed(system: System, tmp_path: Path) -> None:
-    """The process that failed was not required: the launch ends when it is told to, with 0."""
+async def test_ctrl_c_ends_a_launch_with_0_after_a_failure(system: System, tmp_path: Path) -> None:
+    """A failed process that was not required does not change the exit code."""
     actions = "Node(script='bad.py', name='bad')", "Node(script='sleeper.py')"
     file = launch_file(tmp_path, *actions, bad="raise SystemExit(7)", sleeper=SLEEPER)
     program = await start_launch(system, file)
@@ -259,8 +261,8 @@ async def test_ctrl_c_ends_a_launch_well_whatever_has_failed(system: System, tmp
     assert await program.stop() == 0
 
 
-async def test_a_process_is_started_again(system: System, tmp_path: Path) -> None:
-    """As often as it may be, each time with another pid."""
+async def test_a_process_is_restarted(system: System, tmp_path: Path) -> None:
+    """It is restarted up to its limit, each time with another pid."""
     action = "Node(script='short.py', respawn=True, respawn_max_retries=2)"
     program = await start_launch(system, launch_file(tmp_path, action, short="print('ran')"))
     assert await program.wait_for_exit() == 0
@@ -269,7 +271,7 @@ async def test_a_process_is_started_again(system: System, tmp_path: Path) -> Non
 
 
 async def test_timers_arguments_and_the_environment_reach_processes(system: System, tmp_path: Path) -> None:
-    """What is for later comes later; a launch that has still something to do goes on."""
+    """A timer's process starts later; the launch does not end before it."""
     actions = (
         "DeclareLaunchArgument('word')",
         "SetEnvironmentVariable('WORD', LaunchConfiguration('word'))",
@@ -315,7 +317,7 @@ actors.run(main)
 
 
 async def test_a_process_waits_for_a_service(system: System, tmp_path: Path) -> None:
-    """In its namespace; the client is started when the server is there, though it stands before it."""
+    """The client starts when the server in its namespace is available, although it is listed first."""
     actions = (
         "PushNamespace('ns1')",
         "Node(script='client.py', required=True, depends_on='service add_two_ints')",
@@ -335,8 +337,8 @@ async def test_a_process_waits_for_a_service(system: System, tmp_path: Path) -> 
     assert places == sorted(places)
 
 
-async def test_what_does_not_come_is_not_waited_for(system: System, tmp_path: Path) -> None:
-    """The process counts as dead, and the launch has failed without it."""
+async def test_a_dependency_that_does_not_appear_fails_the_process(system: System, tmp_path: Path) -> None:
+    """After its timeout the required process counts as failed, and so does the launch."""
     action = "Node(script='tell.py', required=True, depends_on=['node talker'], depends_timeout=0.3)"
     program = await start_launch(system, launch_file(tmp_path, action, tell="print('told')"))
     assert await program.wait_for_exit() == 1
@@ -344,8 +346,8 @@ async def test_what_does_not_come_is_not_waited_for(system: System, tmp_path: Pa
     assert "told" not in program.output
 
 
-async def test_handlers_and_functions_see_processes(system: System, tmp_path: Path) -> None:
-    """They start, when another has said something or has ended; stdout and stderr are told apart."""
+async def test_handlers_react_to_output_and_exits(system: System, tmp_path: Path) -> None:
+    """They start processes on output and on exit, and distinguish stdout and stderr."""
     (tmp_path / "functions.py").write_text("""
 from actors.launch import LogInfo, Shutdown
 
@@ -380,7 +382,7 @@ def ended(event, context):
 
 
 async def test_a_function_that_fails_ends_the_launch(system: System, tmp_path: Path) -> None:
-    """In one line; what runs is stopped."""
+    """It is reported in one line, and running processes are stopped."""
     actions = (
         "Node(script='sleeper.py')",
         "RegisterEventHandler(OnProcessIO(target_action='sleeper', on_output=lambda event: 1 / 0))",
@@ -391,8 +393,8 @@ async def test_a_function_that_fails_ends_the_launch(system: System, tmp_path: P
     assert program.output.count("ZeroDivisionError") == 1
 
 
-async def test_each_process_has_its_own_time_to_stop(system: System, tmp_path: Path) -> None:
-    """It goes before the launch's, which would be too long for this test."""
+async def test_a_process_has_its_own_stop_timeout(system: System, tmp_path: Path) -> None:
+    """It takes precedence over the launch's, which is longer than this test."""
     action = "Node(script='deaf.py', sigterm_timeout='0.1', sigkill_timeout=1000)"
     file = launch_file(tmp_path, action, deaf=DEAF.format(more=""))
     program = await start_launch(system, file, "--stop-timeout", "1000")
@@ -402,8 +404,8 @@ async def test_each_process_has_its_own_time_to_stop(system: System, tmp_path: P
     assert not is_alive(pid)
 
 
-async def test_a_signal_that_comes_twice_at_once_is_one(system: System, tmp_path: Path) -> None:
-    """As `timeout` sends it: the processes are asked, not killed."""
+async def test_two_signals_at_once_count_as_one(system: System, tmp_path: Path) -> None:
+    """As sent by `timeout`: processes are asked to stop, not killed."""
     polite = """
 import os, signal, time
 def end(*_):
@@ -421,8 +423,8 @@ time.sleep(1000)
     assert "[polite-1] good bye" in program.output
 
 
-async def test_a_port_that_something_else_has_is_told_of(system: System, tmp_path: Path) -> None:
-    """No broker can be started there, and none answers; nothing is started."""
+async def test_a_port_of_another_program_is_reported(system: System, tmp_path: Path) -> None:
+    """No broker can be started there and none answers, so no process is started."""
     with socket.create_server(("127.0.0.1", system.port)):  # connections wait there for ever
         program = await start_launch(
             system, launch_file(tmp_path, "Node(script='tell.py')", tell="print('told')")
@@ -433,7 +435,7 @@ async def test_a_port_that_something_else_has_is_told_of(system: System, tmp_pat
 
 
 async def test_a_closed_terminal_stops_everything(system: System, tmp_path: Path) -> None:
-    """Its window is gone, and with it whoever reads; processes are asked to end, and none is left."""
+    """When the terminal closes, processes are asked to end, and none is left."""
     fifo, asked = tmp_path / "started", tmp_path / "asked"
     os.mkfifo(fifo)
     notes = f"""
@@ -468,8 +470,8 @@ signal.signal(signal.SIGINT, note)
             await process.wait()
 
 
-async def test_a_failed_launch_that_is_interrupted_has_failed(system: System, tmp_path: Path) -> None:
-    """A required process has died, another takes its time to stop, and then Ctrl-C comes."""
+async def test_ctrl_c_after_a_required_process_failed_exits_with_1(system: System, tmp_path: Path) -> None:
+    """The launch is stopping after the failure when Ctrl-C arrives."""
     busy = DEAF.format(more='signal.signal(signal.SIGINT, lambda *_: os.write(1, b"asked\\n"))')
     short = "Node(script='short.py', required=True)"
     actions = (
@@ -488,10 +490,8 @@ async def test_a_failed_launch_that_is_interrupted_has_failed(system: System, tm
     assert not is_alive(pid)
 
 
-async def test_a_reader_that_goes_while_a_launch_stops_hurries_nothing(
-    system: System, tmp_path: Path
-) -> None:
-    """Ctrl-C in a pipeline reaches the others, too; the processes clean up all the same."""
+async def test_a_pipe_that_closes_while_a_launch_stops_kills_nothing(system: System, tmp_path: Path) -> None:
+    """Ctrl-C in a pipeline ends the reader, too; the processes still clean up."""
     cleaned = tmp_path / "cleaned"
     slow = f"""
 import os, signal, time

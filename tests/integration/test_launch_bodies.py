@@ -1,4 +1,4 @@
-"""`callboard launch`: nodes in its own process, terminals for programs, and programs that are rewritten."""
+"""`callboard launch`: nodes in its own process, terminals for programs, and restarts of changed scripts."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ sys.stderr.write("no end")
 
 
 async def test_nodes_run_in_the_launchs_process(system: System, tmp_path: Path) -> None:
-    """Each with its name and label; one that fails does not disturb the others; Ctrl-C stops all with 0."""
+    """Each has a name and a label; a failing one does not affect the others; Ctrl-C stops all with 0."""
     file = tmp_path / "own.launch.py"
     file.write_text(OWN)
     (tmp_path / "minimal_node.py").write_text(NAMED)
@@ -87,7 +87,7 @@ async def test_nodes_run_in_the_launchs_process(system: System, tmp_path: Path) 
 
 
 async def test_a_program_can_have_a_terminal(system: System, tmp_path: Path) -> None:
-    """`emulate_tty`: stdout and stderr are one, of the usual size; the last line comes, too."""
+    """With `emulate_tty` stdout and stderr are a terminal, and a last line without newline is shown."""
     file = launch_file(tmp_path, "Node(script='look.py', emulate_tty=True)", look=TERMINAL)
     program = await start_launch(system, file)
     assert await program.wait_for_exit() == 0
@@ -97,8 +97,8 @@ async def test_a_program_can_have_a_terminal(system: System, tmp_path: Path) -> 
     await wait_until_dead(int(pid))
 
 
-async def test_a_rewritten_script_runs_anew(system: System, tmp_path: Path) -> None:
-    """`--watch`: at once if it runs; one that has died waits for that, and the launch goes on."""
+async def test_a_changed_script_is_restarted(system: System, tmp_path: Path) -> None:
+    """With `--watch` a running script restarts at once, and one that failed restarts after a change."""
     sleeps = "import time; print('{}'); time.sleep(1000)"
     file = launch_file(
         tmp_path,
@@ -122,7 +122,7 @@ async def test_a_rewritten_script_runs_anew(system: System, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("streams", ["<&- >&-", "<&- >&- 2>&-", "2>&-"])
 async def test_streams_may_be_closed(system: System, tmp_path: Path, streams: str) -> None:
-    """What the shell has closed is nowhere; no socket of the launch takes its number."""
+    """With streams closed by the shell, no socket of the launch gets their numbers."""
     seen = tmp_path / "seen"
     look = f"""
 import os, stat
@@ -140,7 +140,7 @@ open({str(seen)!r}, "w").write(str([stat.S_ISSOCK(mode) for mode in kinds]))
 async def test_a_command_in_a_launch_file_can_be_stopped(
     system: System, tmp_path: Path, number: signal.Signals
 ) -> None:
-    """At once, though nothing runs yet, and nothing is left of it."""
+    """A signal ends the command of a substitution before any process has started."""
     os.mkfifo(begun := tmp_path / "begun")
     script = f"exec 3>{begun}; echo begun >&3; sleep 1000"
     file = launch_file(tmp_path, f"LogInfo(msg=Command(\"sh -c '{script}'\"))")

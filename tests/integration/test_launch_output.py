@@ -1,4 +1,4 @@
-"""What `callboard launch` shows and writes, with real processes and a real terminal."""
+"""Output and log files of `callboard launch`, with real processes and a real terminal."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ async def launch(system: System, state: Path, *arguments: str) -> Program:
 
 
 def documents(program: Program) -> list[dict[str, Any]]:
-    """Return what has been printed, all of which is JSON."""
+    """Return the printed JSON documents."""
     return [json.loads(line) for line in program.lines]
 
 
-async def test_json_tells_all_that_happens(system: System, tmp_path: Path) -> None:
-    """From the broker that it brings to the exit code; nothing else is written, not to stderr either."""
+async def test_json_reports_all_events(system: System, tmp_path: Path) -> None:
+    """From the start of the broker to the exit code; nothing else is written, not even to stderr."""
     file = launch_file(tmp_path, "Node(script='both.py', required=True)", both=f"{BOTH}; sys.exit(3)")
     program = await launch(system, tmp_path / "state", file, "--json")
     assert await program.wait_for_exit() == 1
@@ -68,8 +68,8 @@ async def test_json_tells_all_that_happens(system: System, tmp_path: Path) -> No
     assert not (tmp_path / "state").exists()
 
 
-async def test_json_ends_when_the_launch_is_stopped(system: System, tmp_path: Path) -> None:
-    """With the exit code of the command; also if no broker can be had."""
+async def test_json_ends_with_the_exit_code(system: System, tmp_path: Path) -> None:
+    """Also when the launch is stopped, or no broker can be started."""
     file = launch_file(tmp_path, "Node(script='sleeper.py')", sleeper=SLEEPER)
     program = await launch(system, tmp_path, file, "--json")
     await program.wait_for_line('"output"')
@@ -82,8 +82,8 @@ async def test_json_ends_when_the_launch_is_stopped(system: System, tmp_path: Pa
     assert error[0].startswith("No broker at callboard://broker.invalid:7411")
 
 
-async def test_lines_can_go_to_a_log(system: System, tmp_path: Path) -> None:
-    """With --output log, whatever the file says: all of them, and those on stderr to the screen, too."""
+async def test_output_can_go_to_a_log(system: System, tmp_path: Path) -> None:
+    """With --output log all lines are in the file, and those of stderr also on the screen."""
     action = "Node(script='both.py', output='screen')"
     program = await launch(system, tmp_path, launch_file(tmp_path, action, both=BOTH), "--output", "log")
     assert await program.wait_for_exit() == 0
@@ -98,8 +98,8 @@ async def test_lines_can_go_to_a_log(system: System, tmp_path: Path) -> None:
     )
 
 
-async def test_each_process_says_where_its_lines_go(system: System, tmp_path: Path) -> None:
-    """One has files of its own, the other is on the screen."""
+async def test_each_process_has_its_own_output_setting(system: System, tmp_path: Path) -> None:
+    """One writes to files of its own, the other to the screen."""
     actions = "Node(script='both.py', output='own_log')", "Node(script='other.py')"
     file = launch_file(tmp_path, *actions, both=BOTH, other="print('shown')")
     program = await launch(system, tmp_path, file)
@@ -112,8 +112,8 @@ async def test_each_process_says_where_its_lines_go(system: System, tmp_path: Pa
     assert sorted((folder / "both-1.log").read_text().split("\n")) == ["", "to stderr", "to stdout"]
 
 
-async def test_a_flood_is_logged_whole(system: System, tmp_path: Path) -> None:
-    """In order, and shown, too."""
+async def test_a_large_output_is_logged_completely(system: System, tmp_path: Path) -> None:
+    """All lines are in the log and on the screen, in order."""
     file = launch_file(tmp_path, "Node(script='flood.py')", flood=FLOOD)
     program = await launch(system, tmp_path, file, "--output", "both")
     assert await program.wait_for_exit() == 0
@@ -122,8 +122,8 @@ async def test_a_flood_is_logged_whole(system: System, tmp_path: Path) -> None:
         assert re.findall(r" line (\d+)", text) == [str(number) for number in range(20_000)]
 
 
-async def test_a_launch_goes_on_without_log_files(system: System, tmp_path: Path) -> None:
-    """If they cannot be written it says so, and what is missing."""
+async def test_a_launch_continues_without_log_files(system: System, tmp_path: Path) -> None:
+    """If they cannot be written it reports that, and how many lines are missing."""
     (tmp_path / "state").touch()
     program = await launch(
         system,
@@ -148,7 +148,7 @@ async def test_a_launch_goes_on_without_log_files(system: System, tmp_path: Path
         ({"NO_COLOR": "1"}, (), "None"),
     ],
 )
-async def test_programs_are_told_that_colors_are_welcome(
+async def test_force_color_is_set_for_programs(
     system: System,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -156,7 +156,7 @@ async def test_programs_are_told_that_colors_are_welcome(
     options: tuple[str, ...],
     expected: str,
 ) -> None:
-    """If they are shown on a terminal, and whoever starts the launch has said nothing else."""
+    """It is set if a terminal shows their output and the environment does not decide otherwise."""
     for name in ("FORCE_COLOR", "NO_COLOR"):
         monkeypatch.delenv(name, raising=False)
     file = launch_file(
@@ -168,8 +168,8 @@ async def test_programs_are_told_that_colors_are_welcome(
         await terminal.wait_for_text(f"color {expected} !")
 
 
-async def test_a_terminal_shows_how_it_is_doing(system: System, tmp_path: Path) -> None:
-    """The status line is below the last line, and is gone when the launch has been stopped."""
+async def test_a_terminal_shows_a_status_line(system: System, tmp_path: Path) -> None:
+    """It is below the last line, and is removed when the launch has stopped."""
     actions = "Node(script='sleeper.py')", "Node(script='bad.py')"
     file = launch_file(tmp_path, *actions, sleeper=SLEEPER, bad="raise SystemExit(3)")
     async with on_terminal("launch", file, "--url", system.url, term="xterm") as terminal:
@@ -196,8 +196,8 @@ def generate_launch_description():
 """
 
 
-async def test_prints_of_a_handler_never_hold_up_a_launch(system: System, tmp_path: Path) -> None:
-    """Though nobody reads them it stops when it is told to."""
+async def test_prints_of_a_handler_never_block_a_launch(system: System, tmp_path: Path) -> None:
+    """With a full stdout the launch still stops on SIGINT."""
     (tmp_path / "loud.launch.py").write_text(PRINTING)
     reading, writing = os.pipe()
     process = await asyncio.create_subprocess_exec(
@@ -217,7 +217,7 @@ async def test_prints_of_a_handler_never_hold_up_a_launch(system: System, tmp_pa
         os.close(reading)
 
 
-async def test_json_stands_alone_whatever_is_printed(system: System, tmp_path: Path) -> None:
+async def test_json_is_not_mixed_with_prints(system: System, tmp_path: Path) -> None:
     """Prints of launch files, functions and handlers go to stderr."""
     (tmp_path / "loud.launch.py").write_text(
         PRINTING.replace("while :; do echo more; sleep 0.001; done", "echo")

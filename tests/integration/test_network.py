@@ -1,4 +1,4 @@
-"""Processes whose network fails them: cables cut in one direction, slow lines, resets in mid-stream."""
+"""Processes on a failing network: connections cut in one direction, slow ones, and resets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
 
 
-class Far:
+class RemoteCounter:
     """A counter behind a proxy, and a node that publishes to it and calls it."""
 
     def __init__(self, proxy: FaultProxy, counter: Program, node: actors.Node) -> None:
@@ -33,12 +33,12 @@ class Far:
         self.client = node.create_client(AddTwoInts, "block")
 
     async def wait_until_found(self) -> None:
-        """Wait until the counter hears and serves."""
+        """Wait until the counter is matched."""
         assert await self.client.wait_for_service(DEADLINE_SEC)
         await wait_for_subscriptions(self.publisher, self.node)
 
     async def wait_until_lost(self) -> None:
-        """Wait until the counter is out of the graph."""
+        """Wait until the counter has left the graph."""
         async with asyncio.timeout(DEADLINE_SEC):
             while self.client.service_is_ready() or self.publisher.get_subscription_count():
                 await self.node.get_graph()
@@ -49,28 +49,30 @@ class Far:
             self.publisher.publish(Int64(data=number))
 
     async def counted(self) -> Counted:
-        """Publish the last number; return what the counter has counted."""
+        """Publish the last number; return the counters of the subscription."""
         await self.wait_until_found()
         self.publisher.publish(Int64(data=-self.publisher.published))
         return Counted.read(await self.counter.wait_for_line("counted"))
 
 
 @pytest.fixture
-async def far(system: System) -> AsyncIterator[Far]:
-    """The counter is a process; so is the broker, which waits 0.6 s for who is silent."""
+async def far(system: System) -> AsyncIterator[RemoteCounter]:
+    """A counter and a broker (keepalive limit 0.6 s), each a process."""
     await system.broker("--keepalive-sec", "0.6")
     near = system.url
     async with FaultProxy(near) as proxy, actors.Node("talker", url=near) as node:
         system.url = proxy.url
         counter = await system.python("-c", COUNTER)
-        place = Far(proxy, counter, node)
+        place = RemoteCounter(proxy, counter, node)
         await place.wait_until_found()
         yield place
 
 
 @pytest.mark.parametrize("direction", list(Direction), ids=lambda each: each.name)
-async def test_a_cut_cable_is_noticed_and_the_counts_add_up(far: Far, direction: Direction) -> None:
-    """Whichever way is cut: the call fails, the publisher is freed, and after the repair all is counted."""
+async def test_a_cut_in_one_direction_is_noticed_and_the_counts_add_up(
+    far: RemoteCounter, direction: Direction
+) -> None:
+    """The call fails, the publisher continues, and after the repair every message is counted."""
     far.publish(99)
     assert (await far.counted()).received == 100  # a call's reply would not say so: calls overtake messages
     far.proxy.black_hole(direction=direction)
@@ -87,8 +89,8 @@ async def test_a_cut_cable_is_noticed_and_the_counts_add_up(far: Far, direction:
     assert (await far.client.call(AddTwoInts.Request(a=2))).sum == 2
 
 
-async def test_a_reply_that_comes_too_late_is_no_other_calls_reply(far: Far) -> None:
-    """What a server that was cut off had answered is dropped; the next call gets its own answer."""
+async def test_a_late_reply_does_not_answer_another_call(far: RemoteCounter) -> None:
+    """The late reply of a disconnected server is dropped; the next call gets its own reply."""
     far.proxy.black_hole(direction=Direction.TO_BROKER)  # the call comes through, its reply does not
     call = far.client.call_async(AddTwoInts.Request(a=7), timeout_sec=1000)
     await far.counter.wait_for_line("blocking")
@@ -100,8 +102,8 @@ async def test_a_reply_that_comes_too_late_is_no_other_calls_reply(far: Far) -> 
         assert (await far.client.call(AddTwoInts.Request(a=number % 3))).sum == number % 3
 
 
-async def test_resets_in_mid_stream_repeat_nothing_and_hide_nothing(far: Far) -> None:
-    """Five resets while messages and calls are under way: order holds, calls end, the counts add up."""
+async def test_resets_repeat_no_message_and_hide_no_loss(far: RemoteCounter) -> None:
+    """After five resets under load order holds, all calls have ended, and the counts add up."""
     for _ in range(5):
         await far.wait_until_found()
         assert (await far.client.call(AddTwoInts.Request(a=0))).sum == 0
@@ -120,8 +122,8 @@ async def test_resets_in_mid_stream_repeat_nothing_and_hide_nothing(far: Far) ->
     assert far.client.pending == 0
 
 
-async def test_a_line_that_drips_delays_and_loses_nothing(far: Far) -> None:
-    """Frames in pieces of 100 bytes, both ways: all messages and replies arrive, and no link is given up."""
+async def test_a_slow_connection_delays_and_loses_nothing(far: RemoteCounter) -> None:
+    """In pieces of 100 bytes all messages and replies arrive, over one connection."""
     far.proxy.drip(100, every_sec=0.001)
     far.publish(1000)
     calls = [far.client.call_async(AddTwoInts.Request(a=0)) for _ in range(50)]

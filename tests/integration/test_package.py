@@ -1,4 +1,4 @@
-"""docs/how-to/package.md, step by step: a package is created, written, installed, run, tested, handed on."""
+"""docs/how-to/package.md, step by step: create, write, install, run, test and distribute a package."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ GUIDE: Final = (ROOT / "docs" / "how-to" / "package.md").read_text(encoding="utf
 @builds_packages
 @pytest.mark.timeout(6 * DEADLINE_SEC)
 async def test_the_guide_to_packages_can_be_followed(system: System, tmp_path: Path) -> None:
-    """Each command succeeds, each node says what is shown and ends with 0 on Ctrl-C."""
+    """Each command succeeds; each node prints what is shown and exits with 0 on Ctrl-C."""
     reader = Reader(system, tmp_path)
     await reader.follow(GUIDE)
     listed = reader.outputs["callboard pkg executables my_package"]

@@ -1,4 +1,4 @@
-"""What runs out, and what adds up: descriptors, short connections, calls given up by the thousand."""
+"""Exhaustion and accumulation: descriptors, short connections, thousands of cancelled calls."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ actors.run(Counting)
 
 
 @pytest.mark.parametrize("loop", ["uvloop", "asyncio"])
-async def test_a_broker_out_of_descriptors_serves_those_it_has(system: System, loop: str) -> None:
-    """Who is too many is told so; the linked go on; nobody spins; room is used when it comes."""
+async def test_a_broker_out_of_descriptors_serves_its_connections(system: System, loop: str) -> None:
+    """It refuses others with a reason, does not spin, and accepts again when descriptors are free."""
     daemon = await system.python("-c", CRAMPED_BROKER, loop, "--port", str(system.port))
     await daemon.wait_for_line("listening on")
     loop_now = asyncio.get_running_loop()
@@ -98,7 +98,7 @@ async def test_a_broker_out_of_descriptors_serves_those_it_has(system: System, l
 
 
 def connect_and_leave(port: int, count: int) -> None:
-    """Connect so often; leave without a word, with a greeting, or with half of one, cleanly or by a reset."""
+    """Connect `count` times, and leave after none, part or all of a greeting, by a reset."""
     for number in range(count):
         with socket.create_connection(("127.0.0.1", port), DEADLINE_SEC) as caller:
             # A reset leaves no port in TIME_WAIT behind: there are not enough of them for all.
@@ -129,8 +129,8 @@ async def test_short_connections_leave_nothing(system: System) -> None:
         assert inside.connected
 
 
-async def test_ten_thousand_calls_given_up_at_once_leave_nothing(hub: broker.Broker, system: System) -> None:
-    """In one turn, through real sockets: nothing is pending at caller, broker and server, nobody hangs."""
+async def test_ten_thousand_calls_cancelled_at_once_leave_nothing(hub: broker.Broker, system: System) -> None:
+    """Afterwards nothing is pending at caller, broker and server."""
     calls = 10_000
     system.url = hub.url
     await system.python("-c", COUNTING_SERVER)
@@ -157,8 +157,10 @@ async def test_ten_thousand_calls_given_up_at_once_leave_nothing(hub: broker.Bro
 
 
 @pytest.mark.parametrize("transport", ["tcp", "unix"])
-async def test_a_taken_place_is_one_plain_line(system: System, tmp_path: Path, transport: str) -> None:
-    """A second broker ends with 1 and says why and what to do; the first goes on."""
+async def test_an_address_in_use_is_reported_in_one_line(
+    system: System, tmp_path: Path, transport: str
+) -> None:
+    """The second broker exits with 1 and says why and what to do; the first continues."""
     where = ("--unix", str(tmp_path / "b.sock")) if transport == "unix" else ("--port", str(system.port))
     first = await system.python("-m", "broker", *where)
     url = (await first.wait_for_line("listening on")).split()[-1]
@@ -171,8 +173,8 @@ async def test_a_taken_place_is_one_plain_line(system: System, tmp_path: Path, t
         assert await node.get_fully_qualified_node_names() == ["/node"]
 
 
-async def test_a_dead_brokers_socket_is_taken_over(system: System, tmp_path: Path) -> None:
-    """The file that a killed broker has left does not keep the next one from listening there."""
+async def test_the_socket_file_of_a_killed_broker_is_replaced(system: System, tmp_path: Path) -> None:
+    """The file does not prevent the next broker from listening there."""
     path = tmp_path / "b.sock"
 
     async def start() -> Program:

@@ -1,4 +1,4 @@
-"""Tests of docs/how-to/services.md: each program runs and prints what stands below it."""
+"""Run the programs in docs/how-to/services.md and compare their output."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PROGRAMS = re.findall(
 
 
 @pytest.mark.parametrize("number", range(2))
-async def test_the_programs_do_what_the_page_says(system: System, tmp_path: Path, number: int) -> None:
+async def test_the_programs_print_what_the_page_shows(system: System, tmp_path: Path, number: int) -> None:
     """Each runs to its end and prints exactly the lines below it."""
     program, expected = PROGRAMS[number]
     script = tmp_path / "program.py"

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM end every program cleanly, with a broker and without."""
+"""SIGINT and SIGTERM end every program cleanly, with and without a broker."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ actors.run(lambda: actors.Node("node"), args=Args())
 async def test_programs_end_cleanly_without_a_broker(
     system: System, name: str, number: signal.Signals
 ) -> None:
-    """A program that waits for its broker ends at once, with 0 and without a traceback."""
+    """A program that waits for its broker exits with 0, without a traceback."""
     program = await system.example(name, *(("5", "3") if name.endswith("client") else ()))
     await program.wait_for_line("No broker at")
     program.send_signal(number)
@@ -63,7 +63,7 @@ async def test_programs_end_cleanly_without_a_broker(
 
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
 async def test_programs_end_cleanly_at_work(system: System, number: signal.Signals) -> None:
-    """All of the course's programs at work, and the broker at last: 0 and no traceback."""
+    """All programs of the course, and then the broker, exit with 0 and without a traceback."""
     daemon = await system.broker()
     names = [name for name in PROGRAMS if name not in {"add_two_ints_client", "course_decorated"}]
     programs = {name: await system.example(name) for name in names}
@@ -81,7 +81,7 @@ async def test_programs_end_cleanly_at_work(system: System, number: signal.Signa
 
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
 async def test_client_that_waits_says_that_it_was_interrupted(system: System, number: signal.Signals) -> None:
-    """Ctrl-C while no server is there: one line, exit code 0."""
+    """While it waits for a server it logs one line and exits with 0."""
     await system.broker()
     client = await system.example("add_two_ints_client", "5", "3")
     await client.wait_for_line("service not available, waiting again...")
@@ -92,7 +92,7 @@ async def test_client_that_waits_says_that_it_was_interrupted(system: System, nu
 
 
 async def test_programs_outlive_a_broker_that_stops_and_then_end_cleanly(system: System) -> None:
-    """A stopped broker is waited for; the signal still ends the program."""
+    """They wait for a new broker, and a signal still ends them."""
     daemon = await system.broker()
     publisher = await system.example("minimal_publisher")
     subscriber = await system.example("minimal_subscriber")
@@ -104,8 +104,8 @@ async def test_programs_outlive_a_broker_that_stops_and_then_end_cleanly(system:
         assert "Traceback" not in program.output
 
 
-async def test_a_frozen_broker_does_not_hold_up_the_end(system: System) -> None:
-    """With a broker that answers nothing a program ends within its bound all the same."""
+async def test_a_frozen_broker_does_not_block_stopping(system: System) -> None:
+    """A program whose broker does not respond still ends within its limit."""
     daemon = await system.broker()
     publisher = await system.example("minimal_publisher")
     subscriber = await system.example("minimal_subscriber")
@@ -124,7 +124,7 @@ async def test_a_frozen_broker_does_not_hold_up_the_end(system: System) -> None:
 async def test_a_signal_before_the_loop_runs_ends_a_program_cleanly(
     system: System, number: signal.Signals
 ) -> None:
-    """From the call of `actors.run` on, whatever it still has to load."""
+    """The signal is handled from the call of `actors.run` on, while it still imports."""
     for _ in range(5):
         program = await system.python("-c", STARTING)
         await program.wait_for_line("starting")
@@ -178,7 +178,7 @@ actors.run(Node)
 
 
 async def calling(system: System, program: str) -> tuple[Program, asyncio.Task[int]]:
-    """Start a broker, a server and a node in this process that calls it; return when the call is handled."""
+    """Start a broker, a server and a calling node; return when the server handles the call."""
     await system.broker()
     server = await system.python("-c", program)
     caller = actors.Node("caller", url=system.url)
@@ -195,8 +195,8 @@ async def calling(system: System, program: str) -> tuple[Program, asyncio.Task[i
 
 
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
-async def test_a_handler_in_flight_answers(system: System, number: signal.Signals) -> None:
-    """A signal in the middle of a call: the caller gets its answer, then the program ends with 0."""
+async def test_a_running_handler_may_reply(system: System, number: signal.Signals) -> None:
+    """After a signal the caller still gets its reply, then the program exits with 0."""
     server, call = await calling(system, STOPPING.format(timeout=30, body=UNTIL_SIGUSR1))
     server.send_signal(number)
     await server.wait_for_line("Stopping: up to 30 s")
@@ -206,8 +206,8 @@ async def test_a_handler_in_flight_answers(system: System, number: signal.Signal
     assert server.lines[-1] == "returned"
 
 
-async def test_a_handler_that_ignores_its_cancellation_does_not_hold_up_the_end(system: System) -> None:
-    """It is named in the log, its caller hears that the server has gone, the exit is clean and in time."""
+async def test_a_handler_that_ignores_its_cancellation_does_not_block_stopping(system: System) -> None:
+    """The log names it, its caller gets an error, and the program exits with 0 in time."""
     server, call = await calling(system, STOPPING.format(timeout=0.1, body=STUBBORN))
     server.send_signal(signal.SIGTERM)
     start = time.monotonic()
@@ -221,8 +221,8 @@ async def test_a_handler_that_ignores_its_cancellation_does_not_hold_up_the_end(
         assert noise not in server.output
 
 
-async def test_a_second_signal_hurries(system: System) -> None:
-    """Whoever presses Ctrl-C again does not wait for callbacks."""
+async def test_a_second_signal_cancels_callbacks(system: System) -> None:
+    """A second Ctrl-C does not wait for callbacks."""
     program = STOPPING.format(timeout=3600, body=UNTIL_SIGUSR1)
     server, call = await calling(system, program)
     server.send_signal(signal.SIGINT)
@@ -238,17 +238,17 @@ async def test_a_second_signal_hurries(system: System) -> None:
 
 @pytest.mark.parametrize("kind", ["def", "async def"])
 async def test_an_exit_in_a_busy_timer_ends_the_process(system: System, kind: str) -> None:
-    """sys.exit(7) in a callback that runs in every turn of the loop: 7, without a traceback."""
+    """sys.exit(7) in a callback that runs in every loop turn exits with 7, without a traceback."""
     program = await system.python("-c", EXITING.format(kind=kind))
     assert await program.wait_for_exit() == 7
     assert "Traceback" not in program.output
 
 
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
-async def test_a_broker_that_stops_under_load_delivers_what_it_has_accepted(
+async def test_a_broker_that_stops_under_load_delivers_all_accepted_messages(
     system: System, number: signal.Signals
 ) -> None:
-    """KEEP_ALL across a broker's end: what has left the publisher is heard, the rest is queued there."""
+    """KEEP_ALL: every message sent is received; the others stay queued at the publisher."""
     daemon = await system.broker()
     heard: list[int] = []
     async with actors.Node("source", url=system.url) as source, actors.Node("sink", url=system.url) as sink:

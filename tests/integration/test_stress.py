@@ -1,4 +1,4 @@
-"""Slow, frozen, large, many: what must not bring others to a halt."""
+"""Slow and frozen readers, large messages and many nodes do not block others."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ actors.run(Counter)
 
 
 @pytest.mark.parametrize("qos", ["10", "all"])
-async def test_a_frozen_subscriber_holds_up_nobody_else(system: System, qos: str) -> None:
-    """While it stands still another hears everything; what it missed is counted, and only with KEEP_LAST."""
+async def test_a_frozen_subscriber_delays_no_other(system: System, qos: str) -> None:
+    """Another subscription receives everything meanwhile; losses are counted, and only with KEEP_LAST."""
     total, padding = 4000, "x" * 2000
     await system.broker()
     counter = await system.python("-c", COUNTER, qos)
@@ -80,7 +80,7 @@ async def test_a_frozen_subscriber_holds_up_nobody_else(system: System, qos: str
 
 
 async def test_large_messages_pass_and_small_ones_overtake_them(hub: broker.Broker) -> None:
-    """Twenty megabytes arrive whole, and a small message on another topic does not wait for them."""
+    """Twenty megabytes arrive complete, and a small message on another topic arrives first."""
     order: list[str] = []
     done = asyncio.Event()
     payload = bytes(range(256)) * (20 * 4096)
@@ -103,8 +103,8 @@ async def test_large_messages_pass_and_small_ones_overtake_them(hub: broker.Brok
         assert order == ["small", "large"]
 
 
-async def test_many_nodes_come_and_go(hub: broker.Broker) -> None:
-    """Fifty nodes with a topic and a service each; when they have left nothing of them remains."""
+async def test_many_nodes_join_and_leave(hub: broker.Broker) -> None:
+    """Fifty nodes with a topic each leave nothing behind in the graph."""
     async with actors.Node("watcher", url=hub.url) as watcher:
         async with asyncio.TaskGroup() as group:
 
@@ -141,7 +141,7 @@ async def test_domains_do_not_see_each_other(hub: broker.Broker) -> None:
 
 
 async def test_a_raising_callback_leaves_the_node_alive(system: System) -> None:
-    """The traceback is logged, the next message is heard, and the program still stops with 0."""
+    """The traceback is logged, the next message is handled, and the program exits with 0."""
     await system.broker()
     program = await system.python(
         "-c",
@@ -167,7 +167,7 @@ actors.run(lambda: Clumsy("clumsy"))
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 async def test_callboard_run_runs_the_examples(system: System, number: signal.Signals) -> None:
-    """The same texts and exit codes as with python, arguments and remaps included."""
+    """Texts, exit codes, arguments and remaps are the same as with python."""
     await system.broker()
     run = ("-m", "actors", "run")
     publisher = await system.python(

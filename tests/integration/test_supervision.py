@@ -1,4 +1,4 @@
-"""Supervised processes: they come back, are stopped whatever they do, and do not outlive their supervisor."""
+"""Supervised processes are restarted, are always stopped, and do not outlive their supervisor."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ async def supervise(system: System, *scripts: str, options: str = "") -> Program
     return await system.python("-c", SUPERVISE.format(children=children))
 
 
-async def test_a_killed_script_comes_back(tmp_path: Path) -> None:
-    """SIGKILL ends it; watchers are told why, and it runs again with another pid."""
+async def test_a_killed_script_is_restarted(tmp_path: Path) -> None:
+    """The events name SIGKILL, and the script runs again with another pid."""
     sleeper = script(tmp_path, "sleeper", SLEEPER)
     async with Supervisor([Child("s", script=sleeper)]) as supervisor:
         events = supervisor.events()
@@ -92,7 +92,7 @@ async def test_a_killed_script_comes_back(tmp_path: Path) -> None:
 async def test_a_script_that_dies_at_once_is_given_up(
     tmp_path: Path, source: str | None, reason: str
 ) -> None:
-    """After its last restart the supervisor ends, saying why; also for a command that does not exist."""
+    """After its last restart the supervisor raises an error with the reason; also for a missing command."""
     child = (
         Child("c", command=["/no/such/command"])
         if source is None
@@ -102,15 +102,15 @@ async def test_a_script_that_dies_at_once_is_given_up(
         await Supervisor([child], max_restarts=2, max_seconds=60).run()
 
 
-async def test_a_folder_that_is_not_there_is_a_reason(tmp_path: Path) -> None:
-    """A process that the system cannot start is a child that died."""
+async def test_a_missing_folder_is_a_reason(tmp_path: Path) -> None:
+    """A process that cannot be started counts as a child that failed."""
     child = Child("c", command=["true"], cwd=tmp_path / "none")
     with pytest.raises(actors.SupervisorGaveUp, match="FileNotFoundError"):
         await Supervisor([child], max_restarts=1, max_seconds=60).run()
 
 
 async def test_arguments_environment_and_folder_reach_the_process(tmp_path: Path) -> None:
-    """args, env and cwd are what they say, and the rest of the environment is inherited."""
+    """args, env and cwd are passed on, and the rest of the environment is inherited."""
     source = """
         import os, sys
         good = sys.argv[1:] == ["a b", "$c"] and os.environ["MINE"] == "x y" and "PATH" in os.environ
@@ -129,8 +129,10 @@ async def test_arguments_environment_and_folder_reach_the_process(tmp_path: Path
 
 
 @pytest.mark.parametrize("very", [False, True])
-async def test_deaf_children_are_stopped_all_the_same(system: System, tmp_path: Path, *, very: bool) -> None:
-    """One that ignores SIGINT gets SIGTERM, and one that ignores that, too, SIGKILL."""
+async def test_children_that_ignore_signals_are_stopped(
+    system: System, tmp_path: Path, *, very: bool
+) -> None:
+    """One that ignores SIGINT gets SIGTERM; one that ignores both gets SIGKILL."""
     more = "signal.signal(signal.SIGTERM, signal.SIG_IGN)" if very else ""
     deaf = script(tmp_path, "deaf", DEAF.format(more=more))
     boss = await supervise(system, deaf, options=", stop_timeout_sec=0.2")
@@ -141,10 +143,8 @@ async def test_deaf_children_are_stopped_all_the_same(system: System, tmp_path: 
     assert ("Child 'c0' died: killed by SIGKILL" in boss.output) is very
 
 
-async def test_what_a_dead_child_has_started_ends_before_it_comes_back(
-    system: System, tmp_path: Path
-) -> None:
-    """The rest of a killed process's group is killed."""
+async def test_the_children_of_a_killed_child_end_before_its_restart(system: System, tmp_path: Path) -> None:
+    """The rest of its process group is killed."""
     boss = await supervise(system, script(tmp_path, "parent", PARENT))
     pid, grandchild = pids_in(await boss.wait_for_line("parent "))
     os.kill(pid, signal.SIGKILL)
@@ -157,7 +157,7 @@ async def test_what_a_dead_child_has_started_ends_before_it_comes_back(
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 async def test_signals_stop_everything(system: System, tmp_path: Path, number: signal.Signals) -> None:
-    """Ctrl-C, or SIGTERM, for a supervising script: exit code 0, no traceback of its own, nobody is left."""
+    """The supervising script exits with 0, without a traceback, and no process is left."""
     node = """
         import actors, os
 
@@ -185,8 +185,8 @@ async def test_signals_stop_everything(system: System, tmp_path: Path, number: s
 
 
 @pytest.mark.parametrize("nested", [False, True])
-async def test_a_second_signal_hurries(system: System, tmp_path: Path, *, nested: bool) -> None:
-    """Children that take their time are killed when the supervisor is asked again; so are a child's own."""
+async def test_a_second_signal_kills(system: System, tmp_path: Path, *, nested: bool) -> None:
+    """Children that are slow to stop are killed, also those of a nested supervisor."""
     busy = DEAF.format(more='signal.signal(signal.SIGINT, lambda *_: os.write(1, b"asked\\n"))')
     deaf = script(tmp_path, "busy", busy)
     if nested:
@@ -204,7 +204,7 @@ async def test_a_second_signal_hurries(system: System, tmp_path: Path, *, nested
 
 
 async def test_giving_up_is_one_line_and_exit_code_1(system: System, tmp_path: Path) -> None:
-    """A supervising script that gives up says why, and fails."""
+    """A supervising script that gives up prints the reason and exits with 1."""
     boss = await supervise(system, script(tmp_path, "short", "raise SystemExit(3)"))
     assert await boss.wait_for_exit() == 1
     assert boss.lines[-1].endswith("gave up: 'c0' died too often, last: exit code 3")
@@ -212,8 +212,10 @@ async def test_giving_up_is_one_line_and_exit_code_1(system: System, tmp_path: P
 
 
 @pytest.mark.parametrize("group", [False, True])
-async def test_nobody_survives_a_killed_supervisor(system: System, tmp_path: Path, *, group: bool) -> None:
-    """SIGKILL for the supervisor, or its whole group: children, their children and the guard end."""
+async def test_no_process_survives_a_killed_supervisor(
+    system: System, tmp_path: Path, *, group: bool
+) -> None:
+    """After SIGKILL of it, or of its group, children, their children and the guard end."""
     boss = await supervise(system, script(tmp_path, "sleeper", SLEEPER), script(tmp_path, "parent", PARENT))
     pids = [pid for text in ("sleeper", "parent") for pid in pids_in(await boss.find_line(f"{text} "))]
     assert len(pids) == 3
@@ -225,7 +227,7 @@ async def test_nobody_survives_a_killed_supervisor(system: System, tmp_path: Pat
 
 
 def children_of(pid: int) -> list[int]:
-    """Return a process's children, where the system tells."""
+    """Return a process's children, on systems that list them."""
     try:
         with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:  # noqa: PTH123 - in a line
             return [int(word) for word in file.read().split()]
@@ -234,7 +236,7 @@ def children_of(pid: int) -> list[int]:
 
 
 async def test_a_guard_that_was_killed_is_replaced(tmp_path: Path) -> None:
-    """With the next start there is a guard again, which knows the children from before."""
+    """The next start of a child starts a guard that also knows the earlier children."""
     pipes = [tmp_path / name for name in "ab"]
     for pipe in pipes:
         os.mkfifo(pipe)
@@ -268,7 +270,7 @@ async def test_a_guard_that_was_killed_is_replaced(tmp_path: Path) -> None:
 async def test_a_fork_of_the_supervisor_does_not_keep_the_guard_waiting(
     system: System, tmp_path: Path
 ) -> None:
-    """A process forked off the supervisor, without exec, has no part in the pipe."""
+    """A forked process without exec does not hold the pipe to the guard."""
     source = f"""
         import actors, asyncio, os, time
 
@@ -292,8 +294,8 @@ async def test_a_fork_of_the_supervisor_does_not_keep_the_guard_waiting(
     os.kill(fork[0], signal.SIGKILL)
 
 
-async def test_a_killed_node_is_heard_again(system: System, tmp_path: Path) -> None:
-    """A node in a process that is killed publishes again after its restart."""
+async def test_a_killed_node_publishes_again(system: System, tmp_path: Path) -> None:
+    """A node in a killed process publishes again after its restart."""
     await system.broker()
     publisher = """
         import actors

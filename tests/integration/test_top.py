@@ -1,4 +1,4 @@
-"""`callboard top` as a process of its own."""
+"""`callboard top` as a process."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from tests.integration.conftest import System
 
 
-async def test_once_prints_what_goes_on(system: System) -> None:
-    """A topic with its publisher; the exit code is 0."""
+async def test_once_prints_topics_and_nodes(system: System) -> None:
+    """It prints a topic with its publisher, and exits with 0."""
     await system.broker()
     publisher = await system.example("minimal_publisher")
     await publisher.wait_for_line("Publishing")
@@ -39,7 +39,7 @@ async def test_the_program_in_the_guide_runs(system: System) -> None:
 
 @pytest.mark.parametrize("key", [b"q", b"\x03"], ids=["q", "ctrl-c"])
 async def test_the_live_view_draws_and_quits(system: System, key: bytes) -> None:
-    """In a terminal: q and Ctrl-C end it with 0, and the terminal is as it was."""
+    """q and Ctrl-C end it with 0 and restore the terminal."""
     await system.broker()
     publisher = await system.example("minimal_publisher")
     await publisher.wait_for_line("Publishing")

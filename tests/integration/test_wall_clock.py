@@ -1,4 +1,4 @@
-"""The wall clock jumps by days, forwards and backwards, all the time: nothing that matters may notice."""
+"""The wall clock jumps by days, forwards and backwards, without any effect on nodes and brokers."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ SLOW_SEC = 20.0
 
 
 async def test_nothing_depends_on_the_wall_clock(system: System) -> None:
-    """Deadlines, waits and timers take their time, nobody is judged wrongly, messages keep their order."""
+    """Deadlines, waits and timers are on time, no node is suspended, and messages keep their order."""
     daemon = await system.python("-c", BROKER, "--port", str(system.port), "--keepalive-sec", "0.9")
     await daemon.wait_for_line("listening on")
     async with actors.Node("hearer", url=system.url) as node:

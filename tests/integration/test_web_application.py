@@ -1,4 +1,4 @@
-"""examples/web_application.py, driven as an ASGI server drives it."""
+"""examples/web_application.py, driven like an ASGI server drives it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ async def get(app: Any, path: str, query: bytes = b"") -> tuple[int, dict[str, A
 async def test_handlers_read_topics_and_call_services(
     hub: broker.Broker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The node lives as long as the application; a missing server and bad input are reported."""
+    """The node runs as long as the application; a missing server and bad input are reported."""
     monkeypatch.setenv("CALLBOARD_URL", hub.url)
     app = runpy.run_path(str(EXAMPLE))["app"]
     orders: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
