@@ -1,6 +1,6 @@
-"""Ways to break the product on purpose, one promise each: what is looked at must be able to find them.
+"""Deliberate breakages of the product, one per promise, which the checks must find.
 
-Each is a context manager; `BREAKAGES` names them with the kind of history in which they show.
+Each is a context manager; `BREAKAGES` maps them to the kind of history in which they are found.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A simulated broker process: it starts, drains and ends, crashes, and comes back at its address."""
+"""A simulated broker process: it starts, drains, stops, crashes, and restarts at its address."""
 
 from __future__ import annotations
 

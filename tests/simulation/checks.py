@@ -1,4 +1,4 @@
-"""What must hold at the end of every history, when the world is well again."""
+"""Checks at the end of every history, when all faults are healed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can befall a world. Each fault is struck and, where it lasts, healed by whoever strikes it."""
+"""The faults of a world. The caller starts each fault and, if it lasts, heals it."""
 
 from __future__ import annotations
 

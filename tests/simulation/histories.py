@@ -1,4 +1,4 @@
-"""One history from a seed: lived through, looked at, and told about when something is wrong."""
+"""One history from a seed: run it, check it, and report violations."""
 
 from __future__ import annotations
 

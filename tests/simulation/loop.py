@@ -1,7 +1,7 @@
 """An event loop whose clock is virtual: when nothing is ready, time jumps to the next timer.
 
-Nothing in it depends on the machine: the same program gives the same history. A program in which nothing can
-ever happen again raises `Stuck` instead of hanging.
+Nothing in it depends on the machine: the same program gives the same history. A program in which no event is
+pending raises `Stuck` instead of hanging.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""A network in memory: connections that delay, split and coalesce bytes as one seed says, and that break.
+"""An in-memory network: connections delay, split and coalesce bytes as the seed determines, and break.
 
-A connection is two pipes. A pipe models what lies between two asyncio transports: the sender's write buffer,
-a window of bytes that the kernels hold, and the receiver's unread bytes. Bytes of one pipe keep their order;
-pipes know nothing of each other, so everything else is reordered.
+A connection is two pipes. A pipe models the path between two asyncio transports: the sender's write buffer,
+a window of bytes in the kernels, and the receiver's unread bytes. Bytes of one pipe keep their order;
+pipes are independent of each other, so everything else may be reordered.
 
-Who connects is a *host*: a context variable, so that a node's tasks are on its host, and a partition or a
-crash is a matter of hosts.
+Connections are between *hosts*. The host is a context variable, which a node's tasks inherit; partitions and
+crashes apply to hosts.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Who is silent is noticed: by the broker, and by its nodes, within the keepalive limit."""
+"""Silence is noticed by the broker and by its nodes within the keepalive limit."""
 
 from __future__ import annotations
 

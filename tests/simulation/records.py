@@ -1,4 +1,4 @@
-"""What a simulated history writes down, and the complaints that can be made on the spot."""
+"""Records of a simulated history, and the checks made when they are written."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Histories, for as long as you like: `python -m tests.simulation.soak --minutes 60`.
+"""Simulate histories for a given time: `python -m tests.simulation.soak --minutes 60`.
 
-Worker processes live through one seed after the other, each seed once calm and once troubled. What breaks
-a promise is told at once, with the command that shows it again. A history that does not come to its end, or
-that takes its process with it, is a violation, too, and does not stop the others.
+Worker processes run one seed after the other, each once calm and once troubled. A violation is reported at
+once, with the command that reproduces it. A history that does not end, or that crashes its process, is a
+violation, too, and does not stop the others.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A stage for one scene: a broker and named nodes, each on its own host, for tests that know what comes."""
+"""A stage for one scenario: a broker and named nodes, each on its own host, for tests of one situation."""
 
 from __future__ import annotations
 

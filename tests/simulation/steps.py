@@ -1,10 +1,10 @@
-"""What must hold at every step of every history: after each turn of the loop in which something has moved.
+"""Invariants of every step of a history: checked after each loop turn in which frames have moved.
 
-The sums of the design: each copy that a broker has routed, each message that a publisher has published and
-each message that a subscription's publishers have sent it is where a counter says, at any moment and whatever
-breaks. Looking at everything after every turn would take most of the time, so the parts that have moved are
-looked at, and the structure behind the sums (`structure.py`) in every `DEEP`th such turn. Single frames are
-looked at as they are said (`talk.py`).
+Counters account for each copy that a broker has routed, each message that a publisher has published and each
+message that is due to a subscription, at any moment and under any fault. Checking everything in every turn
+would take most of the time, so only the changed parts are checked, and the structure behind the sums
+(`structure.py`) in every `DEEP`th such turn. Single frames are checked when they are sent or received
+(`talk.py`).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What hangs together behind the sums: each total equals what it is the total of.
+"""Invariants of the structures behind the sums: each total equals the sum of its parts.
 
-Each function yields what is wrong, in words; nothing means that all is well.
+Each function yields violations as text.
 """
 
 from __future__ import annotations

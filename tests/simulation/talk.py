@@ -1,6 +1,6 @@
-"""What must hold of single frames: as a broker takes them, says something about them, or a node sends them.
+"""Invariants of single frames, checked when a broker receives or sends them, or a node sends them.
 
-The sums do not show that a reader was told the wrong reason, or that a call went to a server that is leaving.
+The sums do not show that a reader got the wrong reason, or that a call went to a server that is leaving.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A node without a broker, or with one that does not answer: everything ends in time."""
+"""A node without a broker, or with one that does not answer: every wait ends in time."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def lonely(
 @pytest.mark.parametrize("mute", [False, True])
 @pytest.mark.parametrize("seconds", [0.0, 0.001, 0.01, 1.0, 60.0])
 def test_a_node_without_a_broker_stops(seconds: float, *, mute: bool) -> None:
-    """Whenever a node is told to stop, it does: at once, or when a mute broker has had `stop_timeout_sec`."""
+    """It stops at once, or after `stop_timeout_sec` if the broker does not answer."""
 
     async def body(loop: SimulatedLoop, node: actors.Node) -> None:
         node.create_publisher(Note, "red").publish(Note())
@@ -69,7 +69,7 @@ def test_a_node_without_a_broker_stops(seconds: float, *, mute: bool) -> None:
 
 @pytest.mark.parametrize("mute", [False, True])
 def test_a_call_without_a_broker_fails_at_its_deadline(*, mute: bool) -> None:
-    """Before the first session a call waits for that, as what says that it waits does."""
+    """Before the first session calls wait within their deadline, like wait_for_service."""
 
     async def body(loop: SimulatedLoop, node: actors.Node) -> None:
         client = node.create_client(Ask, "double")
@@ -85,7 +85,7 @@ def test_a_call_without_a_broker_fails_at_its_deadline(*, mute: bool) -> None:
 
 @pytest.mark.parametrize("mute", [False, True])
 def test_waits_without_a_broker_end_at_their_timeout(*, mute: bool) -> None:
-    """Flushing and looking at the graph give up when they should."""
+    """flush() and graph queries raise at their timeout."""
 
     async def body(loop: SimulatedLoop, node: actors.Node) -> None:
         publisher = node.create_publisher(Note, "red")
@@ -103,7 +103,7 @@ def test_waits_without_a_broker_end_at_their_timeout(*, mute: bool) -> None:
 
 @pytest.mark.parametrize("mute", [False, True])
 def test_a_connect_timeout_holds(*, mute: bool) -> None:
-    """`connect_timeout_sec` raises BrokerUnreachable about when it says."""
+    """`connect_timeout_sec` raises BrokerUnreachable at about that time."""
 
     async def main(loop: SimulatedLoop) -> None:
         if mute:

@@ -1,4 +1,4 @@
-"""The checkers can fail: whoever breaks a promise on purpose is found within a few histories."""
+"""The checks can fail: they find each deliberate breakage within a few histories."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SEEDS = 12
 
 @pytest.mark.parametrize("promise", BREAKAGES)
 def test_a_broken_promise_is_found(promise: str) -> None:
-    """Whatever is promised, a product that does not keep it is caught."""
+    """For each promise, a product that breaks it is detected."""
     breakage, calm = BREAKAGES[promise]
     with breakage():
         assert any(live(seed, calm=calm).wrong for seed in range(SEEDS)), f"{promise!r} may fail unseen"

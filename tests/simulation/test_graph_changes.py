@@ -1,4 +1,4 @@
-"""The graph's changes, as somebody who watches sees them."""
+"""The graph's changes as a watcher receives them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ async def seen(stage: Stage, diary: list[str], *lines: str) -> None:
 
 
 def test_who_comes_and_goes_is_seen() -> None:
-    """What is there appears first; then each node and endpoint as it comes and goes."""
+    """Existing entities appear first; then each node and endpoint as it joins and leaves."""
 
     async def scene(stage: Stage) -> None:
         watcher, talker = await stage.enter("watcher"), await stage.enter("talker")
@@ -51,7 +51,7 @@ def test_who_comes_and_goes_is_seen() -> None:
 
 
 def test_a_silent_node_is_suspended_and_returns_or_goes() -> None:
-    """A frozen node is told apart from one that has gone, at both ends of its silence."""
+    """Watchers can tell a frozen node from one that has left, at both ends of its silence."""
 
     async def scene(stage: Stage) -> None:
         watcher = await stage.enter("watcher")
@@ -73,7 +73,7 @@ def test_a_silent_node_is_suspended_and_returns_or_goes() -> None:
 
 
 def test_a_restart_between_two_looks_is_seen() -> None:
-    """A node that dies and comes back before the watcher looks again is two changes, not none."""
+    """A node that dies and returns between two reads is two changes, not none."""
 
     async def scene(stage: Stage) -> None:
         watcher = await stage.enter("watcher")
@@ -106,7 +106,7 @@ def test_a_restart_between_two_looks_is_seen() -> None:
 
 
 def test_a_new_broker_is_no_change() -> None:
-    """Over a restart of the broker what comes back is no news; what does not is."""
+    """After a broker restart nodes that return are no change; missing ones are."""
 
     async def scene(stage: Stage) -> None:
         watcher, talker = await stage.enter("watcher"), await stage.enter("talker")
@@ -141,7 +141,7 @@ def test_a_new_broker_is_no_change() -> None:
 
 
 def test_a_watch_ends_with_its_node() -> None:
-    """Destroying the node ends the iteration; nobody waits for ever."""
+    """Destroying the node ends the iteration; no task waits forever."""
 
     async def scene(stage: Stage) -> None:
         watcher = await stage.enter("watcher")
@@ -154,7 +154,7 @@ def test_a_watch_ends_with_its_node() -> None:
 
 
 def test_what_is_silent_over_a_lost_link_is_told_when_it_is_back() -> None:
-    """After SUSPENDED something always follows, also when the watcher's own link broke meanwhile."""
+    """SUSPENDED is always followed by another change, even if the watcher lost its connection meanwhile."""
 
     async def scene(stage: Stage) -> None:
         watcher = await stage.enter("watcher")
@@ -177,7 +177,7 @@ def test_what_is_silent_over_a_lost_link_is_told_when_it_is_back() -> None:
 
 
 def test_what_falls_silent_before_anybody_looks_appears_when_it_is_back() -> None:
-    """Nobody is told of the return of what he has never heard of."""
+    """A watcher gets no return of a node whose appearance it has not received."""
 
     async def scene(stage: Stage) -> None:
         watcher = await stage.enter("watcher")

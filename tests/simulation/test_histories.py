@@ -1,4 +1,4 @@
-"""Whole histories of random worlds: the real broker and the real nodes keep their promises in each."""
+"""Histories of random worlds: the real broker and the real nodes keep their promises in each."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from tests.simulation.histories import live
 
 @pytest.mark.parametrize("calm", [True, False], ids=["calm", "troubled"])
 def test_a_history_keeps_every_promise(history_seed: int, *, calm: bool) -> None:
-    """Calm ones lose nothing where both ends keep all; troubled ones lose nothing in silence; none hangs."""
+    """Calm ones lose nothing with KEEP_ALL; troubled ones count every loss; no history hangs."""
     history = live(history_seed, calm=calm)
     assert not history.wrong, history.wrong
 
 
 def test_the_same_seed_gives_the_same_history() -> None:
-    """A history can be seen again: every byte travels at the same time."""
+    """A history is reproducible: every byte travels at the same time."""
     assert live(7, calm=False) == live(7, calm=False)

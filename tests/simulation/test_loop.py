@@ -1,4 +1,4 @@
-"""The simulated loop: its clock, and how it ends."""
+"""The simulated event loop: its clock and its end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tests.simulation.loop import SimulatedLoop, Stuck, simulate
 
 
 def test_time_jumps_to_the_next_timer() -> None:
-    """An hour of sleep takes no time, and is an hour."""
+    """An hour of sleep takes no real time, and an hour of simulated time."""
 
     async def main(loop: SimulatedLoop) -> float:
         await asyncio.sleep(3600)
@@ -20,7 +20,7 @@ def test_time_jumps_to_the_next_timer() -> None:
 
 
 def test_timers_come_in_order_of_their_time() -> None:
-    """Timers fire by time, and at equal times as they were set."""
+    """Timers fire in order of time, and at equal times in order of creation."""
 
     async def main(loop: SimulatedLoop) -> list[str]:
         seen: list[str] = []
@@ -33,7 +33,7 @@ def test_timers_come_in_order_of_their_time() -> None:
 
 
 def test_a_program_that_waits_for_nothing_is_stuck() -> None:
-    """Instead of hanging, a wait that cannot end raises."""
+    """A wait that cannot end raises instead of hanging."""
 
     async def main(loop: SimulatedLoop) -> None:
         await loop.create_future()
@@ -43,7 +43,7 @@ def test_a_program_that_waits_for_nothing_is_stuck() -> None:
 
 
 def test_an_exception_in_a_callback_is_not_lost() -> None:
-    """What reaches the exception handler fails the simulation."""
+    """An exception that reaches the exception handler fails the simulation."""
 
     async def main(loop: SimulatedLoop) -> None:
         loop.call_soon(lambda: 1 // 0)
@@ -55,7 +55,7 @@ def test_an_exception_in_a_callback_is_not_lost() -> None:
 
 
 def test_a_stall_makes_timers_late() -> None:
-    """A frozen process finds its timers overdue."""
+    """After a freeze a process finds its timers overdue."""
 
     async def main(loop: SimulatedLoop) -> float:
         sleeper = asyncio.ensure_future(asyncio.sleep(1, result="woke"))

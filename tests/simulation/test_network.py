@@ -1,4 +1,4 @@
-"""The in-memory network: it keeps its bytes in order, and breaks them as kernels do."""
+"""The in-memory network keeps bytes in order and breaks connections as kernels do."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def connected(body: Callable[[SimulatedLoop, Recorder, Recorder], Awaitable[None
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_bytes_arrive_in_order_however_they_are_cut(seed: int) -> None:
-    """What is written comes out whole, in pieces of other sizes."""
+    """All bytes arrive, in segments of other sizes."""
     sent = bytes(range(256)) * 500
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
@@ -101,7 +101,7 @@ def test_the_same_seed_gives_the_same_history() -> None:
 
 
 def test_a_reader_that_does_not_read_pauses_the_writer() -> None:
-    """Behind a full window the write buffer grows to its limit, and drains when the reader goes on."""
+    """Behind a full window the write buffer grows to its limit, and drains when the reader continues."""
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
         server.transport.pause_reading()
@@ -119,7 +119,7 @@ def test_a_reader_that_does_not_read_pauses_the_writer() -> None:
 
 
 def test_close_sends_what_is_buffered_first() -> None:
-    """The peer reads everything and then the end; both sides hear of the end once."""
+    """The peer reads everything and then the end; both sides are notified of the end once."""
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
         client.transport.write(b"x" * 500_000)
@@ -135,7 +135,7 @@ def test_close_sends_what_is_buffered_first() -> None:
 
 
 def test_abort_throws_the_buffer_away() -> None:
-    """What the kernel had taken still arrives, the rest does not."""
+    """Bytes that the kernel had accepted still arrive, the others do not."""
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
         client.transport.write(b"x" * 500_000)
@@ -148,7 +148,7 @@ def test_abort_throws_the_buffer_away() -> None:
 
 
 def test_writing_to_a_closed_peer_is_answered_with_a_reset() -> None:
-    """A half-closed connection ends as a kernel ends it."""
+    """A half-closed connection ends as it does with a kernel."""
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
         loop.network.block(BROKER, "client")
@@ -164,7 +164,7 @@ def test_writing_to_a_closed_peer_is_answered_with_a_reset() -> None:
 
 
 def test_a_black_hole_holds_one_direction() -> None:
-    """Blocked bytes arrive after healing, in order; the other direction does not notice."""
+    """Blocked bytes arrive in order after healing; the other direction is not affected."""
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
         loop.network.block("client", BROKER)
@@ -193,7 +193,7 @@ def test_a_dropped_connection_is_reset_on_both_sides() -> None:
 
 
 def test_a_dead_host_refuses_and_cannot_connect() -> None:
-    """After a crash there is nobody to connect to, until somebody listens there again."""
+    """After a crash connections are refused until a process listens there again."""
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
         loop.network.crash(BROKER)
@@ -223,7 +223,7 @@ def test_a_partition_holds_new_connections_too() -> None:
 
 
 def test_a_slow_reader_reads_at_its_pace() -> None:
-    """Bytes come out no faster than the reader takes them."""
+    """Bytes arrive no faster than the reader takes them."""
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
         loop.network.slow_down(BROKER, read=100, pause=0.1)
@@ -238,7 +238,7 @@ def test_a_slow_reader_reads_at_its_pace() -> None:
 
 
 def test_a_connection_that_nobody_accepts_is_reset_and_its_bytes_are_nobodys() -> None:
-    """They have arrived at a frozen host, whose listener is closed when it goes on."""
+    """Its bytes have arrived at a frozen host whose listener closes when it continues."""
 
     async def main(loop: SimulatedLoop) -> None:
         server, client = Recorder(), Recorder()
@@ -260,7 +260,7 @@ def test_a_connection_that_nobody_accepts_is_reset_and_its_bytes_are_nobodys() -
 
 
 def test_bytes_may_be_cut_anywhere() -> None:
-    """Weather decides the size of segments."""
+    """The simulated link decides the size of segments."""
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
         for pipe in loop.network._pipes:

@@ -1,4 +1,4 @@
-"""Single promises, each in the one situation that tries it."""
+"""Single promises, each in the situation that tests it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ async def matched(stage: Stage, publisher: Publisher[Note], count: int = 1) -> N
 
 
 def test_a_busy_reader_keeps_exactly_its_depth() -> None:
-    """While a callback runs, the node holds the last `depth` messages, and counts the others."""
+    """While a callback runs, the node keeps the last `depth` messages and counts the others."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -53,7 +53,7 @@ def test_a_busy_reader_keeps_exactly_its_depth() -> None:
 
 
 def test_an_unread_link_keeps_exactly_its_depth() -> None:
-    """Behind a full link the last `depth` messages wait in the broker; what it drops the reader counts."""
+    """Behind a full connection the broker keeps the last `depth` messages; the reader counts the others."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -80,7 +80,7 @@ def test_an_unread_link_keeps_exactly_its_depth() -> None:
 
 
 def test_keep_all_pushes_the_publisher_back_and_loses_nothing() -> None:
-    """A slow KEEP_ALL reader fills its publisher, which waits for room; every message arrives."""
+    """A slow KEEP_ALL reader fills the publisher's queue; ready() waits, and every message arrives."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -115,7 +115,7 @@ def test_keep_all_pushes_the_publisher_back_and_loses_nothing() -> None:
 
 
 def test_keep_all_survives_a_short_partition() -> None:
-    """A black hole shorter than the keepalive limit loses nothing and breaks no call."""
+    """A black hole shorter than the keepalive limit loses nothing and fails no call."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -147,7 +147,7 @@ def test_keep_all_survives_a_short_partition() -> None:
 
 @pytest.mark.parametrize(("silent", "limit"), [(False, 0.1), (True, 5.0)])
 def test_a_call_to_a_server_that_dies_ends_soon(*, silent: bool, limit: float) -> None:
-    """A killed server's callers know within milliseconds, an unplugged one's after the keepalive limit."""
+    """Callers learn of a killed server within milliseconds, of a cut-off one after the keepalive limit."""
 
     async def scene(stage: Stage) -> None:
         caller = await stage.enter("caller")
@@ -182,7 +182,7 @@ def test_a_call_to_a_server_that_dies_ends_soon(*, silent: bool, limit: float) -
 
 
 def test_a_call_ends_when_the_broker_dies() -> None:
-    """The link's end ends the calls that went over it, and the next broker serves them again."""
+    """The end of the connection ends its calls; the next broker routes calls again."""
 
     async def scene(stage: Stage) -> None:
         caller, server = await stage.enter("caller"), await stage.enter("server")
@@ -211,7 +211,7 @@ def test_a_call_ends_when_the_broker_dies() -> None:
 
 @pytest.mark.parametrize("restart", [False, True])
 def test_a_late_joiner_gets_the_latched_messages_once(*, restart: bool) -> None:
-    """The last `depth`, in order, once; from a new broker, too, and again to nobody who has them."""
+    """It gets the last `depth` in order, once, also from a new broker; earlier joiners get no repeats."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -242,7 +242,7 @@ def test_a_late_joiner_gets_the_latched_messages_once(*, restart: bool) -> None:
 
 @pytest.mark.parametrize("keep_all", [False, True])
 def test_a_new_broker_brings_a_volatile_subscription_no_latched_messages(*, keep_all: bool) -> None:
-    """One made while there was no broker hears what is published from then on, and nothing else."""
+    """A subscription made without a broker receives only what is published later."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -284,7 +284,7 @@ def test_a_new_broker_brings_a_volatile_subscription_no_latched_messages(*, keep
 
 
 def test_a_volatile_subscription_counts_what_broke_off_of_a_latched_publisher() -> None:
-    """What was on its way when the broker died comes again as latched only: it is lost, and counted."""
+    """Messages in transit when the broker died return only as latched: they are lost, and counted."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -339,7 +339,7 @@ def test_a_frozen_peer_leaves_the_graph_and_comes_back() -> None:
 
 
 def test_names_are_unique() -> None:
-    """A second node with a live node's name gets a clear error; after the first has gone it may come."""
+    """A second node with the name of a live node gets a clear error; after the first has left it may join."""
 
     async def scene(stage: Stage) -> None:
         async def first() -> None:
@@ -360,7 +360,7 @@ def test_names_are_unique() -> None:
 
 
 def test_a_frozen_nodes_name_can_be_taken(caplog: pytest.LogCaptureFixture) -> None:
-    """A suspended node gives way to a living one of its name at once, and hears of it when it is back."""
+    """A suspended node loses its name to a live one at once, and learns of it when it continues."""
 
     async def scene(stage: Stage) -> None:
         other, ended = await stage.enter("other"), []
@@ -389,7 +389,7 @@ def test_a_frozen_nodes_name_can_be_taken(caplog: pytest.LogCaptureFixture) -> N
 
 
 def test_nodes_come_back_one_after_another() -> None:
-    """After a loss a hundred nodes do not all call at the same moment, and are back within a second."""
+    """After a loss a hundred nodes reconnect at different moments, all within a second."""
 
     async def scene(stage: Stage) -> None:
         nodes = [await stage.enter(f"n{number}") for number in range(100)]
@@ -410,7 +410,7 @@ def test_nodes_come_back_one_after_another() -> None:
 
 
 def test_a_node_takes_its_name_back_from_its_own_half_dead_link() -> None:
-    """A link that broke on one side only does not keep its node out."""
+    """A connection that broke on one side only does not block the reconnecting node."""
 
     async def scene(stage: Stage) -> None:
         node, other = await stage.enter("phoenix"), await stage.enter("other")
@@ -431,7 +431,7 @@ def test_a_node_takes_its_name_back_from_its_own_half_dead_link() -> None:
 
 
 def test_a_publisher_that_comes_back_does_not_overtake_itself() -> None:
-    """What it publishes on its new link waits behind what the broker still holds from the old one."""
+    """Messages on its new connection wait behind those that the broker still holds from the old one."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -454,7 +454,7 @@ def test_a_publisher_that_comes_back_does_not_overtake_itself() -> None:
 
 
 def test_a_publisher_that_leaves_as_credit_comes_costs_no_link() -> None:
-    """A CREDIT that crosses the UNDECLARE is for nobody."""
+    """A CREDIT that crosses the UNDECLARE is ignored."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -473,7 +473,7 @@ def test_a_publisher_that_leaves_as_credit_comes_costs_no_link() -> None:
 
 
 def test_credit_from_before_a_suspension_does_not_outlive_it() -> None:
-    """A publisher that was frozen is free when the reader that held it back has gone meanwhile."""
+    """A frozen publisher is not limited by a reader that has left meanwhile."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -505,7 +505,7 @@ def test_credit_from_before_a_suspension_does_not_outlive_it() -> None:
 
 
 def test_a_frozen_reader_forgets_a_publisher_that_left_meanwhile() -> None:
-    """What it was attached to before is not held for ever."""
+    """Its old attachments are not kept forever."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -523,7 +523,7 @@ def test_a_frozen_reader_forgets_a_publisher_that_left_meanwhile() -> None:
 
 
 def test_the_second_of_two_brokers_is_reached_through_a_mute_first() -> None:
-    """A broker that accepts and says nothing costs one connection timeout, and its end does no harm."""
+    """A broker that accepts without answering costs one connection timeout, and its end has no effect."""
 
     async def scene(stage: Stage) -> None:
         with on_host(BROKER):
@@ -546,7 +546,7 @@ class _Mute(asyncio.BufferedProtocol):
 
 
 def test_what_was_dropped_before_the_first_message_uses_no_credit() -> None:
-    """A publisher whose broker answers late has dropped more than a window; what is left goes."""
+    """A publisher that dropped more than a window before the session sends the rest."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")

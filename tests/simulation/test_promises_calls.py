@@ -1,4 +1,4 @@
-"""Every promise about calls, each in the situation that tries it: they end, once, in time, and everywhere."""
+"""Promises about calls, each in the situation that tests it: they end once, and in time, at every peer."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def nothing_pends(stage: Stage, desk: Desk, client: actors.Client[Any, Any]) -> 
 
 @pytest.mark.parametrize("limit", [0, 0.25, 3.0])
 def test_a_deadline_holds_to_the_moment(limit: float) -> None:
-    """ServiceTimeout comes when the time is up, not before, not after; the handler is cancelled soon."""
+    """ServiceTimeout is raised exactly at the deadline; the handler is cancelled soon after."""
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage)
@@ -81,7 +81,7 @@ def test_a_deadline_holds_to_the_moment(limit: float) -> None:
 
 
 def test_a_call_without_a_deadline_waits_for_ever() -> None:
-    """`math.inf` is no deadline: a reply that takes half an hour arrives."""
+    """With `math.inf` a reply after half an hour still arrives."""
 
     async def scene(stage: Stage) -> None:
         _, client = await desk_and_client(stage)
@@ -93,7 +93,7 @@ def test_a_call_without_a_deadline_waits_for_ever() -> None:
 
 
 def test_replies_and_deadlines_may_cross() -> None:
-    """Whichever comes first: one end, in time; a reply that comes too late is counted and dropped."""
+    """A call ends once and in time; a reply after the deadline is counted and dropped."""
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage)
@@ -119,7 +119,7 @@ def test_replies_and_deadlines_may_cross() -> None:
 
 
 def test_cancelling_reaches_requests_wherever_they_are() -> None:
-    """In a handler, in the server's queue behind another, on its way, and before it has left."""
+    """In a handler, in the server's queue, in transit, and before it was sent."""
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage, concurrent=False)
@@ -150,7 +150,7 @@ def test_cancelling_reaches_requests_wherever_they_are() -> None:
 
 @pytest.mark.parametrize("where", ["caller", "broker"])
 def test_a_large_request_is_taken_back_half_way(where: str) -> None:
-    """Its remaining fragments never travel, the server never sees it, and the links go on."""
+    """Its remaining fragments are not sent, the server does not see it, and the connections stay up."""
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage)
@@ -174,7 +174,7 @@ def test_a_large_request_is_taken_back_half_way(where: str) -> None:
 
 @pytest.mark.parametrize(("silent", "limit"), [(False, SOON_SEC), (True, 5.0)])
 def test_a_dead_server_fails_all_its_calls_at_once(*, silent: bool, limit: float) -> None:
-    """A thousand calls in flight: each fails with ServiceUnavailable, none later than the others."""
+    """A thousand calls in flight fail with ServiceUnavailable at the same time."""
 
     async def scene(stage: Stage) -> None:
         caller = await stage.enter("caller")
@@ -205,7 +205,7 @@ def test_a_dead_server_fails_all_its_calls_at_once(*, silent: bool, limit: float
 
 
 def test_a_slow_server_gets_fewer_calls() -> None:
-    """Of three servers the slow one gets what it can do, and nobody waits for it more than need be."""
+    """The slowest of three servers gets what it can handle, and calls wait no longer than necessary."""
 
     async def scene(stage: Stage) -> None:
         served: Counter[str] = Counter()
@@ -237,7 +237,7 @@ def test_a_slow_server_gets_fewer_calls() -> None:
 
 
 def test_a_suspended_server_is_passed_over_and_told_when_it_is_back() -> None:
-    """Its calls fail, others take over; when it is back its handlers are cancelled, late replies dropped."""
+    """Other servers take over; when it is back its handlers are cancelled and late replies dropped."""
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage)
@@ -266,7 +266,7 @@ def test_a_suspended_server_is_passed_over_and_told_when_it_is_back() -> None:
 
 
 def test_a_hundred_thousand_calls_wait_and_end() -> None:
-    """Of one client, at one server: all are answered; nothing of them is left anywhere."""
+    """All calls of one client at one server are answered, and nothing remains of them."""
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage, concurrent=False)
@@ -287,7 +287,7 @@ def test_a_hundred_thousand_calls_wait_and_end() -> None:
 
 @pytest.mark.parametrize("way", ["destroy the service", "stop", "stop in the midst"])
 def test_a_server_that_leaves_has_its_large_replies_sent(way: str) -> None:
-    """On a slow link, of any sizes: callers get all it has made, and new calls do not wait behind them."""
+    """On a slow link callers get all its replies, and new calls do not wait behind them."""
     sizes = [3_000_000, 300_000, 1, 900_000, limits.MAX_FRAME_BYTES]
 
     async def handle(request: Ask.Request) -> Ask.Response:
@@ -324,7 +324,7 @@ def test_a_server_that_leaves_has_its_large_replies_sent(way: str) -> None:
 
 @pytest.mark.parametrize("blocked", [False, True])
 def test_a_destroyed_client_leaves_nothing_of_its_large_requests(*, blocked: bool) -> None:
-    """Those that have not left do not travel any more; the link goes on, and so do other calls."""
+    """Unsent ones are not sent; the connection and other calls continue."""
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage)
@@ -346,7 +346,7 @@ def test_a_destroyed_client_leaves_nothing_of_its_large_requests(*, blocked: boo
 
 
 def test_a_failed_call_is_not_tried_again() -> None:
-    """Whatever ends calls in mid-flight, each was handled at most once, and none comes again by itself."""
+    """Each call is handled at most once, and never repeated automatically."""
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage)
@@ -374,7 +374,7 @@ def test_a_failed_call_is_not_tried_again() -> None:
 
 
 def test_a_link_that_takes_nothing_turns_calls_away() -> None:
-    """Large calls queue up to a limit and are then refused at once; those that were accepted go on."""
+    """Large calls queue up to a limit and are then refused at once; accepted ones continue."""
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage)
@@ -400,7 +400,7 @@ def test_a_link_that_takes_nothing_turns_calls_away() -> None:
 
 
 def test_ten_thousand_cancellations_of_one_turn_leave_nothing() -> None:
-    """Most of them wait in the server's queue: they never begin; those that run are cancelled."""
+    """Calls in the server's queue never start; running ones are cancelled."""
 
     async def scene(stage: Stage) -> None:
         desk, client = await desk_and_client(stage)

@@ -1,4 +1,4 @@
-"""Latched messages that a publisher sends again: old ones stay old, however often its links break."""
+"""Latched messages that a publisher sends again stay old, however often its connection breaks."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ async def break_while_it_sends_again(
 
 
 def test_what_is_sent_again_after_a_second_break_is_not_new() -> None:
-    """A VOLATILE subscription made between two breaks hears what is published from then on, nothing else."""
+    """A VOLATILE subscription made between two breaks receives only what is published later."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -74,7 +74,7 @@ def test_what_is_sent_again_after_a_second_break_is_not_new() -> None:
 
 
 def test_what_has_been_heard_is_not_dropped_when_it_waits_to_be_sent_again() -> None:
-    """It leaves the queue to new messages, and only what was never sent counts as dropped."""
+    """New messages displace repeated ones, and only messages never sent count as dropped."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")

@@ -1,4 +1,4 @@
-"""Slow readers: they cost their own topic something, and nobody else; what is lost is counted, all of it."""
+"""Slow readers affect their own topic only, and every loss is counted."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ async def ask_and_publish(stage: Stage, stuck: str) -> dict[str, list[float]]:
 def test_a_stuck_keep_all_reader_holds_up_its_own_topic_only(
     stuck: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Calls, other topics and keepalive of both links take what they take without it; nobody is silent."""
+    """Calls, other topics and the keepalive of both connections are not delayed."""
     found: dict[str, dict[str, list[float]]] = {}
 
     for way in (stuck, "not there"):
@@ -186,7 +186,7 @@ def of_the_broker(caplog: pytest.LogCaptureFixture) -> list[str]:
 
 @pytest.mark.parametrize("depth", [10, 1000])
 def test_a_slow_link_is_late_by_what_is_in_transit(depth: int, caplog: pytest.LogCaptureFixture) -> None:
-    """Whatever waits for it: calls and other topics overtake that, its newest messages come, it stays in.
+    """Calls and other topics overtake queued messages, the newest arrive, and the node stays connected.
 
     Nobody else notices.
     """
@@ -309,7 +309,7 @@ def quiet_calls() -> list[float]:
 def test_a_thousand_publishers_cost_a_slow_reader_the_ceiling_at_most(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    """KEEP_LAST: what waits is bounded, everybody's newest message comes, every message is accounted for."""
+    """KEEP_LAST: queued bytes are limited, every newest message arrives, all others are counted."""
     ceiling = 4 * 2**20
     quiet = quiet_calls()
 
@@ -339,7 +339,7 @@ def test_many_keep_all_publishers_share_what_may_wait(
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    """Their windows fit under the ceiling, of few and of many: they are pushed back, and nothing is lost."""
+    """Windows of few or many publishers fit under the limit; publishers wait, and nothing is lost."""
     ceiling = 36 * 2**20
     if count == CROWD:
         monkeypatch.setattr("actors.endpoints.flow_control.window.LEAST_BYTES", 4 * KIB)
@@ -363,7 +363,7 @@ def test_many_keep_all_publishers_share_what_may_wait(
 def test_a_reader_that_stops_for_a_flood_gets_the_newest(
     stopped: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """64 MiB go by: its depth waits, nothing else, for it alone; then exactly the newest come, once."""
+    """After 64 MiB only its depth is queued; then exactly the newest messages arrive once."""
     depth, size, count = 7, 64 * KIB, 1024
     quiet = quiet_calls()
 
@@ -405,7 +405,7 @@ def test_a_reader_that_stops_for_a_flood_gets_the_newest(
 
 
 def test_publishers_that_come_and_go_add_nothing_to_what_waits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """KEEP_ALL: a stuck reader holds what one of them may send; when it goes on, it gets everything."""
+    """KEEP_ALL: a stuck reader holds one window; when it continues it gets everything."""
     window, lives = 100, 30
     monkeypatch.setattr("actors.endpoints.flow_control.window.WINDOW_MESSAGES", window)
     each = window - 10  # so that a publisher can send all it has, and leave

@@ -1,4 +1,4 @@
-"""Deadline, lifespan, liveliness and the events, each in the one situation that tries it."""
+"""Deadline, lifespan, liveliness and events, each in the situation that tests it."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_a_missed_deadline_is_told_to_both_sides() -> None:
 
 
 def test_a_deadline_holds_only_while_there_is_a_publisher() -> None:
-    """Nobody is late before the first publisher has come, or after the last has gone."""
+    """No deadline is missed before the first publisher joins or after the last has left."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -96,7 +96,7 @@ def test_a_deadline_holds_only_while_there_is_a_publisher() -> None:
 
 
 def test_nobody_is_late_while_there_is_no_broker() -> None:
-    """With the link every publisher has gone; the deadline holds anew when one is matched again."""
+    """Publishers leave with the connection; the deadline applies again after the next match."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -119,7 +119,7 @@ def test_nobody_is_late_while_there_is_no_broker() -> None:
 
 @pytest.mark.parametrize("whole_node", [False, True])
 def test_what_is_destroyed_counts_no_lease_and_no_deadline(*, whole_node: bool) -> None:
-    """Both ends are, while leases and deadlines run: nothing of it is missed afterwards."""
+    """Destroying both ends during leases and deadlines causes no later miss."""
 
     async def scene(stage: Stage) -> None:
         both = await stage.enter("both")
@@ -144,7 +144,7 @@ def test_what_is_destroyed_counts_no_lease_and_no_deadline(*, whole_node: bool) 
 
 
 def test_a_subscription_gets_nothing_older_than_the_lifespan() -> None:
-    """What waited too long, at a busy callback or for a late joiner, is expired and counted."""
+    """Messages that waited too long for a callback or a late joiner count as expired."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -175,7 +175,7 @@ def test_a_subscription_gets_nothing_older_than_the_lifespan() -> None:
 
 @pytest.mark.parametrize("kept", [True, False])
 def test_an_iterator_gets_nothing_older_than_the_lifespan(*, kept: bool) -> None:
-    """`async for` skips what is too old, with KEEP_ALL as well, and gives its credit back."""
+    """`async for` skips expired messages and returns their credit, also with KEEP_ALL."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -208,7 +208,7 @@ def test_an_iterator_gets_nothing_older_than_the_lifespan(*, kept: bool) -> None
 
 
 def test_a_publisher_by_hand_is_alive_while_it_shows_itself() -> None:
-    """Messages and assertions keep it alive; silence for its lease is told to both sides."""
+    """Messages and assertions keep it alive; both sides learn of silence longer than its lease."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -250,7 +250,7 @@ def test_a_publisher_by_hand_is_alive_while_it_shows_itself() -> None:
 
 @pytest.mark.parametrize("returns", [True, False])
 def test_a_frozen_publisher_is_not_alive(*, returns: bool) -> None:
-    """A suspended link's publishers count as not alive until they are back, or their link is closed."""
+    """Publishers of a suspended node count as not alive until it is back or disconnected."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -275,7 +275,7 @@ def test_a_frozen_publisher_is_not_alive(*, returns: bool) -> None:
 
 
 def test_matches_are_counted_over_reconnects() -> None:
-    """Totals only grow, and the current number follows the truth, also over a broker's restart."""
+    """Totals only grow, and the current number is right, also over a broker restart."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -305,7 +305,7 @@ def test_matches_are_counted_over_reconnects() -> None:
 
 
 def test_lost_messages_are_told() -> None:
-    """Drops at a busy reader and gaps made by the broker raise events that add up to the counters."""
+    """Drops at a busy reader and in the broker raise events that add up to the counters."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
@@ -341,7 +341,7 @@ def test_lost_messages_are_told() -> None:
 
 
 def test_misfits_are_told_with_the_policy() -> None:
-    """Both sides hear which policy does not fit, and of another type; what can be delivered is."""
+    """Both sides learn the incompatible policy or type; compatible messages are still delivered."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")

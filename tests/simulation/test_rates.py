@@ -1,4 +1,4 @@
-"""A rate as it is heard, on a clock that no machine can slow down."""
+"""A timer's rate at a subscription, on a clock that does not depend on the machine."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.simulation.stage import Stage, play
 
 
 def test_a_timer_of_one_hertz_is_heard_at_one_hertz() -> None:
-    """Within one percent from the second message on."""
+    """The rate is within one percent from the second message on."""
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")

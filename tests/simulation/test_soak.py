@@ -1,4 +1,4 @@
-"""The soak: it counts what it lives through, and tells of what breaks, hangs or dies."""
+"""The soak counts histories and reports broken promises, hangs and crashes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def ignore(text: str) -> None:
 
 
 def test_histories_that_hang_or_kill_their_process_are_violations() -> None:
-    """They are told of like any broken promise, and the others go on."""
+    """They are reported like broken promises, and the other histories continue."""
     said: list[str] = []
     plan = Plan(seeds=4, processes=2, hang_sec=0.5)
     tally = Soak(plan, live_or_not, said.append).run()
@@ -48,7 +48,7 @@ def test_histories_that_hang_or_kill_their_process_are_violations() -> None:
 
 
 def test_a_broken_promise_is_told_with_the_command_that_shows_it() -> None:
-    """A product that breaks its promises does not get through a soak."""
+    """The report of a violation has the command that reproduces it."""
     tally = Soak(Plan(seeds=1, processes=1), live_with_a_breakage, ignore).run()
     again = "python -m pytest tests/simulation/test_histories.py -k calm --first-seed 0 --seeds 1"
     assert tally.violations[0]["replay"] == again
@@ -57,7 +57,7 @@ def test_a_broken_promise_is_told_with_the_command_that_shows_it() -> None:
 
 
 def test_the_command_lives_through_seeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """It ends with 0 when all promises are kept, and writes down what it has seen."""
+    """It exits with 0 when all promises are kept, and writes a report."""
     written = tmp_path / "soak.json"
     assert soak.main(["--first-seed", "7", "--seeds", "1", "--processes", "1", "--json", str(written)]) == 0
     result = json.loads(written.read_text())
@@ -68,7 +68,7 @@ def test_the_command_lives_through_seeds(tmp_path: Path, capsys: pytest.CaptureF
 
 
 def test_a_broken_promise_ends_the_command_with_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    """So that who runs it in a pipeline sees it."""
+    """A pipeline that runs it notices the violation."""
     violation = {"seed": 0, "kind": "calm", "wrong": "it is", "replay": "again"}
     violated = soak.Tally(0, histories=1, violations=[violation])
     monkeypatch.setattr(Soak, "run", lambda _: violated)
@@ -76,11 +76,11 @@ def test_a_broken_promise_ends_the_command_with_1(monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_soak_that_has_lived_through_nothing_ends_with_1() -> None:
-    """No history has shown anything: that is not the same as all being well."""
+    """Without any history nothing has been checked."""
     assert soak.main(["--seeds", "0", "--processes", "1"]) == 1
 
 
 def test_no_history_begins_after_the_time_is_over() -> None:
-    """A soak without time does nothing."""
+    """A soak without time runs nothing."""
     tally = Soak(Plan(minutes=-1.0, processes=1), live_or_not, ignore).run()
     assert (tally.histories, tally.next_seed) == (0, 0)

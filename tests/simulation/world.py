@@ -1,7 +1,7 @@
-"""A small random world: a broker or two, some nodes with everything nodes have, and what befalls them.
+"""A small random world: one or two brokers, some nodes with all kinds of endpoints, and their faults.
 
-`World` is made from a seed and runs on a simulated loop. Each *member* stands for a process: a host of its
-own, one node, and tasks that publish, call and wait. A member that dies comes back as a new process.
+`World` is made from a seed and runs on a simulated loop. Each *member* simulates a process: a host of its
+own, one node, and tasks that publish, call and wait. A member that dies returns as a new process.
 """
 
 from __future__ import annotations
