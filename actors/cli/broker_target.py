@@ -1,4 +1,4 @@
-"""Which broker a command talks to, and what to say when there is none."""
+"""The broker that a command talks to, and the errors if there is none."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from proto.errors import CallboardError
 
 CONNECT_TIMEOUT_SEC: Final = 2.0
-SECOND_LOOK_SEC: Final = 0.5
+DIAGNOSIS_SEC: Final = 0.5
 
 
 def target_of(options: argparse.Namespace) -> BrokerTarget:
-    """Return where the broker is and which of its graphs is meant: see `actors.config.contexts`.
+    """Return the broker and domain that the options choose; see `actors.config.contexts`.
 
     Raises:
-        InvalidUrlError: The URL cannot be read.
-        InvalidEnvironmentError: CALLBOARD_DOMAIN is wrong.
+        InvalidUrlError: The URL is invalid.
+        InvalidEnvironmentError: CALLBOARD_DOMAIN is invalid.
         ContextError: The file of contexts is broken.
         CommandError: There is no such context.
     """
@@ -41,13 +41,13 @@ def target_of(options: argparse.Namespace) -> BrokerTarget:
 
 
 def unknown_context(error: UnknownContextError) -> CommandError:
-    """Return the error that also says which contexts there are."""
+    """Return the error with the known contexts."""
     hint = did_you_mean(error.name, error.known) or f"; there is {', '.join(error.known)}"
     return CommandError(f"{error}{hint}")
 
 
 def set_environment(options: argparse.Namespace) -> None:
-    """Give what --url, --domain and --context say to the programs that this process becomes or starts.
+    """Pass --url, --domain and --context on to programs that this process becomes or starts.
 
     Raises:
         As `target_of`.
@@ -63,11 +63,11 @@ def set_environment(options: argparse.Namespace) -> None:
 
 @contextmanager
 def open_inspector(options: argparse.Namespace) -> Generator[Inspector]:
-    """Look at the graph that the options name. A signal ends it at once.
+    """Connect an inspector to the broker that the options choose. A signal raises at once.
 
     Raises:
-        BrokerUnreachable: No broker within 2 s, or it has gone; the text says how to start one, or that
-            something else has the port.
+        BrokerUnreachable: No broker answered within 2 s, or the link broke; the text says how to start
+            one, or that another program has the port.
     """
     from actors.graph.inspector import Inspector  # noqa: PLC0415 - `--help` needs none
 
@@ -88,10 +88,10 @@ def open_inspector(options: argparse.Namespace) -> Generator[Inspector]:
 
 
 def why_unreachable(target: BrokerTarget) -> CallboardError:
-    """Return the error that says why a node has found no broker: there is nothing, or something else."""
-    from actors.graph.inspector import Inspector  # noqa: PLC0415 - only in trouble
+    """Return the error that says why a node found no broker: nothing listens, or another program."""
+    from actors.graph.inspector import Inspector  # noqa: PLC0415 - only after a failure
 
-    inspector = Inspector(target.url, domain=target.domain, timeout_sec=SECOND_LOOK_SEC)
+    inspector = Inspector(target.url, domain=target.domain, timeout_sec=DIAGNOSIS_SEC)
     try:
         inspector.connect()
     except ProtocolError as error:
@@ -104,6 +104,6 @@ def why_unreachable(target: BrokerTarget) -> CallboardError:
 
 
 def missing_broker(target: BrokerTarget, error: OSError | None = None) -> str:
-    """Say in one line that there is no broker, and what starts one; `error` is of the attempt to connect."""
+    """Return the text of the error that no broker answers; `error` is of the attempt to connect."""
     source = "" if target.url_from in {"--url", DEFAULT} else f" ({target.url_from})"
     return f"No broker at {', '.join(map(str, target.urls))}{source}. {start_hint(target.urls[0], error)}"

@@ -1,7 +1,7 @@
-"""What could come next on a command line: verbs and options from the parsers, names from the broker.
+"""Completion of command lines: verbs and options from the parsers, names from the broker.
 
-The shells' scripts (`completions/`) ask for this at every press of Tab, so it imports little, waits
-for a broker only briefly, and is silent about everything that goes wrong.
+The shells' scripts (`completions/`) run this at every press of Tab. It imports little, waits for a broker
+only briefly, and hides all errors.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ if TYPE_CHECKING:
     from actors.graph.snapshot import GraphSnapshot
 
 BROKER_TIMEOUT_SEC: Final = 0.3
-"""Who presses Tab does not wait for a broker that is not there."""
+"""A missing broker must not delay the user who presses Tab."""
 
 TOPIC_KINDS: Final = (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
 SERVICE_KINDS: Final = (EntryKind.SERVICE, EntryKind.CLIENT)
 
 
 class Offer(NamedTuple):
-    """A word that could come next, and what it means."""
+    """A candidate for the next word, and its description."""
 
     word: str
     about: str = ""
 
 
 FILES: Final = Offer(":files:")
-"""Files could come next: shells know them best."""
+"""Stands for files, which the shell completes."""
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print a shell's script, or, if the script asks, what could come next: a word and its meaning a line."""
+    """Print a shell's script or, for the script, the candidates: a word and its description per line."""
     words: list[str] | None = options.words
     line: str | None = options.line
     if line is not None:
@@ -59,14 +59,14 @@ def run(options: argparse.Namespace) -> int:
 
 
 def script(shell: str) -> str:
-    """Return what a shell reads so as to complete command lines; it asks this module what could come next."""
+    """Return the script with which a shell completes command lines; it runs this module."""
     from importlib.resources import files  # noqa: PLC0415 - not while completing
 
     return (files("actors.cli") / "completions" / f"callboard.{shell}").read_text(encoding="utf-8")
 
 
 def split_line(line: str) -> list[str]:
-    """Return the words behind the command's name; the last is the one that is being typed, maybe empty."""
+    """Return the words after the command's name; the last one is being typed, and may be empty."""
     for closing in ("", "'", '"'):
         try:
             words = shlex.split(line + closing)
@@ -77,11 +77,11 @@ def split_line(line: str) -> list[str]:
 
 
 def offers(words: list[str]) -> list[Offer]:
-    """Return what could stand for the last word, which may have been begun."""
+    """Return the candidates for the last word, which may be incomplete."""
     *before, begun = words
     try:
         found = list(_offers(before, begun))
-    except (CallboardError, OSError):  # whoever runs the command will be told
+    except (CallboardError, OSError):  # running the command reports it
         return []
     return [offer for offer in found if offer is FILES or offer.word.startswith(begun)]
 
@@ -105,12 +105,12 @@ def _offers(before: list[str], begun: str) -> Iterator[Offer]:
 
 
 class _Line:
-    """The arguments of a verb, as far as they have been typed.
+    """A partly typed command line.
 
     Args:
         command: The verb, such as "topic echo".
-        verb: Where it is.
-        typed: The words behind it that are complete.
+        verb: Its entry in the table.
+        typed: The complete words after it.
         begun: The word that is being typed.
     """
 
@@ -118,7 +118,7 @@ class _Line:
         self.command = command
         self.begun = begun
         parser = parser_of(command, verb)
-        actions = parser._actions  # noqa: SLF001 - there is no other way to ask
+        actions = parser._actions  # noqa: SLF001 - argparse has no public access
         self._options = {text: action for action in actions for text in action.option_strings}
         self._positionals = [action for action in actions if not action.option_strings]
         self.values: dict[str, list[str]] = {}
@@ -127,7 +127,7 @@ class _Line:
             self._take(word)
 
     def _take(self, word: str) -> None:
-        """Say which argument a word belongs to."""
+        """Assign a complete word to its argument."""
         name, equals, value = word.partition("=")
         if self._awaits is not None and _takes_value(self._awaits):
             self._keep(self._awaits, word)
@@ -137,9 +137,9 @@ class _Line:
             self._keep(action, *([value] if equals else []))
             self._awaits = None if equals else action
         else:
-            turn = self._positional()
-            if turn is not None:
-                self._keep(turn, word)
+            action = self._positional()
+            if action is not None:
+                self._keep(action, word)
             self._awaits = None
 
     def _keep(self, action: argparse.Action, *values: str) -> None:
@@ -147,11 +147,11 @@ class _Line:
 
     @property
     def program(self) -> list[str] | None:
-        """The program that `run` runs: what follows is the program's own."""
+        """The program that `run` runs; all words after it belong to the program."""
         return self.values.get("program")
 
     def _positional(self) -> argparse.Action | None:
-        """Return the positional argument whose turn it is."""
+        """Return the next positional argument."""
         for action in self._positionals:
             many = action.nargs in {"*", "+", "...", argparse.REMAINDER}
             if many or action.dest not in self.values:
@@ -159,7 +159,7 @@ class _Line:
         return None
 
     def offers(self) -> Iterator[Offer]:
-        """Yield what could come next."""
+        """Yield the candidates for the next word."""
         name, equals, value = self.begun.partition("=")
         if self._awaits is not None and _takes_value(self._awaits):
             yield from self._values(self._awaits)
@@ -182,7 +182,7 @@ class _Line:
                 yield Offer(text, (action.help or "").replace("%%", "%"))
 
     def _values(self, action: argparse.Action) -> Iterator[Offer]:
-        """Yield what an argument may be."""
+        """Yield the candidates for an argument's value."""
         if action.choices is not None:
             yield from (Offer(str(choice)) for choice in action.choices)
             return
@@ -200,10 +200,10 @@ class _Line:
 
 
 def _snapshot(line: _Line) -> GraphSnapshot:
-    """Return the graph of the broker that the line names.
+    """Return the graph of the broker that the line chooses.
 
     Raises:
-        CallboardError: It does not answer at once, or the line names none.
+        CallboardError: It does not answer at once, or there is no such context.
     """
     from actors.config.contexts import find_broker_target  # noqa: PLC0415
     from actors.graph.inspector import Inspector  # noqa: PLC0415 - most words need no broker
@@ -228,18 +228,18 @@ def _nodes(line: _Line) -> Iterator[Offer]:
 
 
 def _named(line: _Line, name: str, about: str) -> Iterator[Offer]:
-    """Yield a full name, or without its first slash if it was begun so; a hidden one if it was begun."""
+    """Yield a name, with its first slash as it was typed; a hidden one only if it was begun."""
     if not is_hidden(name) or "_" in line.begun:
         yield Offer(name if line.begun[:1] in {"", "/"} else name.removeprefix("/"), about)
 
 
 def _types(line: _Line) -> Iterator[Offer]:
-    """Yield the types of the topic or service before it; all that are known if nobody has it."""
+    """Yield the types of the topic or service on the line; all known ones if it has none."""
     from actors.interfaces.catalog import interfaces_of, known_packages  # noqa: PLC0415
 
     found = _declared_types(line)
     if found:
-        yield from (Offer(each, "the one it has") for each in found)
+        yield from (Offer(each, "its type") for each in found)
         return
     kind = {"topic": "/msg/", "service": "/srv/"}.get(line.command.partition(" ")[0], "/")
     for package in known_packages():
@@ -260,7 +260,7 @@ def _declared_types(line: _Line) -> list[str]:
 
 
 def _packages(line: _Line) -> Iterator[Offer]:
-    """Yield packages: of types, or those that are installed."""
+    """Yield packages: of types, or installed ones."""
     if line.command.startswith("interface"):
         from actors.interfaces.catalog import known_packages  # noqa: PLC0415
 
@@ -272,13 +272,13 @@ def _packages(line: _Line) -> Iterator[Offer]:
 
 
 def _programs(line: _Line) -> Iterator[Offer]:
-    """Yield what `run` may run first: packages and scripts."""
+    """Yield what `run` can run: packages and scripts."""
     yield from _packages(line)
     yield FILES
 
 
 def _executables(line: _Line) -> Iterator[Offer]:
-    """Yield the programs of the package that `run` is to run, or files for its arguments."""
+    """Yield the programs of the package on the line, or files for a program's arguments."""
     from actors.tools.executables import find_package  # noqa: PLC0415
 
     program = (line.program or [""])[0]
@@ -289,7 +289,7 @@ def _executables(line: _Line) -> Iterator[Offer]:
         yield FILES
 
 
-def _contexts(_line: _Line) -> Iterator[Offer]:
+def _contexts(_: _Line) -> Iterator[Offer]:
     """Yield the named brokers."""
     from actors.config.contexts import Contexts  # noqa: PLC0415
 

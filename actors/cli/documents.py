@@ -14,17 +14,17 @@ import json
 from typing import Final
 
 MAX_DOCUMENT_CHARS: Final = 16 * 1024 * 1024
-"""Characters in a document; what waits for its end must have one."""
+"""The longest document, in characters: an incomplete one is kept in memory."""
 
 
 class Documents:
-    """What has come of a stream, cut into documents. Empty ones are left out."""
+    """Splits a stream into documents. Empty ones are left out."""
 
     def __init__(self) -> None:
         self._line: list[str] = []
-        """Pieces of a line whose end has not come."""
+        """Pieces of an incomplete line."""
         self._lines: list[str] = []
-        """Lines of a document whose end has not come."""
+        """Lines of an incomplete document."""
         self._size = 0
 
     def feed(self, text: str) -> list[str]:
@@ -45,13 +45,13 @@ class Documents:
         return found
 
     def end(self) -> list[str]:
-        """Return the last document, if there is one: the stream has ended."""
+        """Return the last document, if there is one, at the end of the stream."""
         line = "".join(self._line)
         self._line.clear()
         return [*(self._take(line) if line else []), *self._close()]
 
     def _take(self, line: str) -> list[str]:
-        """Take in a whole line; return the document that it completes."""
+        """Add a complete line; return the document that it completes."""
         if line.rstrip() in {"---", "..."}:
             return self._close()
         first = not self._lines
@@ -66,7 +66,7 @@ class Documents:
 
 
 def _is_object(line: str) -> bool:
-    """Tell whether a line is a JSON object."""
+    """Return whether a line is a JSON object."""
     if not line.startswith("{"):
         return False
     try:

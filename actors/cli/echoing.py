@@ -1,4 +1,4 @@
-"""Printing what a subscription receives: `topic echo` and `service echo`."""
+"""Print received messages: `topic echo` and `service echo`."""
 
 from __future__ import annotations
 
@@ -22,11 +22,17 @@ if TYPE_CHECKING:
     from actors.node.node import Node
 
 DEPTH: Final = 1000
-"""A terminal is slow; a burst of this many messages is printed whole."""
+"""Messages queued for a slow terminal."""
 
 
 class Source(NamedTuple):
-    """What to print: a topic's full name, what reads its bytes, and its type if it is not to be found out."""
+    """What to print.
+
+    Attributes:
+        topic: The topic's full name.
+        decode: Decodes a message's bytes.
+        msg_type: The topic's type; None to receive bytes.
+    """
 
     topic: str
     decode: Callable[[bytes], Any]
@@ -34,11 +40,11 @@ class Source(NamedTuple):
 
 
 def echo(options: Options, source_of: Callable[[Node, GraphSnapshot], Source]) -> int:
-    """Print messages until one was enough, a timeout or a signal; return the exit code.
+    """Print messages until `--once`, a timeout or a signal ends it; return the exit code.
 
     Args:
-        options: What `add_print_options` and `add_qos_options` add, `raw` and `no_lost_messages`.
-        source_of: Says what to print; raises CommandError if that is not there.
+        options: Those of `add_print_options` and `add_qos_options`, `raw` and `no_lost_messages`.
+        source_of: Returns what to print; raises CommandError if it does not exist.
     """
     printer = MessagePrinter(options)
 

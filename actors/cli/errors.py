@@ -1,9 +1,9 @@
-"""How a command ends when it does not end well, and the exit codes.
+"""The errors of commands, and their exit codes.
 
 CallboardError (proto.errors)
-└── CommandError                one plain text for stderr, and an exit code
+└── CommandError                a text for stderr, and an exit code
 KeyboardInterrupt
-└── Interrupted                 SIGINT or SIGTERM came
+└── Interrupted                 SIGINT or SIGTERM arrived
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ USAGE: Final = 2
 NO_BROKER: Final = 3
 TIMEOUT: Final = 124
 BROKEN_PIPE: Final = 141
-"""As a shell says it of what SIGPIPE has ended."""
+"""As shells report a process that SIGPIPE killed."""
 
 
 class CommandError(CallboardError):
-    """A command cannot do what it was asked to.
+    """A command failed.
 
     Attributes:
         code: The exit code.

@@ -1,4 +1,4 @@
-"""The node of a command: hidden, and given up soon if there is no broker."""
+"""The node of a command: hidden, and with a short connection timeout."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ STOP_TIMEOUT_SEC: Final = 1.0
 
 @asynccontextmanager
 async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -> AsyncGenerator[Node]:
-    """Join the graph that `--url`, `--domain` and `--context` name.
+    """Run a node on the broker that the options choose.
 
     Args:
         options: The command line.
         name: The node's name; None for a hidden one.
 
     Raises:
-        BrokerUnreachable: No broker within 2 s; the text says how to start one, or that something else has
-            the port.
-        ProtocolError: What listens there speaks something else.
-        InvalidUrlError: The URL cannot be read.
+        BrokerUnreachable: No broker answered within 2 s; the text says how to start one, or that another
+            program has the port.
+        ProtocolError: Another protocol is spoken there.
+        InvalidUrlError: The URL is invalid.
     """
     if options.own_process:
         _set_up_log()
@@ -54,7 +54,7 @@ async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -
         slow_callback_sec=None,  # a terminal may be slow
     )
     log = node.get_logger()
-    log.set_level(LoggingSeverity.FATAL)  # the error below says it all
+    log.set_level(LoggingSeverity.FATAL)  # the error below has all details
     try:
         async with asyncio.timeout(CONNECT_TIMEOUT_SEC):
             await node.__aenter__()
@@ -66,7 +66,7 @@ async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -
 
 
 def _set_up_log() -> None:
-    """The command's node and the library say on stderr what goes wrong; CALLBOARD_LOG_LEVEL sets how much."""
+    """Log warnings of the node and the library to stderr; CALLBOARD_LOG_LEVEL sets another level."""
     try:
         configure_logging(environment.log_level() or LoggingSeverity.WARN)
     except ValueError as error:
@@ -84,7 +84,7 @@ async def _leaving(node: Node) -> AsyncGenerator[None]:
 
 
 async def graph_of(node: Node) -> GraphSnapshot:
-    """Return the graph as it is now, without the command's own node."""
+    """Return the current graph, without the command's own node."""
     snapshot = await node.get_graph()
     own = node.get_fully_qualified_name()
     for key in [key for key, entry in snapshot.entries.items() if own in {entry.node, entry.name}]:

@@ -1,8 +1,8 @@
-"""SIGINT and SIGTERM while no loop runs: they are recorded_signal, and looked for before the command goes on.
+"""SIGINT and SIGTERM while no event loop runs: they are recorded, and checked before the command continues.
 
-A handler that raises would be unsafe there: what it raises inside an import or a finalizer may be swallowed,
-and the signal with it. What is done without a loop is short; a second signal raises all the same. This module
-imports next to nothing, so as to be ready at once.
+A handler that raises would be unsafe there: an import or a finalizer may swallow its exception, and the
+signal would be lost. Commands do little without a loop; a second signal raises at once. This module imports
+nearly nothing, so that it is ready early.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _at_once = False
 
 
 class Interrupted(KeyboardInterrupt):
-    """A signal asks the command to stop.
+    """A signal stopped the command.
 
     Attributes:
         number: The signal's number.
@@ -28,7 +28,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def record_signals() -> dict[int, object]:
-    """Let signals be recorded_signal; return the handlers before. Only the main thread can do so."""
+    """Record signals; return the handlers before. Does nothing outside the main thread."""
     global _at_once  # noqa: PLW0603 - signals belong to the process
     before: dict[int, object] = {}
     try:
@@ -49,18 +49,18 @@ def _record(number: int, frame: object) -> None:
 
 
 def recorded_signal() -> int | None:
-    """Return the first signal that has come."""
+    """Return the first recorded signal."""
     return _recorded[0] if _recorded else None
 
 
 def raise_if_signalled() -> None:
-    """Raise `Interrupted` if a signal has come."""
+    """Raise `Interrupted` if a signal was recorded."""
     if _recorded:
         raise Interrupted(_recorded[0])
 
 
 def raise_at_once() -> None:
-    """From now on a signal raises where it comes; one that has come raises here."""
+    """Raise at signals from now on, and here for a recorded one."""
     global _at_once  # noqa: PLW0603 - signals belong to the process
     _at_once = True
     raise_if_signalled()
@@ -73,6 +73,6 @@ def restore_handlers(handlers: dict[int, object]) -> None:
 
 
 def ignore_signals() -> None:
-    """The process ends and is not to be disturbed any more."""
+    """Ignore further signals: the process is exiting."""
     for number in STOP_SIGNALS:
         signal.signal(number, signal.SIG_IGN)

@@ -1,8 +1,8 @@
-"""`callboard VERB …`: finds the verb, runs it, and turns whatever happens into an exit code.
+"""`callboard VERB …`: find the verb, run it, and turn the result into an exit code.
 
-`table.py` names the verbs; only the module of the one that is asked for is imported. Exit codes:
-0 done, 1 failed, 2 wrong usage, 3 no broker, 124 timeout, 130 SIGINT, 143 SIGTERM; the verbs that run until
-they are stopped end with 0 then.
+`table.py` lists the verbs; only the module of the requested one is imported. Exit codes: 0 done, 1 failed,
+2 wrong usage, 3 no broker, 124 timeout, 130 SIGINT, 143 SIGTERM; verbs that run until they are stopped exit
+with 0 after a signal.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from actors.cli.interrupts import Interrupted, ignore_signals, record_signals, restore_handlers
 from actors.cli.table import VERBS, Group, Verb, load
 
-# Everything else is imported when signals are taken care of.
+# Everything else is imported after the signal handlers are installed.
 # ruff: noqa: PLC0415
 
 if TYPE_CHECKING:
@@ -27,8 +27,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
     Args:
-        argv: The command line without the program's name. None takes the process's, and makes its streams,
-            signals and log the command's.
+        argv: The command line without the program's name. None for the process's; the command then also sets
+            up the process's streams, signals and log.
     """
     own_process = argv is None
     arguments = sys.argv[1:] if argv is None else list(argv)
@@ -52,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _find(arguments: list[str]) -> tuple[Verb | None, int]:
-    """Return the verb that the first words name, and how many words that are."""
+    """Return the verb that the first words name, and the number of these words."""
     entry = VERBS.get(arguments[0]) if arguments else None
     if isinstance(entry, Group):
         return (entry.verbs.get(arguments[1]) if len(arguments) > 1 else None), 2
@@ -67,7 +67,11 @@ def _guarded(verb: Verb | None, arguments: list[str], words: int, *, own_process
     try:
         if own_process:
             _set_up_streams()
-        code = _top(arguments) if verb is None else _run(verb, arguments, words, own_process=own_process)
+        code = (
+            _run_without_verb(arguments)
+            if verb is None
+            else _run(verb, arguments, words, own_process=own_process)
+        )
         sys.stdout.flush()
         return code
     except SystemExit as stop:  # argparse
@@ -91,8 +95,8 @@ def _run(verb: Verb, arguments: list[str], words: int, *, own_process: bool) -> 
     return code
 
 
-def _top(arguments: list[str]) -> int:
-    """Run what needs no verb, or does not name one."""
+def _run_without_verb(arguments: list[str]) -> int:
+    """Print help or the version, or raise the error for an unknown verb."""
     from actors.cli import errors
 
     word = arguments[0] if arguments else ""
@@ -129,7 +133,7 @@ def usage() -> str:
         "Nodes, topics and services for asyncio, with a broker in between.\n\n"
         f"{_listed(VERBS)}\n\n"
         "  --version  print the version\n"
-        "  --help     print this; `callboard VERB --help` says more about a verb\n\n"
+        "  --help     print this; `callboard VERB --help` describes a verb\n\n"
         "example: callboard demo"
     )
 
@@ -139,7 +143,7 @@ def usage_of(name: str, group: Group) -> str:
     summary = f"{group.summary[0].upper()}{group.summary[1:]}."
     return (
         f"usage: callboard {name} VERB [ARGUMENTS]\n\n{summary}\n\n{_listed(group.verbs)}\n\n"
-        f"`callboard {name} VERB --help` says more about a verb.\n\n"
+        f"`callboard {name} VERB --help` describes a verb.\n\n"
         f"example: callboard {name} {next(iter(group.verbs))}"
     )
 
@@ -150,7 +154,7 @@ def _listed(verbs: Mapping[str, Verb | Group]) -> str:
 
 
 def _report_clash(error: ImportError) -> int:
-    """Another package called `proto` may go before callboard's: nothing of callboard's works then."""
+    """Report that another package called `proto` hides callboard's; raise the error if none does."""
     from pathlib import Path
 
     home = Path(__file__).resolve().parent.parent.parent
@@ -158,8 +162,8 @@ def _report_clash(error: ImportError) -> int:
     if file is None or home in Path(file).resolve().parents:
         raise error
     print(
-        f"callboard: the import name 'proto' is another package's here: {file}\n"
-        "Rename that, or give callboard an environment of its own: python -m venv",
+        f"callboard: the import name 'proto' belongs to another package here: {file}\n"
+        "Rename that, or install callboard into a separate environment: python -m venv",
         file=sys.stderr,
     )
     return 1
@@ -170,13 +174,13 @@ def _report(text: str, code: int) -> int:
 
     from actors.cli.output import print_err
 
-    with suppress(OSError):  # nobody reads it; the exit code still says it
+    with suppress(OSError):  # stderr is closed; the exit code still reports it
         print_err(text)
     return code
 
 
 def _system_text(error: OSError) -> str:
-    """Return what the system says, without its number, and of which file it says so."""
+    """Return the system's text, without its number, and the file names."""
     import os
 
     files = [os.fsdecode(each) for each in (error.filename, error.filename2) if isinstance(each, str | bytes)]
@@ -198,7 +202,7 @@ def _set_up_streams() -> None:
 
 
 def _discard_output() -> None:
-    """Whatever is left for a stream that nobody reads must not raise when the interpreter ends."""
+    """Discard output for a closed stdout, which would raise when the interpreter exits."""
     try:
         sys.stdout.flush()
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Measuring what a subscription receives: `topic delay`, and `topic hz` and `bw` with `--subscribe`."""
+"""Measure received messages: `topic delay`, and `topic hz` and `bw` with `--subscribe`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from actors.tools.message_filter import MessageFilter
 
 MEASURING: Final = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""Matches every publisher, and holds a burst."""
+"""Matches every publisher, and keeps a burst."""
 
 
 class Meter:
@@ -43,7 +43,7 @@ class Meter:
 
     Attributes:
         topic: Its full name.
-        new: Messages since it was last shown.
+        new: Messages since the last output.
     """
 
     def __init__(self, topic: str) -> None:
@@ -72,11 +72,11 @@ def measure(
         options: `once` and `timeout`, `json`, and where the broker is.
         topics: As the command line names them.
         meter_of: Makes the meter of a topic.
-        show: Prints what the meters have, and returns whether there was anything.
-        announce_from: How many topics there must be for a line about each; none with `--json`.
+        show: Prints the meters, and returns whether there was anything to print.
+        announce_from: The number of topics from which each is announced; never with `--json`.
 
     Raises:
-        CommandError: No message for as long as `--timeout` says.
+        CommandError: No message arrived within `--timeout`.
     """
 
     async def receive() -> None:
@@ -105,12 +105,12 @@ def measure(
 
 
 class RateMeter(Meter):
-    """How often messages come.
+    """The rate of messages.
 
     Args:
         topic: Its full name.
-        window: The messages to look back on; None for ROS 2's number, and a second at least.
-        counts: Tells which of its messages count.
+        window: Messages in the window; None for ROS 2's number, and a second at least.
+        counts: Returns whether a message counts.
     """
 
     def __init__(self, topic: str, window: int | None, counts: Callable[[bytes], bool]) -> None:
@@ -122,8 +122,8 @@ class RateMeter(Meter):
         """Count a message.
 
         Raises:
-            InvalidFilterError: The filter does not fit it, and has fitted none before.
-            InvalidMessageError: It is no message, or the filter does not fit it alone.
+            InvalidFilterError: The filter failed for it, and for all messages before.
+            InvalidMessageError: It is no message, or the filter failed for it alone.
         """
         if self._counts(data):
             self.rate.add(info.received_timestamp / 1e9)
@@ -131,27 +131,27 @@ class RateMeter(Meter):
 
 
 def filtered(chosen: MessageFilter | None, topic: str, snapshot: GraphSnapshot) -> Callable[[bytes], bool]:
-    """Return what tells which messages of a topic count."""
+    """Return a function that returns whether a message of a topic counts."""
     if chosen is None:
         return lambda _: True
-    decode, fitted = decoder_of(snapshot, topic), False
+    decode, matched = decoder_of(snapshot, topic), False
 
     def counts(data: bytes) -> bool:
-        nonlocal fitted
+        nonlocal matched
         try:
             passes = chosen.passes(decode(data))
         except InvalidFilterError as error:
-            if fitted:  # it is this message's fault, and not the filter's
+            if matched:  # the message is wrong, not the filter
                 raise InvalidMessageError(str(error)) from None
             raise
-        fitted = True
+        matched = True
         return passes
 
     return counts
 
 
 class BandwidthMeter(Meter):
-    """How many bytes come."""
+    """The bandwidth of messages."""
 
     def __init__(self, topic: str, window: int | None) -> None:
         super().__init__(topic)
@@ -162,12 +162,12 @@ class BandwidthMeter(Meter):
         self._bandwidth.add(info.received_timestamp / 1e9, len(data))
 
     def summary(self) -> BandwidthSummary | None:
-        """Return what came until now; None if there was nothing."""
+        """Return the bandwidth until now; None before the first message."""
         return self._bandwidth.summary(time.time_ns() / 1e9)
 
 
 class DelayMeter(Meter):
-    """How old messages are when they come, by the stamp in their header."""
+    """The age of messages on arrival, by the stamp in their header."""
 
     def __init__(self, topic: str, window: int | None, snapshot: GraphSnapshot) -> None:
         super().__init__(topic)
@@ -178,7 +178,7 @@ class DelayMeter(Meter):
         """Count a message.
 
         Raises:
-            CommandError: It has no header, and none before had.
+            CommandError: It has no header, like all messages before.
             InvalidMessageError: It is no message, or it alone has no header.
         """
         sent_ns = _stamp_ns(self._decode(data))

@@ -1,4 +1,4 @@
-"""Printing messages one after the other as a command's options want them."""
+"""Print messages in the format that a command's options choose."""
 
 from __future__ import annotations
 
@@ -26,12 +26,11 @@ class MessagePrinter:
     """Prints messages.
 
     Args:
-        options: With what `parsing.add_print_options` has added, and `field`, `filter`, `raw` and
-            `include_message_info`.
+        options: Those of `add_print_options`, and `field`, `filter`, `raw` and `include_message_info`.
 
     Raises:
-        CommandError: `--field` is no path of fields, or options exclude each other.
-        InvalidFilterError: `--filter` is no expression.
+        CommandError: `--field` is not a path of fields, or options exclude each other.
+        InvalidFilterError: `--filter` is not a Python expression.
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
@@ -41,7 +40,7 @@ class MessagePrinter:
             raise CommandError(f"Give --csv or {'--json' if options.json else '--raw'}, not both", USAGE)
         self._options = options
         self._chosen = None if options.filter is None else MessageFilter(options.filter)
-        self._fitted = False
+        self._matched = False
         self._shortened: dict[str, Any] = {
             "truncate_length": None if options.full_length else options.truncate_length,
             "no_arr": options.no_arr,
@@ -49,15 +48,15 @@ class MessagePrinter:
         }
 
     def show(self, message: Any, info: MessageInfo, decode: Callable[[bytes], Any]) -> bool:
-        """Print a message, or pass it over; return whether it was printed.
+        """Print a message, or skip it; return whether it was printed.
 
-        Bytes that are no message are reported on stderr and passed over. So is a message that does not fit
-        the field or the filter, once another one has: it is the message's fault then, not the option's.
+        Invalid bytes are reported on stderr and skipped. So is a message for which the field or the filter
+        fails, if these have worked for an earlier one: the message is wrong then, not the option.
 
         Args:
             message: An instance of its class, a dict of its fields, or its bytes.
-            info: What came with it.
-            decode: Reads bytes.
+            info: Its metadata.
+            decode: Decodes bytes.
 
         Raises:
             CommandError: There is no such field.
@@ -69,11 +68,11 @@ class MessagePrinter:
             print_err(str(error))
             return False
         except (CommandError, InvalidFilterError) as error:
-            if not self._fitted:
+            if not self._matched:
                 raise
             print_err(str(error))
             return False
-        self._fitted = True
+        self._matched = True
         return printed
 
     def _print(self, message: Any, info: MessageInfo, decode: Callable[[bytes], Any]) -> bool:

@@ -21,7 +21,13 @@ if TYPE_CHECKING:
 
 
 class Side(NamedTuple):
-    """The endpoints at one end of a topic or service: their kind, name, and the heading of their number."""
+    """The endpoints on one side of a topic or service.
+
+    Attributes:
+        kind: Their kind.
+        noun: Their name.
+        heading: The heading of their number.
+    """
 
     kind: EntryKind
     noun: str
@@ -35,9 +41,9 @@ class Named(NamedTuple):
         noun: "topic" or "service", which is also the name of the argument.
         example: A name.
         example_type: A type.
-        kinds: The endpoints that make one exist.
+        kinds: The kinds of endpoints with which a name exists.
         sides: Its endpoints, in the order in which `info` prints them.
-        validate: Raises if no topic or service can have this full name.
+        validate: Raises if a full name is invalid.
     """
 
     noun: str
@@ -51,7 +57,7 @@ class Named(NamedTuple):
         """Return the full name; the first slash may be left out.
 
         Raises:
-            InvalidNameError: No topic or service can have this name.
+            InvalidNameError: The name is invalid.
         """
         full = absolute(text)
         self.validate(full)
@@ -92,12 +98,12 @@ def absolute(text: str) -> str:
 
 
 def unknown(text: str, name: str, known: Iterable[str]) -> CommandError:
-    """Return the error for a name that is not in the graph, with what may have been meant.
+    """Return the error for a name that is not in the graph, with a suggestion.
 
     Args:
         text: ROS 2's text.
         name: The name.
-        known: The names that there are.
+        known: The names in the graph.
     """
     from actors.cli.errors import CommandError
     from actors.tools.suggestions import did_you_mean
@@ -106,7 +112,7 @@ def unknown(text: str, name: str, known: Iterable[str]) -> CommandError:
 
 
 def print_unpublished(topic: str, known: Iterable[str]) -> None:
-    """Say on stderr that nobody publishes a topic yet, and which of the known ones may be meant."""
+    """Warn on stderr that a topic has no publisher yet, with a suggestion."""
     from actors.cli.output import print_err
     from actors.tools.suggestions import did_you_mean
 
@@ -120,7 +126,7 @@ def add_hidden_option(named: Named, parser: Parser) -> None:
 
 
 def add_list_options(named: Named, parser: Parser) -> None:
-    """Describe the options of `list`, but for those behind ROS 2's."""
+    """Add ROS 2's options of `list`."""
     parser.add_flag("-t", "--show-types", help="with their types")
     parser.add_flag("-c", f"--count-{named.noun}s", help="only how many there are")
 
@@ -130,7 +136,7 @@ def list_names(named: Named, options: Options) -> int:
     from actors.cli.output import print_json
     from actors.cli.tables import Styled, print_styled
 
-    found = _look(named, options, hidden=named.option(options, "include_hidden"))
+    found = _names_and_types(named, options, hidden=named.option(options, "include_hidden"))
     if named.option(options, "count"):
         print_json(len(found))
     elif options.json:
@@ -149,7 +155,7 @@ def types_shown(types: list[str]) -> tuple[str | Styled, ...]:
 
 
 def add_find_arguments(named: Named, parser: Parser) -> None:
-    """Describe the arguments of `find`."""
+    """Add the arguments of `find`."""
     parser.add_argument("type", metavar="TYPE", help=f"such as {named.example_type}")
     parser.add_flag("-c", f"--count-{named.noun}s", help="only how many there are")
     add_hidden_option(named, parser)
@@ -162,7 +168,7 @@ def find_names(named: Named, options: Options) -> int:
     from actors.cli.output import print_err, print_json, print_names
     from actors.tools.suggestions import did_you_mean
 
-    every = _look(named, options, hidden=named.option(options, "include_hidden"))
+    every = _names_and_types(named, options, hidden=named.option(options, "include_hidden"))
     found = [name for name, types in every if any(_same_type(options.type, each) for each in types)]
     if named.option(options, "count"):
         print_json(len(found))
@@ -174,7 +180,7 @@ def find_names(named: Named, options: Options) -> int:
 
 
 def add_type_arguments(named: Named, parser: Parser) -> None:
-    """Describe the arguments of `type`."""
+    """Add the arguments of `type`."""
     parser.add_argument(named.noun, metavar=named.noun.upper(), help=f"such as {named.example}")
     add_hidden_option(named, parser)
     add_json_option(parser, "one array of types")
@@ -190,7 +196,7 @@ def print_types(named: Named, options: Options) -> int:
     from actors.cli.output import print_names
 
     noun, name = named.noun, named.full_name(getattr(options, named.noun))
-    every = dict(_look(named, options, hidden=True))
+    every = dict(_names_and_types(named, options, hidden=True))
     if name not in every:
         raise unknown(f"Unknown {noun} '{name}'", name, every)
     if is_hidden(name) and not named.option(options, "include_hidden"):
@@ -200,7 +206,7 @@ def print_types(named: Named, options: Options) -> int:
 
 
 def add_info_arguments(named: Named, parser: Parser) -> None:
-    """Describe the arguments of `info`."""
+    """Add the arguments of `info`."""
     nouns = [side.noun for side in named.sides]
     parser.add_argument(named.noun, metavar=named.noun.upper(), help=f"such as {named.example}")
     parser.add_flag("-v", "--verbose", help=f"also each {' and '.join(nouns)}: node, type hash, QoS")
@@ -282,7 +288,7 @@ def _nanoseconds(limit: Duration) -> int | None:
     return None if limit == UNLIMITED else limit.nanoseconds
 
 
-def _look(named: Named, options: Options, *, hidden: bool) -> NamesAndTypes:
+def _names_and_types(named: Named, options: Options, *, hidden: bool) -> NamesAndTypes:
     from actors.cli.broker_target import open_inspector
 
     with open_inspector(options) as inspector:
@@ -291,6 +297,6 @@ def _look(named: Named, options: Options, *, hidden: bool) -> NamesAndTypes:
 
 
 def _same_type(wanted: str, found: str) -> bool:
-    """Whether a type is meant; its kind may be left out, as in std_msgs/String."""
+    """Return whether two type names are the same; the wanted one may omit its kind, as in std_msgs/String."""
     package, _, name = found.split("/") if found.count("/") == 2 else ("", "", found)
     return wanted in {found, f"{package}/{name}"}

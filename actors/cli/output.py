@@ -1,4 +1,4 @@
-"""What goes to stdout: lines without terminal escapes, and JSON."""
+"""Output of commands: lines without terminal escapes, and JSON."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 QUOTED_CHARS: Final = 500
-"""What an error quotes of its input, at most."""
+"""The characters that an error quotes of its input at most."""
 
 
 def sanitize(text: str) -> str:
-    """Escape what is not printable but for line ends and tabs: a message may come from a stranger."""
+    """Escape unprintable characters except newlines and tabs: messages are untrusted."""
     if text.replace("\n", "").replace("\t", "").isprintable():
         return text
     return "".join(
@@ -25,7 +25,7 @@ def sanitize(text: str) -> str:
 
 
 def shortened(text: str) -> str:
-    """Return foreign text for an error in one line: of a long one the beginning, and how long it is."""
+    """Return untrusted text in one line for an error; a long one is cut, and its length added."""
     line = " ".join(text[: 2 * QUOTED_CHARS].split())
     if len(text) <= QUOTED_CHARS:
         return line
@@ -33,12 +33,12 @@ def shortened(text: str) -> str:
 
 
 def print_out(text: str) -> None:
-    """Print a line, or several."""
+    """Print one or more lines."""
     print(sanitize(text))
 
 
 def print_err(text: str) -> None:
-    """Print a line to stderr, for people."""
+    """Print a line to stderr."""
     print(sanitize(text), file=sys.stderr, flush=True)
 
 

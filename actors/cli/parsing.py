@@ -1,4 +1,4 @@
-"""Arguments: one-line errors with a remedy, and the options that many verbs share."""
+"""Argument parsing: one-line errors with a remedy, and the options that verbs share."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ if TYPE_CHECKING:
     from actors.cli.table import Verb
 
 SHOWN_LENGTH: Final = 128
-"""What is shown of a string or sequence, as in ROS 2."""
+"""Characters or elements printed of a string or sequence, as in ROS 2."""
 QOS_PRESETS: Final = (
     *("default", "system_default", "sensor_data", "services_default", "parameters", "parameter_events"),
     *("action_status_default", "best_available", "rosout_default"),
 )
-"""Those of actors.qos.profile.QoSPresetProfiles that somebody can ask for."""
+"""The presets of actors.qos.profile.QoSPresetProfiles."""
 _CHOICE: Final = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
 
 
 Options = argparse.Namespace
-"""What a command line says."""
+"""A parsed command line."""
 
 
 class Parser(argparse.ArgumentParser):
-    """An argparse parser that says what is wrong in one line. Options are never abbreviated."""
+    """An argparse parser with one-line errors. Options cannot be abbreviated."""
 
     def __init__(self, **options: Any) -> None:
         options.setdefault("allow_abbrev", False)
         super().__init__(**options)
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """Read a command line; options may stand between arguments."""
+        """Parse a command line; options may be between arguments."""
         if any(action.nargs in {argparse.REMAINDER, argparse.PARSER} for action in self._actions):
             return super().parse_args(args, namespace)
         found, rest = self.parse_known_intermixed_args(args, namespace)
         if rest:
-            # Behind an option that it does not know argparse takes the rest for unknown, too.
+            # argparse reports everything after an unknown option as unknown, too.
             unknown = [each for each in rest if each.startswith("-")] or rest
             self.error(f"unrecognized arguments: {' '.join(unknown)}")
         return found
@@ -54,7 +54,7 @@ class Parser(argparse.ArgumentParser):
         self.add_argument(*names, action="store_true", help=help)
 
     def error(self, message: str) -> NoReturn:
-        """Print the text and what helps, and exit with 2."""
+        """Print the text with a remedy, and exit with 2."""
         wrong = _CHOICE.fullmatch(message)
         if wrong is not None:
             where, word, listed = wrong.groups()
@@ -72,7 +72,7 @@ class Parser(argparse.ArgumentParser):
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
-    """As wide as the terminal. Python's own imports shutil to know that, also where nobody asks for help."""
+    """A formatter as wide as the terminal. argparse's own imports shutil, even without --help."""
 
     def __init__(self, prog: str, **options: Any) -> None:
         options.setdefault("width", columns() - 2)
@@ -105,12 +105,12 @@ def add_broker_options(parser: Parser) -> None:
         "--domain",
         type=domain,
         metavar="N",
-        help=f"the graph, 0 to {MAX_DOMAIN}; default: CALLBOARD_DOMAIN, then the context's, then 0",
+        help=f"the domain id, 0 to {MAX_DOMAIN}; default: CALLBOARD_DOMAIN, then the context's, then 0",
     )
     parser.add_argument(
         "--context",
         metavar="CONTEXT",
-        help="a broker named with `callboard context add`; default: CALLBOARD_CONTEXT, then the one in use",
+        help="a broker named with `callboard context add`; default: CALLBOARD_CONTEXT, then the current one",
     )
 
 
@@ -127,7 +127,7 @@ def add_kind_options(parser: Parser) -> None:
 
 
 def chosen_kinds(options: Options) -> list[str]:
-    """Return the kinds of interfaces asked for: all if none is."""
+    """Return the requested kinds of interfaces: all if none is."""
     wanted = {"msg": options.only_msgs, "srv": options.only_srvs, "action": options.only_actions}
     return [kind for kind in wanted if wanted[kind]] or list(wanted)
 
@@ -138,7 +138,7 @@ def add_qos_options(parser: Parser) -> None:
         "--qos-profile", choices=QOS_PRESETS, metavar="NAME", help=f"a preset: {', '.join(QOS_PRESETS)}"
     )
     parser.add_argument("--qos-depth", type=count, metavar="N", help="messages to keep")
-    parser.add_argument("--qos-history", choices=("keep_last", "keep_all"), help="what to keep")
+    parser.add_argument("--qos-history", choices=("keep_last", "keep_all"), help="which messages to keep")
     parser.add_argument(
         "--qos-reliability", choices=("reliable", "best_effort"), help="whether to keep count"
     )
@@ -148,54 +148,56 @@ def add_qos_options(parser: Parser) -> None:
         help="transient_local: for late joiners, too",
     )
     parser.add_argument(
-        "--qos-liveliness", choices=("automatic", "manual_by_topic"), help="what shows that a publisher lives"
+        "--qos-liveliness",
+        choices=("automatic", "manual_by_topic"),
+        help="how a publisher shows that it is alive",
     )
     parser.add_argument(
         "--qos-liveliness-lease-duration-seconds", type=positive, metavar="SEC",
-        help="a publisher shows itself at least this often",
+        help="a publisher shows that it is alive at least this often",
     )  # fmt: skip
 
 
 def add_watch_options(parser: Parser, *, window: str, subscribe: bool = True) -> None:
-    """Add what `topic hz`, `bw` and `delay` have in common.
+    """Add the options that `topic hz`, `bw` and `delay` share.
 
     Args:
         parser: The verb's.
-        window: The messages to look back on if --window says nothing.
-        subscribe: The verb can count by the broker, too; then a window is about right, and a second at least.
+        window: The default of --window.
+        subscribe: The verb can use the broker's counters, too, whose windows are approximate.
     """
     about = (
-        " (about so many without --subscribe: a look at the counters may find several)" if subscribe else ""
+        " (approximate without --subscribe: a reading of the counters may find several)" if subscribe else ""
     )
     least = ", and the last second at least" if subscribe else ""
     parser.add_argument(
         "-w", "--window", type=count, metavar="N",
-        help=f"messages to look back on{about}; default: {window}{least}",
+        help=f"messages in the window{about}; default: {window}{least}",
     )  # fmt: skip
     if subscribe:
-        parser.add_flag("--subscribe", help="measure what comes here, not what the broker counts")
+        parser.add_flag("--subscribe", help="measure received messages instead of the broker's counters")
     parser.add_flag("--once", help="print the first result and end")
     parser.add_argument(
-        "--timeout", type=positive, metavar="SEC", help="end with 124 when no message comes for this long"
+        "--timeout", type=positive, metavar="SEC", help="exit with 124 if no message arrives for this long"
     )
 
 
 def add_print_options(parser: Parser) -> None:
-    """Add how messages are printed, and how many."""
+    """Add the options for printing messages."""
     parser.add_flag("--once", help="print one message and end")
     parser.add_argument(
-        "--timeout", type=positive, metavar="SEC", help="end with 124 when no message comes for this long"
+        "--timeout", type=positive, metavar="SEC", help="exit with 124 if no message arrives for this long"
     )
-    parser.add_flag("--csv", help="the values, separated by commas")
-    parser.add_flag("--flow-style", help="each message in one line")
+    parser.add_flag("--csv", help="print the values, separated by commas")
+    parser.add_flag("--flow-style", help="print each message in one line")
     parser.add_flag("--no-arr", help="describe arrays rather than print them")
     parser.add_flag("--no-str", help="describe strings rather than print them")
-    parser.add_flag("-f", "--full-length", help="cut nothing short")
+    parser.add_flag("-f", "--full-length", help="do not truncate anything")
     parser.add_argument(
         "-l", "--truncate-length", type=count_or_zero, metavar="N", default=SHOWN_LENGTH,
-        help=f"cut strings and arrays to this length; default: {SHOWN_LENGTH}",
+        help=f"truncate strings and arrays to this length; default: {SHOWN_LENGTH}",
     )  # fmt: skip
-    add_json_option(parser, "one document a line, never cut short")
+    add_json_option(parser, "one document per line, never truncated")
 
 
 def domain(text: str) -> int:
@@ -231,7 +233,7 @@ def positive(text: str) -> float:
 
 
 def import_from_working_directory() -> None:
-    """Let packages in the current directory be imported, as for a script there."""
+    """Make packages in the current directory importable, as for a script there."""
     from pathlib import Path  # noqa: PLC0415 - most commands do without
 
     here = str(Path.cwd())

@@ -10,13 +10,13 @@ if TYPE_CHECKING:
 
 
 class RateLimit:
-    """Waits between steps so that they come at a rate, without drift.
+    """Waits between steps to keep a rate, without drift.
 
-    What a slow step has lost is not made up for by a burst: one step at most follows at once.
+    A slow step is not followed by a burst: at most one step follows at once.
 
     Args:
-        per_sec: Steps a second, above zero; None for no limit.
-        clock: Returns the time in seconds; None takes the running loop's.
+        per_sec: Steps per second, above zero; None for no limit.
+        clock: Returns the time in seconds; None for the running loop's.
     """
 
     def __init__(self, per_sec: float | None, clock: Callable[[], float] | None = None) -> None:
@@ -25,12 +25,12 @@ class RateLimit:
         self._due = self._clock()
 
     def wait_sec(self) -> float:
-        """Return the seconds until the next step; one has just been made."""
+        """Return the seconds until the next step; call it after a step."""
         now = self._clock()
         self._due = max(self._due, now - self._period_sec) + self._period_sec
         return max(0.0, self._due - now)
 
     async def wait(self) -> None:
-        """Wait until the next step is due; one has just been made."""
+        """Wait until the next step is due; call it after a step."""
         if self._period_sec:
             await asyncio.sleep(self.wait_sec())

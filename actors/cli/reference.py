@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
 _SHARED: Final = {"url", "domain", "context"}
-"""What `add_broker_options` adds."""
+"""The options of `add_broker_options`."""
 
 _HEAD: Final = """\
 # The command line
 
-Made from the parsers, so that it says what they do; `callboard VERB --help` says the same.
+Generated from the parsers; `callboard VERB --help` prints the same.
 
-- Data goes to stdout, everything else to stderr. `--json` prints one document, or one a line where there is
+- Data goes to stdout, everything else to stderr. `--json` prints one document, or one per line where there is
   no end ([the shapes](json.md)).
-- Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no broker, 124 too late, 130 and 143 stopped by SIGINT and
+- Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no broker, 124 timeout, 130 and 143 stopped by SIGINT and
   SIGTERM (0 for `broker`, `run`, `launch` and `demo`, which run until they are stopped; in the live `top`
   Ctrl-C is a key like `q`, and ends with 0).
 - Colours appear on a terminal only; `NO_COLOR` and `FORCE_COLOR` decide otherwise.
@@ -32,7 +32,7 @@ Made from the parsers, so that it says what they do; `callboard VERB --help` say
 
 
 def reference() -> str:
-    """Return the whole text."""
+    """Return the reference as Markdown."""
     parts = [_HEAD, _contents(), _broker_options()]
     for name, entry in VERBS.items():
         if isinstance(entry, Verb):

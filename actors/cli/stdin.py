@@ -1,4 +1,4 @@
-"""What comes on stdin, as it comes, without holding up the loop."""
+"""Read documents from stdin as they arrive, without blocking the event loop."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ READ_BYTES: Final = 64 * 1024
 
 
 async def documents(read: Callable[[str], T]) -> AsyncGenerator[T]:
-    """Yield what `read` makes of each document on stdin, as soon as it is whole; see `cli.documents`.
+    """Yield the result of `read` for each document on stdin, as soon as it is complete; see `documents.py`.
 
     Raises:
-        CommandError: stdin is no text, or `read` raises it; the text then has the document's number.
+        CommandError: stdin is not text, or `read` raised it; the text then has the document's number.
     """
     if sys.stdin is not None and sys.stdin.isatty():
         print_err("Write YAML, and --- in a line of its own after each message; Ctrl-D ends")
@@ -37,12 +37,12 @@ async def documents(read: Callable[[str], T]) -> AsyncGenerator[T]:
                 raise CommandError(str(error)) from None
             for text in texts:
                 number += 1
-                yield _made(read, text, number)
+                yield _read_document(read, text, number)
     for text in found.end():
-        yield _made(read, text, number + 1)
+        yield _read_document(read, text, number + 1)
 
 
-def _made(read: Callable[[str], T], text: str, number: int) -> T:
+def _read_document(read: Callable[[str], T], text: str, number: int) -> T:
     try:
         return read(text)
     except CommandError as error:
@@ -71,13 +71,13 @@ async def pieces() -> AsyncGenerator[str]:
 
 
 async def _readable(number: int) -> None:
-    """Wait until reading does not block; of a file, or where the loop cannot tell, it just reads."""
+    """Wait until reading does not block; return at once for files, which the loop cannot watch."""
     loop = asyncio.get_running_loop()
     ready = asyncio.Event()
     try:
         loop.add_reader(number, ready.set)
     except (PermissionError, NotImplementedError):
-        await asyncio.sleep(0)  # for what else is to be done
+        await asyncio.sleep(0)  # lets other tasks run
         return
     try:
         await ready.wait()

@@ -1,4 +1,4 @@
-"""Subscriptions of a command, until it has heard enough, something fails, or nothing comes for too long."""
+"""The subscriptions of a command, with a time limit and reports of lost messages."""
 
 from __future__ import annotations
 
@@ -25,16 +25,15 @@ if TYPE_CHECKING:
     from actors.node.node import Node
     from actors.qos.profile import QoSProfile
 
-NOTE_EVERY_SEC: Final = 1.0
-"""Losses are told at most this often: whoever is too slow for the messages is too slow for more lines."""
+REPORT_EVERY_SEC: Final = 1.0
+"""The shortest time between reports: a terminal that is too slow for the messages must not get more lines."""
 
-
-TURN_SEC: Final = 0.02
-"""Whatever takes longer with a message lets the loop turn before the next one: the link is to stay alive."""
+SLOW_SEC: Final = 0.02
+"""After a message that takes longer, other tasks run, so that the link stays alive."""
 
 
 class _Losses:
-    """What a subscription has missed, and how much of that has been reported."""
+    """The losses of a subscription, and those reported so far."""
 
     def __init__(self, subscription: Subscription[Any], clock: Callable[[], float]) -> None:
         self.subscription = subscription
@@ -43,7 +42,7 @@ class _Losses:
         self._reported_at = -math.inf
 
     def report(self, rest_sec: float) -> None:
-        """Print what was missed since the last report, unless that was less than `rest_sec` ago."""
+        """Print the losses since the last report, unless that was less than `rest_sec` ago."""
         missed = self.subscription
         total = missed.dropped + missed.lost + missed.lost_on_break
         if total == self._reported or self._clock() - self._reported_at < rest_sec:
@@ -56,7 +55,7 @@ class _Losses:
 
 
 class Listener:
-    """The subscriptions of a command. On exit it reports on stderr what was lost and what was left out.
+    """The subscriptions of a command. On exit it reports losses and skipped messages on stderr.
 
     Args:
         node: The command's node.
@@ -73,7 +72,7 @@ class Listener:
         self._received_at = self._loop.time()
         self._subscriptions: list[_Losses] = []
         self._rejected: Counter[str] = Counter()
-        """Messages of each topic that could not be read."""
+        """Invalid messages of each topic."""
 
     def __enter__(self) -> Self:
         return self
@@ -94,10 +93,15 @@ class Listener:
         msg_type: type[Message] | None = None,
         raw: bool = False,
     ) -> None:
-        """Give `take` each message of a topic: as bytes without a type, or with `raw`.
+        """Subscribe to a topic.
 
-        InvalidMessageError from it leaves the message out, which stderr says once; what else it raises ends
-        the waiting.
+        Args:
+            topic: Its full name.
+            take: Called with each message. If it raises InvalidMessageError, the message is skipped; any
+                other exception ends the wait.
+            qos: The profile.
+            msg_type: The class to decode into; None for bytes.
+            raw: Receive bytes although there is a type.
         """
 
         def receive(message: Any, info: MessageInfo) -> Coroutine[Any, Any, None] | None:
@@ -112,10 +116,10 @@ class Listener:
                 self._rejected[topic] += 1
             except Exception as error:  # noqa: BLE001 - raised again where the command waits
                 self._done.set_exception(error)
-            slow = self._loop.time() - self._received_at > TURN_SEC
+            slow = self._loop.time() - self._received_at > SLOW_SEC
             return asyncio.sleep(0) if slow else None
 
-        events = SubscriptionEventCallbacks(message_lost=lambda _: self._report(NOTE_EVERY_SEC))
+        events = SubscriptionEventCallbacks(message_lost=lambda _: self._report(REPORT_EVERY_SEC))
         subscription = self._node.create_subscription(
             msg_type, topic, receive, qos, raw=raw or msg_type is None, event_callbacks=events
         )
@@ -126,24 +130,24 @@ class Listener:
             losses.report(rest_sec)
 
     def enough(self) -> None:
-        """Stop waiting, and take no more messages."""
+        """End the wait, and take no more messages."""
         if not self._done.done():
             self._done.set_result(None)
 
     async def wait(self) -> None:
-        """Wait until it is enough.
+        """Wait for `enough`.
 
         Raises:
-            CommandError: Nothing has come for too long.
+            CommandError: No message arrived within the limit.
         """
         async for _ in self.ticks(math.inf):
             pass
 
     async def ticks(self, period_sec: float) -> AsyncIterator[None]:
-        """Yield once in a period, without drift, until it is enough.
+        """Yield once in a period, without drift, until `enough`.
 
         Raises:
-            CommandError: Nothing has come for too long.
+            CommandError: No message arrived within the limit.
         """
         due = self._loop.time() + period_sec
         while True:
@@ -164,7 +168,7 @@ class Listener:
 
 
 def warn_unpublished(snapshot: GraphSnapshot, topic: str) -> None:
-    """Say on stderr that nobody publishes a topic yet, and what else may be meant."""
+    """Warn on stderr if a topic has no publisher, with a suggestion."""
     if not snapshot.count(EntryKind.PUBLISHER, topic):
         known = dict(snapshot.names_and_types(EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION))
         print_unpublished(topic, known)

@@ -1,4 +1,4 @@
-"""What `callboard` can do: each verb's name and what it does, without importing any of them."""
+"""The verbs of `callboard` with their summaries; no verb is imported."""
 
 from __future__ import annotations
 
@@ -7,55 +7,59 @@ from typing import Any, Final, NamedTuple
 
 
 class Verb(NamedTuple):
-    """What a verb does."""
+    """A verb.
+
+    Attributes:
+        summary: What it does.
+        stays: It runs until it is stopped, so that SIGINT and SIGTERM are no failure.
+    """
 
     summary: str
     stays: bool = False
-    """Runs until it is stopped, so that being stopped is no failure; sets up its own log."""
 
 
 class Group(NamedTuple):
-    """Verbs about one thing, said behind its name: `callboard topic list`."""
+    """Verbs behind a common word: `callboard topic list`."""
 
     summary: str
     verbs: dict[str, Verb]
 
 
 VERBS: Final[dict[str, Verb | Group]] = {
-    "broker": Verb("run the broker that nodes meet at", stays=True),
-    "demo": Verb("see five nodes talk, in this terminal", stays=True),
+    "broker": Verb("run the broker that nodes connect to", stays=True),
+    "demo": Verb("run five example nodes, in this terminal", stays=True),
     "run": Verb("run a script, or an installed program", stays=True),
     "launch": Verb("run the nodes that a launch file describes", stays=True),
     "topic": Group(
-        "look at topics, hear them, publish on them",
+        "list topics, print their messages, publish on them",
         {
             "list": Verb("list topics"),
-            "info": Verb("say who publishes and subscribes to a topic"),
+            "info": Verb("print the publishers and subscriptions of a topic"),
             "type": Verb("print the type of a topic"),
             "find": Verb("list the topics of a type"),
             "echo": Verb("print the messages of a topic"),
             "pub": Verb("publish on a topic"),
-            "hz": Verb("print how often messages come"),
-            "bw": Verb("print how many bytes come"),
-            "delay": Verb("print how old messages are when they come"),
+            "hz": Verb("print the rate of messages"),
+            "bw": Verb("print the bandwidth of messages"),
+            "delay": Verb("print the age of messages on arrival"),
         },
     ),
     "service": Group(
-        "look at services and call them",
+        "list services and call them",
         {
             "list": Verb("list services"),
-            "info": Verb("say who serves and calls a service"),
+            "info": Verb("print the servers and clients of a service"),
             "type": Verb("print the type of a service"),
             "find": Verb("list the services of a type"),
             "call": Verb("call a service"),
-            "echo": Verb("print what becomes of a service's calls"),
+            "echo": Verb("print the requests and responses of a service"),
         },
     ),
     "node": Group(
-        "list nodes, and say what they have",
+        "list nodes and their topics and services",
         {
             "list": Verb("list nodes"),
-            "info": Verb("say what a node publishes, subscribes to, serves and calls"),
+            "info": Verb("print the topics and services of a node"),
         },
     ),
     "interface": Group(
@@ -79,20 +83,20 @@ VERBS: Final[dict[str, Verb | Group]] = {
         },
     ),
     "context": Group(
-        "name brokers, and choose the one to go to",
+        "name brokers, and choose the one to use",
         {
             "list": Verb("list the named brokers"),
-            "show": Verb("say where commands and nodes go, and why"),
-            "use": Verb("go to a broker from now on"),
+            "show": Verb("print the broker that commands and nodes use, and why"),
+            "use": Verb("use a broker from now on"),
             "add": Verb("give a broker a name"),
             "remove": Verb("forget a named broker"),
         },
     ),
-    "graph": Verb("draw who talks to whom"),
-    "doctor": Verb("look whether everything is in order here and at the broker"),
-    "top": Verb("see topics, nodes and services at work, live"),
-    "completion": Verb("let a shell complete verbs, options and names"),
-    "bench": Verb("measure how fast callboard is on this machine"),
+    "graph": Verb("draw the graph of nodes, topics and services"),
+    "doctor": Verb("check this machine, the broker and the graph"),
+    "top": Verb("show topics, nodes and services, live"),
+    "completion": Verb("print a shell script that completes verbs, options and names"),
+    "bench": Verb("measure the performance of callboard on this machine"),
 }
 
 

@@ -1,4 +1,4 @@
-"""Aligned tables, and colour where it is wanted: a terminal, unless NO_COLOR or FORCE_COLOR say otherwise.
+"""Aligned tables, and colours: on a terminal, unless NO_COLOR or FORCE_COLOR decides otherwise.
 
     print_table([("/chatter", 2), ("/rosout", 10)], header=("TOPIC", "PUBLISHERS"), style=("name", "count"))
 
@@ -6,9 +6,8 @@
     /chatter           2
     /rosout           10
 
-On a terminal that is too narrow the widest texts are cut short, with an ellipsis at the end; a pipe and
-a file get all of them. Cells are separated by two spaces, so `awk` and `cut` can take a piped table apart;
-nothing in a cell can steer the terminal or break a line.
+On a terminal that is too narrow the widest texts are cut and end with an ellipsis; pipes and files get the
+full texts. Cells are separated by two spaces, for `awk`; control characters in cells are escaped.
 """
 
 from __future__ import annotations
@@ -26,12 +25,12 @@ if TYPE_CHECKING:
     from typing import TextIO
 
 Style = Literal["", "heading", "name", "type", "count", "dim", "good", "warn", "bad"]
-"""What a text is, which says how it looks. A column of "count" is aligned to the right."""
+"""The role of a text, which selects its colour. A column of "count" is aligned to the right."""
 
 GAP: Final = "  "
 ELLIPSIS: Final = "…"
 NARROWEST: Final = 8
-"""Columns that a text keeps, however narrow the terminal is."""
+"""The columns to which a text is cut at most."""
 _CODES: Final[dict[Style, str]] = {
     "heading": "1",
     "name": "36",
@@ -44,7 +43,7 @@ _CODES: Final[dict[Style, str]] = {
 
 
 class Styled(NamedTuple):
-    """A cell that looks different from its column."""
+    """A text with a style, which may differ from its column's."""
 
     text: str
     style: Style
@@ -54,27 +53,27 @@ Cell = str | int | float | Styled
 
 
 def print_styled(*parts: str | Styled) -> None:
-    """Print one line put together of texts, coloured where that is wanted."""
+    """Print one line of several parts."""
     color = colored(sys.stdout)
     shown = [Styled(part, "") if isinstance(part, str) else part for part in parts]
     print("".join(painted(part.text, part.style, color=color) for part in shown))
 
 
 def colored(stream: TextIO) -> bool:
-    """Tell whether what goes to a stream is to have colours."""
+    """Return whether output to a stream has colours."""
     wish = color_wish()
     return stream.isatty() if wish is None else wish
 
 
 def painted(text: str, style: Style, *, color: bool) -> str:
-    """Return a text as one harmless line, in the colour of its style if `color`. It goes to `print`."""
+    """Return a text in one line without control characters, in the colour of its style if `color`."""
     plain = _one_line(text)
     code = _CODES.get(style)
     return f"\x1b[{code}m{plain}\x1b[0m" if color and code and plain else plain
 
 
 def width(text: str) -> int:
-    """Return how many columns of a terminal a text without control characters takes."""
+    """Return the terminal columns of a text without control characters."""
     if text.isascii():
         return len(text)
     return sum(map(_columns, text))
@@ -88,15 +87,15 @@ def table_lines(
     color: bool = False,
     room: int | None = None,
 ) -> list[str]:
-    """Return the lines of a table; they go to `print`.
+    """Return the lines of a table.
 
     Args:
-        rows: Of any length each. A float is shown as `str` does it: round it first.
-        header: Titles of the columns, in bold.
-        style: Of each column; further ones are plain.
+        rows: Rows, of any length each. Round floats first.
+        header: The titles of the columns.
+        style: The styles of the columns; further columns are plain.
         color: Whether to use colours.
-        room: Columns of the terminal; None: as many as it takes. The widest columns that are not counts are
-            cut short to fit, each to 8 at least.
+        room: The columns of the terminal; None for no limit. The widest columns that are not counts are cut
+            to fit, each to 8 at least.
     """
     body = [[_styled(cell, _at(style, at)) for at, cell in enumerate(row)] for row in rows]
     if header is not None:
@@ -123,7 +122,7 @@ def print_table(
 
 
 def _squeezed(widths: list[int], fixed: list[bool], room: int) -> list[int]:
-    """Return widths that fit into a room, if that can be: the widest ones give way first."""
+    """Return widths that fit, if possible: the widest ones are reduced first."""
     squeezed = list(widths)
     excess = sum(widths) + len(GAP) * (len(widths) - 1) - room
     while excess > 0:
@@ -140,7 +139,7 @@ def _squeezed(widths: list[int], fixed: list[bool], room: int) -> list[int]:
 
 
 def _cut(cell: Styled, most: int) -> Styled:
-    """Return a cell of at most so many columns."""
+    """Return a cell, cut to at most so many columns."""
     if width(cell.text) <= most:
         return cell
     kept, taken = "", 0

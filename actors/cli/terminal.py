@@ -1,4 +1,4 @@
-"""How wide the terminal is, without importing shutil: every command asks, and most have milliseconds only."""
+"""The width of the terminal, without importing shutil, which would slow every command down."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import sys
 from typing import Final
 
 USUAL_COLUMNS: Final = 80
-"""Where nobody says how many there are."""
+"""The width if it is unknown."""
 
 
 def columns() -> int:
-    """Return what COLUMNS says, or the terminal at stdout, or else 80."""
-    said = os.environ.get("COLUMNS", "")
-    if said.isdecimal() and int(said) > 0:
-        return int(said)
+    """Return COLUMNS, the width of the terminal at stdout, or 80."""
+    variable = os.environ.get("COLUMNS", "")
+    if variable.isdecimal() and int(variable) > 0:
+        return int(variable)
     try:
         return os.get_terminal_size(sys.stdout.fileno()).columns or USUAL_COLUMNS
     except (AttributeError, OSError, ValueError):
@@ -22,5 +22,5 @@ def columns() -> int:
 
 
 def terminal_width() -> int | None:
-    """Return how many columns the terminal has; None if stdout is none: a file is as wide as it must be."""
+    """Return the columns of the terminal; None if stdout is no terminal, and has no limit."""
     return columns() if sys.stdout.isatty() else None

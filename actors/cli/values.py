@@ -1,4 +1,4 @@
-"""From what stands on a command line to message classes and messages."""
+"""Message classes, messages and QoS profiles from a command line's arguments."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 M = TypeVar("M", bound=Message)
 _DONE_BY: Final = {EntryKind.PUBLISHER: "published", EntryKind.SERVICE: "served"}
 _MAX_DEPTH: Final = 1000
-"""Levels that values may be nested, to be read at all."""
+"""The deepest nesting of values."""
 
 
 def named_interface(name: str) -> type[Any]:
@@ -64,19 +64,19 @@ def named_service(name: str) -> type[Service]:
 
 
 def message_from_text(msg_type: type[M], text: str) -> M:
-    """Return a message with the values that a YAML map gives; nothing means defaults.
+    """Return a message with the values of a YAML map; an empty text means defaults.
 
     Raises:
-        CommandError: The text is no YAML map, or does not fit the type.
+        CommandError: The text is not a YAML map, or does not fit the type.
     """
     return _filled(msg_type, _fields(text))
 
 
 def stamped_message_from_text(msg_type: type[M], text: str) -> tuple[M, Stamps]:
-    """Return a message as `message_from_text` does, and where `auto` and `now` ask for the time.
+    """Return a message like `message_from_text`, and the places of `auto` and `now` in it.
 
     Raises:
-        CommandError: The text is no YAML map, or does not fit the type.
+        CommandError: The text is not a YAML map, or does not fit the type.
     """
     try:
         values, stamps = Stamps.taken_from(msg_type, _fields(text))
@@ -114,7 +114,7 @@ def _fields(text: str) -> dict[str, Any]:
 
 
 def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:
-    """Return `default`, or the preset that --qos-profile names, with what the other --qos options say."""
+    """Return `default`, or the preset of --qos-profile, changed by the other --qos options."""
     preset = options.qos_profile
     base = default if preset is None else QoSPresetProfiles.get_from_short_key(preset)
     policies = {
@@ -123,21 +123,21 @@ def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:
         "durability": (DurabilityPolicy, options.qos_durability),
         "liveliness": (LivelinessPolicy, options.qos_liveliness),
     }
-    asked: dict[str, Any] = {
+    changes: dict[str, Any] = {
         name: kind.get_from_short_key(key) for name, (kind, key) in policies.items() if key is not None
     }
     if options.qos_depth is not None:
-        asked["depth"] = options.qos_depth
+        changes["depth"] = options.qos_depth
     if options.qos_liveliness_lease_duration_seconds is not None:
-        asked["liveliness_lease_duration"] = options.qos_liveliness_lease_duration_seconds
-    return replace(base, **asked)
+        changes["liveliness_lease_duration"] = options.qos_liveliness_lease_duration_seconds
+    return replace(base, **changes)
 
 
 def require_type(snapshot: GraphSnapshot, kind: EntryKind, name: str, wanted: type[Any]) -> None:
-    """Check that a publisher of a topic, or a server of a service, has a type; or that none is there.
+    """Check that a topic's publishers, or a service's servers, include one of a type; or that there are none.
 
     Raises:
-        CommandError: All of them have other types; the text names these.
+        CommandError: All have other types, which the text names.
     """
     offers = {(entry.type_name, entry.type_hash) for entry in snapshot.of_kind(kind) if entry.name == name}
     if not offers or (type_name(wanted), type_hash(wanted)) in offers:

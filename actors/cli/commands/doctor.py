@@ -1,4 +1,4 @@
-"""`callboard doctor`: what was looked at, how it is, and what to do."""
+"""`callboard doctor`: print checks with their findings and remedies."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.tools.check import Check, Status
 
 EXAMPLES: Final = {
-    "callboard doctor": "look at everything; 0 if nothing is wrong, 1 if something is",
+    "callboard doctor": "all checks; exits with 1 if one fails",
     "callboard doctor --json": "the same for programs",
 }
 _STYLES: Final[dict[Status, Style]] = {"ok": "good", "warn": "warn", "fail": "bad", "skip": "dim"}
@@ -33,7 +33,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Look at everything and print what was found."""
+    """Run all checks and print the results."""
     from actors.tools.health import all_good, examine
 
     raise_at_once()
@@ -66,7 +66,7 @@ def _print(checks: list[Check]) -> None:
 
 
 def _lines(text: str, room: int | None) -> list[str]:
-    """Return a text in lines that fit into a room, if its words do."""
+    """Return a text in lines of a width, if its words fit."""
     if room is None or len(text) <= room:
         return [text]
     return textwrap.wrap(text, room, break_long_words=False, break_on_hyphens=False)

@@ -1,4 +1,4 @@
-"""`callboard graph`: the graph as a picture."""
+"""`callboard graph`: a drawing of the graph."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ _BY_SUFFIX: Final = {
     "": "text",
 }
 EXAMPLES: Final = {
-    "callboard graph": "who talks to whom, as a picture in the terminal",
-    "callboard graph --nodes-only --namespace /robot1": "the nodes of a namespace, and what joins them",
-    "callboard graph --output graph.svg": "a picture for a browser or a document",
+    "callboard graph": "nodes, topics and services, drawn in the terminal",
+    "callboard graph --nodes-only --namespace /robot1": "the nodes of a namespace, and their connections",
+    "callboard graph --output graph.svg": "a drawing for a browser or a document",
     "callboard graph --format mermaid": "a flow chart to paste into Markdown",
 }
 FORMATS: Final = ("text", "svg", "dot", "mermaid", "json")
 _BOXES: Final = "╭─╎▶"
-"""Some characters of each kind that a drawing has."""
+"""A sample of the characters of a drawing."""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -69,7 +69,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Print the picture, or write it into a file."""
+    """Print the drawing, or write it to a file."""
     from actors.cli.broker_target import open_inspector
     from actors.tools.graph_drawing.model import model_of
 
@@ -107,10 +107,10 @@ def _filter(options: Options) -> GraphFilter:
 
 
 def _format(options: Options) -> str:
-    """Return what to write.
+    """Return the output format.
 
     Raises:
-        CommandError: `--json` and `--format` contradict each other, or the file's name says nothing known.
+        CommandError: `--json` and `--format` contradict each other, or the file's suffix is unknown.
     """
     if options.json:
         if options.format not in {None, "json"}:

@@ -1,6 +1,6 @@
-"""`callboard run`: a script, or an installed program, in place of this process.
+"""`callboard run`: replace this process by a script or an installed program.
 
-Signals, output and exit code are the program's own, since it is this process from then on.
+Signals, output and exit code are therefore the program's own.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Become the program. Returns never; raises CommandError if there is no such program."""
+    """Become the program. Never returns; raises CommandError if there is no such program."""
     set_environment(options)
     prefix = _prefix(options.prefix)
     path = Path(options.program)
@@ -99,7 +99,7 @@ def _named_executable(package: str, arguments: list[str]) -> Executable:
 
 
 def _remedy(package: str) -> str:
-    """Say what may have been meant, or what has been forgotten."""
+    """Return a suggestion, or the missing step."""
     from actors.tools.executables import normalized, packages
 
     if Path(f"{package}.py").is_file():

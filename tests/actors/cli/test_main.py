@@ -228,7 +228,9 @@ def test_another_package_called_proto_is_one_clear_text(tmp_path: Path) -> None:
         timeout=50,
     )
     assert ended.returncode == 1
-    assert ended.stderr.startswith(f"callboard: the import name 'proto' is another package's here: {file}\n")
+    assert ended.stderr.startswith(
+        f"callboard: the import name 'proto' belongs to another package here: {file}\n"
+    )
     assert "Traceback" not in ended.stderr
 
 

@@ -20,7 +20,7 @@ async def test_the_loop_turns_between_slow_messages(
     desk: Desk, monkeypatch: pytest.MonkeyPatch, slow: bool
 ) -> None:
     """Whatever takes long with a message lets others have a turn; quick messages go on in a row."""
-    monkeypatch.setattr(subscriber, "TURN_SEC", -1.0 if slow else 1e9)
+    monkeypatch.setattr(subscriber, "SLOW_SEC", -1.0 if slow else 1e9)
     loop, order = asyncio.get_running_loop(), list[str]()
     async with desk.node() as node:
         publisher = node.create_publisher(Int32, "said", 10)

@@ -47,7 +47,7 @@ def sample(
     links: tuple[LinkStats, ...] = (),
     **totals: Any,
 ) -> Sample:
-    """Return a sample at a broker that listens since 100."""
+    """Return a sample of a broker that listens since 100."""
     numbers = {"broker": "b1", "stamp_sec": 100.0 + at, "uptime_sec": at, **totals}
     report = BrokerReport(
         totals=BrokerStats(**numbers),

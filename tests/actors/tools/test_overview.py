@@ -1,4 +1,4 @@
-"""What goes on, from samples."""
+"""Overviews from samples."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PAIR = snapshot(
 
 
 def at_second(second: int) -> Sample:
-    """Return a sample at a pair of nodes that has sent 10 messages of 5 bytes a second."""
+    """Return a sample of a pair of nodes that sends 10 messages of 5 bytes a second."""
     return sample(
         float(second),
         PAIR,
@@ -60,7 +60,7 @@ def test_one_look_has_no_rates() -> None:
 
 
 def test_two_looks_give_rates() -> None:
-    """Per second of the broker's clock, whatever lay between the samples."""
+    """Per second of the broker's clock, however long the time between the samples."""
     samples = Samples()
     samples.add(at_second(1))
     seen = samples.add(at_second(3))
@@ -162,7 +162,7 @@ def test_nobody_there() -> None:
 
 
 async def test_a_real_broker_is_seen_as_it_is(meeting: Meeting) -> None:
-    """What has been published between two samples is what the rates say."""
+    """The rates are those of the messages published between two samples."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     heard: list[String] = []
     listener.create_subscription(String, "chatter", heard.append, 100)

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def use_context(contexts: Contexts, name: str) -> None:
-    """Go to a broker from now on.
+    """Make a context the current one.
 
     Raises:
         CommandError: There is no such context.
@@ -24,7 +24,7 @@ def use_context(contexts: Contexts, name: str) -> None:
 
 
 def print_current(contexts: Contexts) -> None:
-    """Say where commands and nodes go now, also where a variable overrides the choice."""
+    """Print which broker commands and nodes use now, also if a variable overrides the choice."""
     from actors.cli.output import print_err, print_out
     from actors.config import environment
 

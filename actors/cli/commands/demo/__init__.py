@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from broker import BrokerOptions
 
 TALK_SEC: Final = 6.3
-"""Not a multiple of the nodes' periods, so that nothing is under way when it ends."""
+"""Not a multiple of the nodes' periods, so that no message is in flight when it ends."""
 _COLORS: Final = {
     "add_two_ints_server": 35,
     "add_two_ints_client": 33,
@@ -59,7 +59,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Let the nodes talk, and sum up what there was, also after a signal."""
+    """Run the nodes, and print a summary, also after a signal."""
     cast: list[DemoNodes] = []
     with _labelled_log() as lines, suppress(Interrupted, asyncio.CancelledError):
         from actors.cli.loop import run_async
@@ -80,13 +80,13 @@ class DemoNodes(NamedTuple):
 
 
 async def _talk(seconds: float, cast: list[DemoNodes], lines: _Lines) -> None:
-    """Run everything for a while; puts the nodes into `cast` for the summary."""
+    """Run the broker and the nodes for a while; adds the nodes to `cast` for the summary."""
     from actors.cli.commands.demo import nodes as demo_nodes
     from broker import Broker
 
     task = asyncio.current_task()
     assert task is not None
-    lines.when_unheard = task.cancel
+    lines.on_closed = task.cancel
     async with AsyncExitStack() as stack:
         folder = stack.enter_context(TemporaryDirectory(prefix="callboard-demo-"))
         broker = await stack.enter_async_context(Broker(_options(folder)))
@@ -151,14 +151,14 @@ class _Labels(logging.Formatter):
 
 
 class _Lines(logging.StreamHandler[Any]):
-    """Writes to stdout; when nobody reads it any more, the demo ends rather than complain at every line."""
+    """Writes to stdout; if that is closed, the demo ends instead of reporting an error per line."""
 
-    when_unheard: Callable[[], object] | None = None
+    on_closed: Callable[[], object] | None = None
 
     def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - logging's name
-        """Called when writing has failed."""
-        if isinstance(sys.exception(), OSError) and self.when_unheard is not None:
-            self.when_unheard()
+        """End the demo if stdout is closed."""
+        if isinstance(sys.exception(), OSError) and self.on_closed is not None:
+            self.on_closed()
         else:
             super().handleError(record)
 

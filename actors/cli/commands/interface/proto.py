@@ -24,7 +24,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Print what people send, with its defaults, to be filled in."""
+    """Print the message, request or goal with its default values."""
     from actors.cli.errors import CommandError
     from actors.cli.output import print_json, print_out
     from actors.cli.values import named_interface

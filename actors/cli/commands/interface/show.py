@@ -22,7 +22,7 @@ EXAMPLES: Final = {
     "callboard interface show -": "the type that comes from a pipe, as of callboard topic type /chatter",
 }
 MAX_LINE_LENGTH: Final = 1000
-"""Characters that are read of stdin's first line: no type's name is as long."""
+"""Characters read of stdin's first line; no type name is longer."""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -67,7 +67,7 @@ def _read_stdin() -> str:
 
 
 def _find(name: str, options: Options) -> tuple[str, Callable[[str], str | None]]:
-    """Return a type's full name and where texts are: here, or where nodes have declared them."""
+    """Return a type's full name, and a function of type names that returns their definitions."""
     from actors.cli.broker_target import open_inspector
     from actors.errors import BrokerUnreachable
     from actors.interfaces.errors import UnknownInterfaceError
@@ -81,7 +81,7 @@ def _find(name: str, options: Options) -> tuple[str, Callable[[str], str | None]
             try:
                 with open_inspector(options) as inspector:
                     texts = texts_in_graph(inspector, name)
-            except BrokerUnreachable:  # that the type is unknown says more
+            except BrokerUnreachable:  # the unknown type is the better error
                 pass
         if not texts:
             raise

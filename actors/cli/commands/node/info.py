@@ -80,7 +80,7 @@ def _print(node: str, sections: dict[str, NamesAndTypes]) -> None:
         for name, types in names:
             print_styled("    ", name, ": ", Styled(", ".join(types), "type"))
         if not names:
-            print()  # ROS 2's sign of none
+            print()  # as ROS 2 prints it
 
 
 def _missing(inspector: Inspector, name: str, snapshot: GraphSnapshot) -> CommandError:

@@ -1,4 +1,4 @@
-"""`callboard pkg create`: a new package of nodes, in ROS 2's words. No broker is needed."""
+"""`callboard pkg create`: a new package of nodes, with ROS 2's texts. No broker is needed."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Write the package, and say what it is and which files are new."""
+    """Write the package, and print its attributes and files."""
     from actors.cli.errors import CommandError
     from actors.cli.output import print_err, print_json, print_out
     from actors.tools.licenses import WITH_TEXT
@@ -55,7 +55,7 @@ def run(options: Options) -> int:
     if options.license == "?":
         print_out("\n".join(["Supported licenses:", *WITH_TEXT]))
         return 0
-    new = _described(options)
+    new = _new_package(options)
     parent = options.destination_directory
     folder = _at(parent, new.name)
     if os.path.lexists(folder):
@@ -79,7 +79,7 @@ def run(options: Options) -> int:
     return 0
 
 
-def _described(options: Options) -> NewPackage:
+def _new_package(options: Options) -> NewPackage:
     import time
 
     from actors.cli.errors import USAGE, CommandError

@@ -1,4 +1,4 @@
-"""`callboard service echo`: what clients and servers tell of their calls (service introspection)."""
+"""`callboard service echo`: the service events of clients and servers (service introspection)."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Print events until one was enough, a timeout or a signal."""
+    """Print events until --once, a timeout or a signal ends it."""
     from actors.cli.echoing import Source, echo
     from actors.cli.values import named_service
     from actors.endpoints.service_introspection import TOPIC_SUFFIX
@@ -54,10 +54,10 @@ def run(options: Options) -> int:
 
 
 def _check_service(snapshot: GraphSnapshot, service: str, *, typed: bool) -> None:
-    """Say what keeps events from coming.
+    """Warn if no events can arrive yet.
 
     Raises:
-        CommandError: Nobody serves or calls it, and no type says that it is yet to come.
+        CommandError: The service has no server and no client, and no type was given.
     """
     from actors.cli.errors import CommandError
     from actors.cli.output import print_err
@@ -82,7 +82,7 @@ def _check_service(snapshot: GraphSnapshot, service: str, *, typed: bool) -> Non
 
 
 def _type_of(snapshot: GraphSnapshot, service: str) -> type[Any] | None:
-    """Return the service's class, where it has one type and its class is at hand."""
+    """Return the service's class, if it has one type and its class is installed."""
     from actors.interfaces.errors import UnknownInterfaceError
     from actors.interfaces.message import Service
     from actors.interfaces.registry import find_interface
@@ -113,7 +113,7 @@ def _decoder(srv_type: type[Any] | None) -> Callable[[bytes], dict[str, Any]]:
 
 
 def named(event: Any) -> dict[str, Any]:
-    """Return the fields of an event, the kind by its name as in ROS 2: REQUEST_SENT."""
+    """Return the fields of an event, with the name of its kind as in ROS 2: REQUEST_SENT."""
     from actors.endpoints.service_introspection import EventKind
 
     fields = _fields(event)

@@ -1,4 +1,4 @@
-"""`callboard top`: what goes on, as a live view in a terminal, as tables, or as JSON."""
+"""`callboard top`: the graph at work, as a live view in a terminal, as tables, or as JSON."""
 
 from __future__ import annotations
 
@@ -38,13 +38,14 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.add_flag("--include-hidden", help="also names with a leading _")
     add_json_option(
-        parser, "one document a sample, or a single one with --once: seconds, totals, topics, nodes, services"
+        parser,
+        "one document per sample, or a single one with --once: seconds, totals, topics, nodes, services",
     )
     add_broker_options(parser)
 
 
 def run(options: Options) -> int:
-    """Show what goes on: live, or printed once, or as JSON until a signal."""
+    """Run the live view, print tables once, or print JSON until a signal."""
     if options.once or options.json:
         return _print(options)
     if not _has_terminal():
@@ -57,7 +58,7 @@ def run(options: Options) -> int:
 
 
 def _has_terminal() -> bool:
-    """Tell whether there is a terminal that can show more than lines."""
+    """Return whether there is a terminal with cursor control."""
     if os.environ.get("TERM") == "dumb" or sys.stdin is None:
         return False
     return sys.stdin.isatty() and sys.stdout.isatty()
@@ -75,9 +76,9 @@ def _print(options: Options) -> int:
 
 
 def _overviews(options: Options) -> Generator[Overview]:
-    """Sample again and again; the first sample has no rates and is left out.
+    """Take samples forever; the first one has no rates and is left out.
 
-    Each sample has a connection of its own: one that only waits would be taken for silent.
+    Each sample uses a new connection: an idle one would be taken for silent.
     """
     from actors.cli.broker_target import open_inspector
     from actors.tools.overview import Sample, Samples

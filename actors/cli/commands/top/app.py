@@ -1,4 +1,4 @@
-"""The live view: tables of topics, nodes and services, and what the broker as a whole does."""
+"""The live view: tables of topics, nodes and services, and totals of the broker."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
 
 ECHO_INTERVAL_S: Final = 0.25
 RETRY_S: Final = 0.5
-"""Between two samples for a broker; it is the node that tries to reach it."""
+"""The time between two attempts while there is no broker; the node reconnects by itself."""
 
 
 class TopApp(App[None]):
     """Samples at a broker again and again.
 
     Args:
-        source: Where samples and messages come from.
-        interval_s: Between two samples.
-        echo_interval_s: Between two samples at what has been received.
-        words: What the filter has in it at first.
+        source: Returns samples and messages.
+        interval_s: The time between two samples.
+        echo_interval_s: The time between two updates of the echo pane.
+        words: The initial text of the filter.
         hidden: Whether hidden names are shown at first.
     """
 
@@ -97,7 +97,7 @@ class TopApp(App[None]):
         self._seen: Overview | None = None
 
     def compose(self) -> ComposeResult:
-        """Make what is on the screen."""
+        """Make the widgets."""
         yield Static(id="target")
         yield Static(id="totals")
         yield Static(id="lost")
@@ -111,7 +111,7 @@ class TopApp(App[None]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Begin to sample."""
+        """Start to take samples."""
         self._show_target()
         self._tables["topics"].focus()
         self.run_worker(self._watch(), name="samples")
@@ -129,7 +129,7 @@ class TopApp(App[None]):
             sample = await self._source.sample()
         except BrokerUnreachable:
             text = (
-                f"The broker at {self._source.target} does not answer. What you see is old; trying again ..."
+                f"The broker at {self._source.target} does not answer. These values are old; trying again ..."
             )
             banner.update(text)
             banner.add_class("open")
@@ -141,7 +141,7 @@ class TopApp(App[None]):
         return True
 
     def _show(self) -> None:
-        """Bring the screen in line with what has been seen last."""
+        """Show the newest overview."""
         if self._seen is None:
             return
         self._show_totals(self._seen)
@@ -157,7 +157,7 @@ class TopApp(App[None]):
             self._tables[pane].show(each, self._words)
         if self._echo.topic:
             named = [row for row in self._seen.topics if row.name == self._echo.topic]
-            self._echo.seen(named[0] if named else None)
+            self._echo.set_row(named[0] if named else None)
 
     def _show_totals(self, seen: Overview) -> None:
         lines = [Text("   ").join(map(styled_text, line)) for line in headlines(seen.totals)]
@@ -173,7 +173,7 @@ class TopApp(App[None]):
     def _echo(self) -> EchoPane:
         return self.query_one(EchoPane)
 
-    # What keys and clicks do
+    # Keys and clicks
 
     def action_pane(self, pane: str) -> None:
         """Show one of the tables."""
@@ -181,13 +181,13 @@ class TopApp(App[None]):
         self._tables[pane].focus()
 
     def action_filter(self) -> None:
-        """Let one type what the rows are to have in them."""
+        """Focus the filter."""
         entry = self.query_one(Input)
         entry.add_class("open")
         entry.focus()
 
     def action_pause(self) -> None:
-        """Let everything stand, or go on."""
+        """Pause or continue."""
         self._paused = not self._paused
         self._echo.pause(paused=self._paused)
         self._show_target()
@@ -198,7 +198,7 @@ class TopApp(App[None]):
         self._show()
 
     async def action_undo(self) -> None:
-        """Undo the last thing: the filter, if one is typing it, then the messages, then the filter."""
+        """Clear the filter if it has the focus; else close the messages, then the filter."""
         entry = self.query_one(Input)
         if self._echo.topic and not entry.has_focus:
             await self._echo.close()
@@ -208,7 +208,7 @@ class TopApp(App[None]):
         self._focus_table()
 
     def action_help(self) -> None:
-        """Say what the keys do."""
+        """Show the keys."""
         self.push_screen(HelpScreen())
 
     @on(Input.Changed)

@@ -1,4 +1,4 @@
-"""The columns of `callboard top`: what stands in each, how it sorts, and when it is a reason to worry."""
+"""The columns of `callboard top`: their values, sort order and alarms."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 Row = TopicRow | NodeRow | ServiceRow
 RowT = TypeVar("RowT", bound=Row)
 UNKNOWN: Final = "-"
-"""A rate of which there is none yet."""
+"""The text of an unknown rate."""
 
 
-def _calm(_: object) -> Style:
+def _no_alarm(_: object) -> Style:
     return ""
 
 
@@ -30,25 +30,25 @@ class Column(Generic[RowT]):
 
     Attributes:
         title: Its heading.
-        value: What it is of a row: it sorts by this.
-        text: How that is written.
-        style: How it samples.
-        alarm: How it samples if a row is a reason to worry; "" if it is not.
+        value: Returns the value of a row, by which it is sorted.
+        text: Returns the text of a row.
+        style: The style of the column.
+        alarm: Returns the style of an alarming row; "" for others.
     """
 
     title: str
     value: Callable[[RowT], float | str]
     text: Callable[[RowT], str]
     style: Style = "count"
-    alarm: Callable[[RowT], Style] = _calm
+    alarm: Callable[[RowT], Style] = _no_alarm
 
     @property
     def falls(self) -> bool:
-        """Whether the greatest value is what one wants to see first."""
+        """Whether the largest value comes first."""
         return self.style == "count"
 
     def cell(self, row: RowT) -> Styled:
-        """Return what stands in the column, and how it samples."""
+        """Return the text and the style of a row."""
         return Styled(self.text(row), self.alarm(row) or self.style)
 
 
@@ -142,7 +142,7 @@ TOPICS: Final[tuple[Column[TopicRow], ...]] = (
     Column(title="TYPE", value=_types, text=_types, style="type", alarm=_clash),
 )
 BUSIEST: Final = 3
-"""What topics are sorted by, unless one wants something else."""
+"""The column by which topics are sorted at first."""
 NODES: Final[tuple[Column[NodeRow], ...]] = (
     Column(title="NODE", value=_name, text=_name, style="name"),
     Column(title="STATE", value=_state, text=_state, style="dim", alarm=_silent),
@@ -165,7 +165,7 @@ SERVICES: Final[tuple[Column[ServiceRow], ...]] = (
 
 
 def chosen(rows: Iterable[RowT], column: Column[RowT], words: str = "", *, falling: bool) -> list[RowT]:
-    """Return the rows whose name, type or state has the words in it, sorted by a column, and then by name."""
+    """Return the rows whose name, type or state contains the words, sorted by a column and then by name."""
     wanted = words.casefold()
     found = [row for row in rows if wanted in _searched(row).casefold()]
     found.sort(key=lambda row: row.name)
@@ -180,7 +180,7 @@ def _searched(row: Row) -> str:
 
 
 def headlines(totals: Totals) -> tuple[list[Styled], list[Styled]]:
-    """Return how the whole broker is, and what it does, in a few words each."""
+    """Return the state and the traffic of the broker, in a few words each."""
     condition = [
         Styled(f"up {duration(totals.uptime_sec)}", ""),
         Styled(f"connections {compact(totals.connections)}", ""),
@@ -199,7 +199,7 @@ def headlines(totals: Totals) -> tuple[list[Styled], list[Styled]]:
 
 
 def found_in(seen: Overview, words: str) -> tuple[list[TopicRow], list[NodeRow], list[ServiceRow]]:
-    """Return the rows that have the words in them: the busiest topics first, nodes and services by name."""
+    """Return the rows that contain the words: the busiest topics first, nodes and services by name."""
     return (
         chosen(seen.topics, TOPICS[BUSIEST], words, falling=True),
         chosen(seen.nodes, NODES[0], words, falling=False),

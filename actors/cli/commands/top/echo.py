@@ -1,4 +1,4 @@
-"""The pane with a topic's messages, and how long they take."""
+"""The pane with a topic's messages and delays."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class EchoPane(Vertical):
     """Shows a topic's messages while it is open.
 
     Attributes:
-        topic: Which one; empty while it is closed.
-        not_shown: Messages that came too fast to be shown, or while it was paused, or were lost.
+        topic: The topic's name; empty while it is closed.
+        not_shown: Messages that were too many to show, or lost, or arrived during a pause.
     """
 
     DEFAULT_CSS: ClassVar[str] = """
@@ -49,7 +49,7 @@ class EchoPane(Vertical):
         self._paused = False
 
     def compose(self) -> ComposeResult:
-        """Make what is in it."""
+        """Make the widgets."""
         yield Static(id="status")
         yield RichLog(id="messages", max_lines=KEPT_LINES, wrap=True, auto_scroll=True)
 
@@ -71,22 +71,22 @@ class EchoPane(Vertical):
             await reader.close()
 
     def pause(self, *, paused: bool) -> None:
-        """Let the messages stand, or go on."""
+        """Pause or continue."""
         self._paused = paused
         self._show_status()
 
-    def seen(self, row: TopicRow | None) -> None:
-        """Take what the broker says of the topic; None if it is not there."""
+    def set_row(self, row: TopicRow | None) -> None:
+        """Set the topic's row; None if the topic is gone."""
         self._row = row
         self._show_status()
 
     async def take(self) -> None:
-        """Show what has come since the last time."""
+        """Show the messages since the last update."""
         reader = self._reader
         if reader is None or self._paused:
             return
         received = await reader.take()
-        if self._reader is not reader:  # another topic has been chosen meanwhile
+        if self._reader is not reader:  # the user has chosen another topic
             return
         self._received = received
         self.not_shown += received.besides

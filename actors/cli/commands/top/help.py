@@ -1,4 +1,4 @@
-"""What the keys do."""
+"""The help screen: keys and columns."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ TERMS: Final = {
 
 
 class HelpScreen(ModalScreen[None]):
-    """Lies over the tables until a key is pressed."""
+    """The help screen, which any of its keys closes."""
 
     DEFAULT_CSS: ClassVar[str] = """
     HelpScreen { align: center middle; }
@@ -49,7 +49,7 @@ class HelpScreen(ModalScreen[None]):
     ]
 
     def compose(self) -> ComposeResult:
-        """Make what is on it."""
+        """Make the widgets."""
         lines: list[Text] = []
         for title, words in (("Keys", KEYS), ("Columns", TERMS)):
             lines += [Text(title, "bold")]

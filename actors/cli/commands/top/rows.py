@@ -1,4 +1,4 @@
-"""A table of rows that come anew with every sample, sorted and filtered as one likes."""
+"""A table whose rows change with every sample, sorted and filtered by the user."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from actors.cli.tables import Style, Styled
 
 SHOWN_ROWS: Final = 200
-"""More than anybody reads; the filter finds the others."""
+"""Rows shown at most; the filter finds the others."""
 _STYLES: Final[dict[Style, str]] = {
     "name": "cyan",
     "type": "green",
@@ -34,25 +34,25 @@ _ARROWS: Final = {True: "▼", False: "▲", None: " "}
 
 
 def styled_text(part: Styled) -> Text:
-    """Return a text as it samples on the screen; nothing in it is markup."""
+    """Return a styled text; markup in it is not interpreted."""
     return Text(sanitize(part.text), style=_STYLES.get(part.style, ""), no_wrap=True)
 
 
 class RowsTable(DataTable[Text], Generic[RowT]):
-    """Shows rows under columns.
+    """A table of rows.
 
-    The cursor stays at the top until it is moved, and then on its row, wherever that goes.
+    The cursor stays at the top until the user moves it; then it follows its row.
 
     Args:
         columns: The columns; the first is the row's name.
-        sorted_by: Which column it is sorted by at first.
-        id: The widget's.
+        sorted_by: The column by which it is sorted at first.
+        id: The id of the widget.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("s", "sort_by(1)", "Sort"),
         Binding("S", "sort_by(-1)", "Sort by the column before", show=False),
-        Binding("r", "turn", "Reverse"),
+        Binding("r", "reverse", "Reverse"),
     ]
     DEFAULT_CSS: ClassVar[str] = """
     RowsTable {
@@ -70,7 +70,7 @@ class RowsTable(DataTable[Text], Generic[RowT]):
         self._rows: Sequence[RowT] = ()
         self._words = ""
         self._names: list[str] = []
-        self._follows = False
+        self._moved = False
         self.sorted_by = sorted_by
         self.falling = columns[sorted_by].falls
 
@@ -85,41 +85,41 @@ class RowsTable(DataTable[Text], Generic[RowT]):
         return self._names[self.cursor_row] if self.cursor_row < len(self._names) else None
 
     def show(self, rows: Sequence[RowT], words: str) -> None:
-        """Show these rows, as far as they have the words in them."""
+        """Show the rows that contain the words."""
         self._rows, self._words = rows, words
-        self._arrange()
+        self._update_rows()
 
     def action_sort_by(self, steps: int) -> None:
         """Sort by a column to the right or left."""
         self._sort((self.sorted_by + steps) % len(self._columns))
 
-    def action_turn(self) -> None:
-        """Sort the other way round."""
+    def action_reverse(self) -> None:
+        """Reverse the sort order."""
         self.falling = not self.falling
-        self._arrange()
+        self._update_rows()
 
     @on(DataTable.HeaderSelected)
     def _clicked(self, event: DataTable.HeaderSelected) -> None:
         event.stop()
         if event.column_index == self.sorted_by:
-            self.action_turn()
+            self.action_reverse()
         else:
             self._sort(event.column_index)
 
     def _sort(self, at: int) -> None:
         self.sorted_by, self.falling = at, self._columns[at].falls
-        self._arrange()
+        self._update_rows()
 
     def _label(self, at: int) -> Text:
         column = self._columns[at]
         arrow = _ARROWS[self.falling if at == self.sorted_by else None]
         return Text(column.title + arrow, justify="right" if column.style == "count" else "left")
 
-    def _arrange(self) -> None:
-        """Bring what is on the screen in line with the rows, touching as little as possible."""
+    def _update_rows(self) -> None:
+        """Update the screen, with as few changes as possible."""
         found = chosen(self._rows, self._columns[self.sorted_by], self._words, falling=self.falling)
         del found[SHOWN_ROWS:]
-        self._follows = self._follows or self.cursor_row != 0
+        self._moved = self._moved or self.cursor_row != 0
         selected = self.selected
         order = {row.name: at for at, row in enumerate(found)}
         for name in self._names:
@@ -132,7 +132,7 @@ class RowsTable(DataTable[Text], Generic[RowT]):
             column.label = self._label(at)
         self.sort("0", key=lambda text: order[text.plain])
         stays = min(self.cursor_row, max(0, len(found) - 1))
-        self.move_cursor(row=order.get(selected or "", stays) if self._follows else 0, scroll=False)
+        self.move_cursor(row=order.get(selected or "", stays) if self._moved else 0, scroll=False)
 
     def _put(self, row: RowT) -> None:
         cells = [self._cell(column, row) for column in self._columns]

@@ -1,4 +1,4 @@
-"""Where the live view gets what it shows: a broker, through the command's hidden node."""
+"""The data of the live view: samples of a broker and messages, through the command's hidden node."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 SHOWN_AT_ONCE: Final = 5
-"""Messages kept for the next time that somebody samples; what comes on top of that is counted."""
+"""Messages kept until the next update; further ones are only counted."""
 DEPTH: Final = 100
 SHOWN_LENGTH: Final = 128
-"""What is shown of a string or a sequence, as in `topic echo`."""
+"""Characters or elements shown of a string or sequence, as in `topic echo`."""
 SHOWN_LINES: Final = 30
-"""What is shown of a message."""
+"""Lines shown of a message."""
 
 
 class ReceivedMessage(NamedTuple):
-    """A message as it is shown: where it is from, when it was sent, how long it took, and its text."""
+    """A message to show: its node, when it was sent, how long it took, and its text."""
 
     node: str
     sent_ns: int
@@ -45,13 +45,13 @@ class ReceivedMessage(NamedTuple):
 
 
 class Received(NamedTuple):
-    """What has come since the last time.
+    """The messages since the last update.
 
     Attributes:
         messages: The newest.
-        besides: How many there were besides.
-        measured: Of how many of the last messages the delay is known.
-        p50_s, p99_s: What half of those and 99 % of those took at most; None if there are none.
+        besides: The number of further messages.
+        measured: The number of messages whose delays are known.
+        p50_s, p99_s: Percentiles of these delays; None if there are none.
     """
 
     messages: list[ReceivedMessage]
@@ -65,7 +65,7 @@ class TopicReader(Protocol):
     """Receives one topic."""
 
     async def take(self) -> Received:
-        """Return what has come since the last time."""
+        """Return the messages since the last update."""
         ...
 
     async def close(self) -> None:
@@ -74,16 +74,16 @@ class TopicReader(Protocol):
 
 
 class Source(Protocol):
-    """What the view shows.
+    """The data of the view.
 
     Attributes:
-        target: Where the broker is.
+        target: The broker's URLs and domain.
     """
 
     target: str
 
     async def sample(self) -> Sample:
-        """Return what is there now.
+        """Return a sample.
 
         Raises:
             BrokerUnreachable: There is no broker now.
@@ -96,13 +96,13 @@ class Source(Protocol):
 
 
 class NodeSource:
-    """What a node can see of its broker.
+    """The data from a node.
 
-    It is made in the node's loop and used in any: while one thread draws a screen, another one can measure.
+    It is made on the node's event loop, and can be used on any: one thread draws while another one measures.
 
     Args:
-        node: It has been entered.
-        target: Where its broker is.
+        node: An entered node.
+        target: The broker's URLs and domain.
     """
 
     def __init__(self, node: Node, target: str) -> None:
@@ -111,11 +111,11 @@ class NodeSource:
         self._loop = asyncio.get_running_loop()
 
     async def sample(self) -> Sample:
-        """Return what is there now."""
-        return await _done(self._loop, self._sample())
+        """Return a sample."""
+        return await _run_on(self._loop, self._sample())
 
     async def _sample(self) -> Sample:
-        if not self._node.connected:  # the node comes back by itself; nobody waits here for it
+        if not self._node.connected:  # the node reconnects by itself
             raise BrokerUnreachable(f"No broker at {self.target}")
         return Sample(await graph_of(self._node), await self._node.get_broker_stats())
 
@@ -127,13 +127,13 @@ class NodeSource:
 
 
 class NodeTopicReader:
-    """Receives one topic through a node; keeps the newest messages undecoded until somebody samples.
+    """Receives one topic through a node; keeps the newest messages undecoded until `take`.
 
     Args:
-        node: Hears it.
-        loop: The node's.
-        topic: Its full name.
-        snapshot: Who is there.
+        node: The node that subscribes.
+        loop: The node's event loop.
+        topic: The topic's full name.
+        snapshot: The graph.
     """
 
     def __init__(
@@ -151,22 +151,22 @@ class NodeTopicReader:
         self._subscription: Subscription[Any] | None = None
 
     async def open(self) -> None:
-        """Begin."""
-        await _done(self._loop, self._open())
+        """Subscribe."""
+        await _run_on(self._loop, self._open())
 
     async def _open(self) -> None:
         self._subscription = self._node.create_subscription(
-            None, self._topic, self._hear, self._profile, raw=True
+            None, self._topic, self._receive, self._profile, raw=True
         )
 
-    def _hear(self, data: bytes, info: MessageInfo) -> None:
+    def _receive(self, data: bytes, info: MessageInfo) -> None:
         self._waiting.append((data, info))
-        if info.source_timestamp >= self._since_ns:  # a latched message is as old as it is
+        if info.source_timestamp >= self._since_ns:  # the age of a latched message is no delay
             self._delays.add(_delay(info))
 
     async def take(self) -> Received:
-        """Return what has come since the last time."""
-        waiting, received = await _done(self._loop, self._take())
+        """Return the messages since the last update."""
+        waiting, received = await _run_on(self._loop, self._take())
         for data, info in waiting:
             text = shown(data, self._decode)
             received.messages.append(
@@ -186,14 +186,14 @@ class NodeTopicReader:
 
     async def close(self) -> None:
         """Unsubscribe."""
-        await _done(self._loop, self._close())
+        await _run_on(self._loop, self._close())
 
     async def _close(self) -> None:
         assert self._subscription is not None
         self._node.destroy_subscription(self._subscription)
 
 
-async def _done(loop: asyncio.AbstractEventLoop, work: Coroutine[Any, Any, T]) -> T:
+async def _run_on(loop: asyncio.AbstractEventLoop, work: Coroutine[Any, Any, T]) -> T:
     """Return the result of a coroutine that runs on a loop, which may be another thread's.
 
     Raises:
@@ -216,11 +216,11 @@ def _delay(info: MessageInfo) -> float:
 
 
 def shown(data: bytes, decode: Callable[[bytes], Any]) -> str:
-    """Return a message as YAML, cut short, that cannot steer a terminal."""
+    """Return a message as YAML, truncated, without control characters."""
     try:
         message = decode(data)
         lines = _lines(message, no_arr=False)
-        if len(lines) > SHOWN_LINES:  # an image, say: its size tells more than its first pixels
+        if len(lines) > SHOWN_LINES:  # such as an image: its size says more than its first pixels
             lines = _lines(message, no_arr=True)
     except InvalidMessageError as error:
         return sanitize(str(error))

@@ -1,4 +1,4 @@
-"""`callboard topic bw`, by the broker's counters, or by what a subscription receives."""
+"""`callboard topic bw`, by the broker's counters or by a subscription."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _document(topic: str, seen: Any, *, received: bool) -> dict[str, object]:
 
 
 def shown_bytes(size: float) -> str:
-    """Return a number of bytes as people read it; a KB is 1000 bytes, as in ROS 2."""
+    """Return a size with its unit; a KB is 1000 bytes, as in ROS 2."""
     if size < 1000:
         return f"{size:.0f} B"
     if size < 1_000_000:

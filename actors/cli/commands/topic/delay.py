@@ -1,4 +1,4 @@
-"""`callboard topic delay`: how old messages are when they come, by the stamp in their header."""
+"""`callboard topic delay`: the age of messages on arrival, by the stamp in their header."""
 
 from __future__ import annotations
 

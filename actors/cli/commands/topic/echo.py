@@ -45,7 +45,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Print messages until one was enough, a timeout or a signal."""
+    """Print messages until --once, a timeout or a signal ends it."""
     from actors.cli.echoing import Source, echo
     from actors.cli.subscriber import warn_unpublished
     from actors.cli.values import named_message, require_type

@@ -1,4 +1,4 @@
-"""`callboard topic hz`, by the broker's counters, or by what a subscription receives."""
+"""`callboard topic hz`, by the broker's counters or by a subscription."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ def _run_subscribed(options: Options) -> int:
 
 
 def print_counted(options: Options, watched: list[WatchedTopic]) -> bool:
-    """Print what the broker has counted; return whether there was anything."""
+    """Print the rates by the counters; return whether there was any."""
     rates = [(each.topic, each.new, each.counter.rate() if each.new else None) for each in watched]
     return _print(options, rates, received=False)
 
 
 def print_received(options: Options, meters: list[RateMeter]) -> bool:
-    """Print what has been received; return whether there was anything."""
+    """Print the rates of received messages; return whether there was any."""
     rates = [(each.topic, each.new, each.rate.summary() if each.new else None) for each in meters]
     return _print(options, rates, received=True)
 
@@ -114,7 +114,7 @@ def spread(summary: Any) -> str:
 
 
 def spread_fields(summary: Any) -> dict[str, float | None]:
-    """Return the same for JSON; `summary` may be None."""
+    """Return these values for JSON; `summary` may be None."""
     return {
         "min_sec": summary and summary.min_sec,
         "max_sec": summary and summary.max_sec,

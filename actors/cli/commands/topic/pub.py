@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from actors.tools.stamps import Stamps
 
     Stamped = tuple[Message, Stamps]
-    """A message to publish, and where in it the time is to be filled in."""
+    """A message to publish, and the places where the time is filled in."""
 
 EXAMPLES: Final = {
     "callboard topic pub /chatter std_msgs/msg/String '{data: hello}'": "once a second, until Ctrl-C",
@@ -67,7 +67,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def _add_times(parser: Parser) -> None:
-    """Describe when and how often it publishes, and what it prints of that."""
+    """Add the options for when, how often and how visibly it publishes."""
     parser.add_argument(
         "-r", "--rate", type=positive, metavar="HZ", help="a second; default: 1, with --stdin as they come"
     )
@@ -95,7 +95,7 @@ def _add_times(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Publish as often as asked."""
+    """Publish as the options say."""
     from actors.cli.loop import run_async
     from actors.cli.values import named_message, stamped_message_from_text
 
@@ -146,7 +146,7 @@ async def _wait_for_subscriptions(options: Options, publisher: Publisher[Message
         wanted = 1 if options.once or options.times is not None else 0
     if not wanted:
         return
-    await publisher.context.link.round_trip()  # the broker has said who is there
+    await publisher.context.link.round_trip()  # the graph is complete after it
     if publisher.get_subscription_count() >= wanted:
         return
     print_err(f"Waiting for at least {wanted} matching subscription(s) on {publisher.topic_name}...")
@@ -166,7 +166,7 @@ async def _wait_for_subscriptions(options: Options, publisher: Publisher[Message
 async def _publish_all(
     options: Options, publisher: Publisher[Message], messages: AsyncGenerator[Stamped], rate: float | None
 ) -> None:
-    """Publish at the rate asked for, without drift; end after as many messages as asked for."""
+    """Publish at the given rate, without drift, and the given number of times."""
     import time
 
     from actors.cli.rate_limit import RateLimit

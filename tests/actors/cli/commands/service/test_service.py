@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
@@ -196,7 +197,7 @@ async def test_call_with_the_wrong_type_does_not_wait(desk: Desk, caplog: pytest
         "",
         "'/add_two_ints' is served as example_interfaces/srv/AddTwoInts, not std_srvs/srv/Trigger\n",
     )
-    assert caplog.messages == []
+    assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
 
 
 async def test_calls_from_stdin(desk: Desk, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

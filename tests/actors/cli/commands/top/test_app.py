@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from actors.tools.overview import Sample
 
 NEVER: Final = 10_000.0
-"""The view samples when the test says so."""
+"""The view takes a sample when the test asks for it."""
 GRAPH: Final = snapshot(
     *(entry(EntryKind.NODE, name) for name in ("/a", "/b", "/_tool")),
     *(entry(EntryKind.PUBLISHER, "/a", name) for name in ("/fast", "/slow", "/_hidden", "/idle")),
@@ -34,7 +34,7 @@ GRAPH: Final = snapshot(
 
 
 def at_second(second: int, graph: GraphSnapshot = GRAPH, *, fast: int = 100) -> Sample:
-    """Return a sample at a broker that works steadily."""
+    """Return a sample of a broker with steady traffic."""
     return sample(
         float(second),
         graph,
@@ -112,7 +112,7 @@ class Screen:
         return "\n".join(line.text.rstrip() for line in self.app.query_one(RichLog).lines)
 
     async def samples(self, *samples: Sample | None) -> None:
-        """Let the view sample."""
+        """Let the view take samples."""
         for each in samples:
             self.source.shown = each
             await self.app.sample_now()

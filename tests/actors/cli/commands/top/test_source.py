@@ -38,7 +38,7 @@ async def hear(reader: TopicReader, count: int) -> tuple[list[ReceivedMessage], 
 
 
 async def test_a_look_is_of_the_others(meeting: Meeting) -> None:
-    """The node that samples is not in it, and what it hears is not either."""
+    """The observing node and its subscriptions are not in it."""
     talker, looker = await meeting.node("talker"), await meeting.node("_looker")
     talker.create_publisher(String, "chatter", 10)
     source = NodeSource(looker, "here")

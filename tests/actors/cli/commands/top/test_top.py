@@ -86,7 +86,7 @@ async def test_nobody_there(desk: Desk) -> None:
 def test_json_goes_on_until_nobody_reads(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One document a line, for each sample after the first."""
+    """One document per line, for each sample after the first."""
     samples = [sample(float(second), GraphSnapshot(), routed=10 * second) for second in range(4)]
     monkeypatch.setattr(broker_target, "open_inspector", lambda options: FakeInspector(samples))
     monkeypatch.setattr(time, "sleep", lambda seconds: None)
@@ -97,7 +97,7 @@ def test_json_goes_on_until_nobody_reads(
 
 
 class FakeInspector:
-    """Gives samples away one after the other, and then the pipe breaks."""
+    """Returns samples one by one, then the pipe breaks."""
 
     def __init__(self, samples: list[Sample]) -> None:
         self._samples = samples
@@ -112,11 +112,11 @@ class FakeInspector:
         pass
 
     def graph(self) -> object:
-        """The picture of this sample."""
+        """Return the graph of this sample."""
         return self._sample.snapshot
 
     def report(self) -> object:
-        """The numbers of this sample."""
+        """Return the counters of this sample."""
         return self._sample.report
 
 
