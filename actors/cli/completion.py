@@ -137,9 +137,9 @@ class _Line:
             self._keep(action, *([value] if equals else []))
             self._awaits = None if equals else action
         else:
-            action = self._positional()
-            if action is not None:
-                self._keep(action, word)
+            positional = self._positional()
+            if positional is not None:
+                self._keep(positional, word)
             self._awaits = None
 
     def _keep(self, action: argparse.Action, *values: str) -> None:
