@@ -56,7 +56,7 @@ def greeting(welcome: Mapping[str, object], ahead_sec: float | None, round_trip_
         within = max(abs(ahead_sec) + round_trip_sec / 2, 0.001)
         return [*checks, Check("clock", "ok", f"the broker's and this one agree within {within:.3f} s")]
     status: Status = "fail" if sure > WRONG_CLOCK_SEC else "warn"
-    remedy = "set the clocks with NTP: delays and lifespans are told by them"
+    remedy = "set the clocks with NTP: delays and lifespans are measured with them"
     return [*checks, Check("clock", status, apart, remedy)]
 
 

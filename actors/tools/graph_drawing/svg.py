@@ -95,7 +95,7 @@ def svg_of(model: GraphModel) -> str:
     """
     if len(model.vertices) > MAX_DRAWN:
         raise DrawingTooLargeError(
-            f"{len(model.vertices)} nodes, topics and services are too many for a picture"
+            f"{len(model.vertices)} nodes, topics and services are too many for a drawing"
         )
     parts, alone = parts_of(wiring_of(model))
     body: list[str] = []
@@ -118,7 +118,7 @@ def svg_of(model: GraphModel) -> str:
 def _document(model: GraphModel, body: str, width: float, height: float) -> str:
     wide, high = _n(width + 2 * _MARGIN), _n(height + 2 * _MARGIN + _LEGEND)
     counts = {kind: len(model.of_kind(kind)) for kind in Kind}
-    told = ", ".join(f"{count} {kind.value}{'s' * (count != 1)}" for kind, count in counts.items())
+    described = ", ".join(f"{count} {kind.value}{'s' * (count != 1)}" for kind, count in counts.items())
     return "\n".join(
         [
             (
@@ -127,7 +127,7 @@ def _document(model: GraphModel, body: str, width: float, height: float) -> str:
                 'aria-labelledby="callboard-title callboard-told">'
             ),
             '<title id="callboard-title">Graph of nodes</title>',
-            f'<desc id="callboard-told">{told}</desc>',
+            f'<desc id="callboard-told">{described}</desc>',
             f"<style>{_STYLE}</style>",
             f"<defs>\n{_HEADS}</defs>",
             f'<rect class="paper" width="{wide}" height="{high}"/>',
@@ -261,11 +261,11 @@ class _Drawing:
     def _hub(self, at: int, hub: Hub, wires: list[str]) -> str:
         left, width, thing = self._left(at), self._width_of(at), self._layout.things[at]
         types = self._model.types.get(hub.vertex, ()) if hub.vertex is not None else ()
-        told = f"{hub.label} [{', '.join(types)}]" if types else hub.label
+        described = f"{hub.label} [{', '.join(types)}]" if types else hub.label
         middle = f'x="{_n(left + width / 2)}" y="{_n(thing.top + thing.height / 2)}"'
         return "\n".join(
             [
-                f'<g class="{hub.kind.value}"><title>{_safe(told)}</title>',
+                f'<g class="{hub.kind.value}"><title>{_safe(described)}</title>',
                 *wires,
                 _shape(hub, left, thing.top, width, thing.height),
                 f"<text {middle}>{_safe(hub.label)}</text></g>",

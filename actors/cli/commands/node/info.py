@@ -89,5 +89,7 @@ def _missing(inspector: Inspector, name: str, snapshot: GraphSnapshot) -> Comman
     for link in inspector.report().links.values():
         if link.suspended and name in link.nodes:
             silent = f"nothing has come from it for {link.silent_ms / 1000:.1f} s"
-            return CommandError(f"Node '{name}' is suspended: {silent}; it is back when it is heard again")
+            return CommandError(
+                f"Node '{name}' is suspended: {silent}; it returns when its link answers again"
+            )
     return unknown(f"Unable to find node '{name}'", name, snapshot.nodes())
