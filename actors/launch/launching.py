@@ -183,13 +183,13 @@ class Launch:
         """
         self._listeners.append(listener)
 
-    def tell(self, event: Event) -> None:
+    def notify(self, event: Event) -> None:
         """Pass an event to the listeners.
 
         Args:
             event: The event.
         """
-        self._runner.tell(event)
+        self._runner.notify(event)
 
     def stop(self, reason: str, *, insist: bool = True) -> None:
         """Stop all processes; a second call, a moment later, kills them. `run` returns when they have ended.
@@ -243,7 +243,7 @@ class Launch:
                     raise
                 await asyncio.sleep(FIND_PAUSE_SEC)
             else:
-                self.tell(Message(Level.INFO, f"no broker at {place.url}: this launch brings its own"))
+                self.notify(Message(Level.INFO, f"no broker at {place.url}: this launch brings its own"))
                 return
 
 

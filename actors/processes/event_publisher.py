@@ -52,7 +52,7 @@ class EventPublisher:
         self._watchers.add(watcher)
         return watcher
 
-    def tell(self, event: ChildEvent) -> None:
+    def notify(self, event: ChildEvent) -> None:
         """Tell everybody of an event."""
         self._write(event)
         for watcher in tuple(self._watchers):

@@ -97,7 +97,7 @@ class Guard:
     def forget(self, pid: int) -> None:
         """A process and its group are gone; the number may be another's soon."""
         self._groups.discard(pid)
-        self._tell(f"- {pid}\n")
+        self._write(f"- {pid}\n")
 
     async def close(self) -> None:
         """End the guard, when all processes have ended. It kills those that have not been forgotten."""
@@ -141,9 +141,9 @@ class Guard:
         finally:
             os.close(reading)
         for pid in self._groups:
-            self._tell(f"+ {pid}\n")
+            self._write(f"+ {pid}\n")
 
-    def _tell(self, line: str) -> None:
+    def _write(self, line: str) -> None:
         if self._pipe is None:
             return
         # A guard that was killed is replaced at the next start; one that is frozen is of no use either way.

@@ -196,7 +196,7 @@ class RestartPlan:
     def hurry(self) -> list[Step]:
         """Stop everything at once, whatever the order."""
         self._condemn_all()
-        return [self._tell(child) for child in self._condemned() if not self._told(child)]
+        return [self._stop_child(child) for child in self._condemned() if not self._is_stopping(child)]
 
     def _restart(self, child: int, now: float) -> Step:
         self._restarts.append(now)
@@ -241,8 +241,8 @@ class RestartPlan:
         self._now = now
         condemned = self._condemned()
         if condemned:
-            waits = any(self._told(child) for child in condemned)
-            return [] if waits else [self._tell(condemned[-1])]
+            waits = any(self._is_stopping(child) for child in condemned)
+            return [] if waits else [self._stop_child(condemned[-1])]
         steps: list[Step] = []
         before_all_run = True
         for child, slot in enumerate(self._slots):
@@ -259,10 +259,10 @@ class RestartPlan:
     def _condemned(self) -> list[int]:
         return [child for child, slot in enumerate(self._slots) if slot.condemned]
 
-    def _told(self, child: int) -> bool:
+    def _is_stopping(self, child: int) -> bool:
         return self._slots[child].state is ChildState.STOPPING
 
-    def _tell(self, child: int) -> Step:
+    def _stop_child(self, child: int) -> Step:
         self._slots[child].state = ChildState.STOPPING
         return Stop(child)
 

@@ -244,7 +244,7 @@ class Supervisor:
             case Stop(child):
                 self._driver.executions[child].stop()
             case WillRestart(child, delay):
-                self._tell(child, ChildEventKind.RESTARTING, delay_sec=delay)
+                self._notify(child, ChildEventKind.RESTARTING, delay_sec=delay)
             case GaveUp(child):
                 self._give_up(child)
 
@@ -266,14 +266,14 @@ class Supervisor:
 
     def _started(self, index: int, now: float) -> list[Step]:
         self._members[index].running_since = now
-        self._tell(index, ChildEventKind.STARTED)
+        self._notify(index, ChildEventKind.STARTED)
         return self._plan.started(index, now)
 
     def _ended(self, index: int, outcome: Outcome, now: float) -> list[Step]:
         member = self._members[index]
         pid = self._driver.executions.pop(index).pid
         member.outcome, member.running_since = outcome, None
-        self._tell(index, ChildEventKind.ENDED, pid=pid)
+        self._notify(index, ChildEventKind.ENDED, pid=pid)
         steps: list[Step] = []
         if isinstance(outcome.error, SystemExit | KeyboardInterrupt):
             # It is meant for the whole process.
@@ -282,7 +282,7 @@ class Supervisor:
         return steps + self._plan.ended(index, now, normal=outcome.normal)
 
     def _give_up(self, index: int) -> None:
-        self._tell(index, ChildEventKind.GIVEN_UP)
+        self._notify(index, ChildEventKind.GIVEN_UP)
         member = self._members[index]
         assert member.outcome is not None
         failure = SupervisorGaveUp(self.name, member.child.name, member.outcome.reason)
@@ -298,11 +298,11 @@ class Supervisor:
         execution = self._driver.executions.get(index)
         return None if execution is None else execution.pid
 
-    def _tell(
+    def _notify(
         self, index: int, kind: ChildEventKind, *, pid: int | None = None, delay_sec: float = 0.0
     ) -> None:
         member = self._members[index]
-        self._publisher.tell(
+        self._publisher.notify(
             ChildEvent(
                 supervisor=self.name,
                 child=member.child.name,

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.launch.launching import Launch
-    from actors.launch.planning.events import Event, Listener
+    from actors.launch.planning.events import Event
 
 SHOWN_LINES: Final = 20
 """Lines of output that an error shows."""
@@ -33,13 +33,14 @@ class LaunchRun:
     """Runs a launch in a task, from construction until `stop` or its end.
 
     Args:
-        make: Makes the launch, with the listener that it must call for each event.
+        launch: The launch, prepared.
         timeout_sec: Deadline in seconds of waits that set none.
     """
 
-    def __init__(self, make: Callable[[Listener], Launch], *, timeout_sec: float) -> None:
+    def __init__(self, launch: Launch, *, timeout_sec: float) -> None:
         self.transcript = Transcript()
-        self.launch = make(self._on_event)
+        self.launch = launch
+        launch.listen(self._on_event)
         self._timeout_sec = timeout_sec
         self._changes = ChangeSignal()
         self.task = asyncio.create_task(self.launch.run(), name="launch")

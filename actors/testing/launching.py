@@ -11,14 +11,14 @@ shows the state and the output of the processes.
 
 from __future__ import annotations
 
-from contextlib import AsyncExitStack, ExitStack, asynccontextmanager, contextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.config.environment import foreign_variables
 from actors.launch.description.description import LaunchDescription
-from actors.launch.engine.captured_output import captured_logs, captured_streams
+from actors.launch.engine.captured_output import captured_nodes
 from actors.launch.launching import Launch
 from actors.launch.planning.presence import Presence, PresenceKind
 from actors.testing.launch_run import LaunchRun, LaunchWaitError
@@ -27,10 +27,9 @@ from broker import Broker, BrokerOptions
 
 if TYPE_CHECKING:
     import re
-    from collections.abc import AsyncGenerator, Callable, Generator, Iterable, Mapping
+    from collections.abc import AsyncGenerator, Callable, Iterable, Mapping
 
     from actors.launch.description.actions import Action
-    from actors.launch.planning.events import Listener
     from actors.testing.transcript import OutputLine, ProcessStatus
 
 WAIT_TIMEOUT_SEC: Final = 10.0
@@ -261,24 +260,22 @@ async def launch(
         BrokerUnreachable: On leaving: no broker answers at `url`.
     """
     async with AsyncExitStack() as stack:
-        stack.enter_context(_captured_output.capture())
+        stack.enter_context(captured_nodes())
         if url is None:
             url = (await stack.enter_async_context(Broker(BrokerOptions(port=0)))).url
 
-        def make(listener: Listener) -> Launch:
-            return Launch(
-                _described(description),
-                arguments=arguments,
-                url=url,
-                domain=domain,
-                environment={**foreign_variables(), **(environment or {})},
-                folder=None if folder is None else Path(folder),
-                listeners=[listener],
-                stop_timeout_sec=stop_timeout_sec,
-                watch_graph=True,
-            )
-
-        run = LaunchRun(make, timeout_sec=timeout_sec)
+        prepared = Launch(
+            _described(description),
+            arguments=arguments,
+            url=url,
+            domain=domain,
+            environment={**foreign_variables(), **(environment or {})},
+            folder=None if folder is None else Path(folder),
+            stop_timeout_sec=stop_timeout_sec,
+            watch_graph=True,
+        )
+        await prepared.prepare()
+        run = LaunchRun(prepared, timeout_sec=timeout_sec)
         try:
             yield RunningLaunch(run)
         except BaseException as error:
@@ -287,31 +284,6 @@ async def launch(
             raise
         await run.stop()
         run.check()
-
-
-class _CapturedOutput:
-    """Captures the logs and prints of nodes in this process, as their output, while any launch runs."""
-
-    def __init__(self) -> None:
-        self._users = 0
-        self._installed = ExitStack()
-
-    @contextmanager
-    def capture(self) -> Generator[None]:
-        """Capture meanwhile. Logging and streams belong to the whole process, so this is installed once."""
-        if not self._users:
-            self._installed.enter_context(captured_logs())
-            self._installed.enter_context(captured_streams())
-        self._users += 1
-        try:
-            yield
-        finally:
-            self._users -= 1
-            if not self._users:
-                self._installed.close()
-
-
-_captured_output: Final = _CapturedOutput()
 
 
 def _described(given: LaunchDescription | str | PathLike[str] | Iterable[Action]) -> LaunchDescription | Path:

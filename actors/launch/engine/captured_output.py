@@ -13,7 +13,7 @@ import sys
 import threading
 from abc import abstractmethod
 from collections import deque
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from itertools import groupby
 from typing import TYPE_CHECKING, Final
@@ -136,9 +136,9 @@ def captured_logs() -> Generator[None]:
 
 
 @contextmanager
-def own_logs(tell: Listener) -> Generator[None]:
+def own_logs(notify: Listener) -> Generator[None]:
     """Meanwhile report what others log in this process as messages, in the event loop."""
-    with _added(_OwnLogs(tell)):
+    with _added(_OwnLogs(notify)):
         yield
 
 
@@ -168,9 +168,9 @@ class _CapturedLogs(_Handler):
 
 
 class _OwnLogs(_Handler):
-    def __init__(self, tell: Listener) -> None:
+    def __init__(self, notify: Listener) -> None:
         super().__init__()
-        self._tell = tell
+        self._notify = notify
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
 
@@ -179,10 +179,10 @@ class _OwnLogs(_Handler):
             return
         message = _message(record)
         if threading.get_ident() == self._thread:
-            self._tell(message)
+            self._notify(message)
         else:
             with suppress(RuntimeError):  # the loop has been closed
-                self._loop.call_soon_threadsafe(self._tell, message)
+                self._loop.call_soon_threadsafe(self._notify, message)
 
 
 @contextmanager
@@ -255,3 +255,28 @@ def _text(stream: Stream, beyond: TextIO, unattributed: Callable[[Stream, bytes]
     raw = _CapturedStream(stream, beyond, unattributed)
     # Unbuffered, so that a text is written in the context of whoever prints it.
     return io.TextIOWrapper(raw, encoding="utf-8", errors="backslashreplace", newline="", write_through=True)  # type: ignore[type-var]
+
+
+class _Shared:
+    """Captures logs and streams, which belong to the whole process, while anybody needs them captured."""
+
+    def __init__(self) -> None:
+        self._users = 0
+        self._installed = ExitStack()
+
+    @contextmanager
+    def __call__(self) -> Generator[None]:
+        """Meanwhile capture what nodes in this process log and print. It can be entered many times."""
+        if not self._users:
+            self._installed.enter_context(captured_logs())
+            self._installed.enter_context(captured_streams())
+        self._users += 1
+        try:
+            yield
+        finally:
+            self._users -= 1
+            if not self._users:
+                self._installed.close()
+
+
+captured_nodes: Final = _Shared()

@@ -47,7 +47,7 @@ class HurryAll:
 
 
 @dataclass(frozen=True)
-class Tell:
+class Notify:
     """Pass an event to the listeners."""
 
     event: Event
@@ -64,4 +64,4 @@ class Ask:
     give: Callable[[], Sequence[Step]]
 
 
-Effect: TypeAlias = Run | Stop | StopAll | HurryAll | Tell | Ask
+Effect: TypeAlias = Run | Stop | StopAll | HurryAll | Notify | Ask

@@ -51,12 +51,12 @@ class ReactionQueue:
 
     Args:
         emit: Takes the functions to call.
-        tell: Takes warnings.
+        notify: Takes warnings.
     """
 
-    def __init__(self, emit: Callable[[Ask], None], tell: Callable[[Event], None]) -> None:
+    def __init__(self, emit: Callable[[Ask], None], notify: Callable[[Event], None]) -> None:
         self._emit = emit
-        self._tell = tell
+        self._notify = notify
         self._reactions: deque[Reaction] = deque()
         self._asked: tuple[Ask, Reaction] | None = None
         self._abandoned = False
@@ -89,7 +89,7 @@ class ReactionQueue:
         """Go on without the function that still runs, and call no others: the launch ends."""
         self._abandoned = True
         if self._asked is not None:
-            self._tell(Message(Level.WARN, ABANDONED))
+            self._notify(Message(Level.WARN, ABANDONED))
             self._resume(Answer())
 
     def _resume(self, answer: Answer | None) -> None:
@@ -111,7 +111,7 @@ class ReactionQueue:
         if self._unhandled:
             text = f"{self._unhandled} events were not handled: functions of the description are too slow"
             self._unhandled = 0
-            self._tell(Message(Level.WARN, text))
+            self._notify(Message(Level.WARN, text))
 
 
 class Handlers:

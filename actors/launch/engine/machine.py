@@ -15,7 +15,7 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from actors.launch.engine.effects import Ask, HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.engine.effects import Ask, HurryAll, Notify, Run, Stop, StopAll
 from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Handlers, ReactionQueue
 from actors.launch.engine.process_table import ProcessState, ProcessTable
 from actors.launch.engine.schedule import Schedule
@@ -90,7 +90,7 @@ class Machine:
         self._now = 0.0
         self._stopped_at = 0.0
         self._effects: list[Effect] = []
-        self._reactions = ReactionQueue(self._effects.append, self._tell)
+        self._reactions = ReactionQueue(self._effects.append, self._notify)
 
     # What is to be known
 
@@ -170,7 +170,7 @@ class Machine:
         process = self._table.get(label)
         waits = process is not None and (process.state is ProcessState.WAITING or process.again)
         if process is not None and not waits and not self.stopping:
-            self._tell(ProcessRestarts(process.spec, process.pid, 0.0, reason))
+            self._notify(ProcessRestarts(process.spec, process.pid, 0.0, reason))
             process.forgive()
             if process.state is ProcessState.UP:
                 process.again = True
@@ -209,12 +209,12 @@ class Machine:
         self._effects.clear()
         return effects
 
-    def _tell(self, event: Event) -> None:
-        self._effects.append(Tell(event))
+    def _notify(self, event: Event) -> None:
+        self._effects.append(Notify(event))
 
     def _happen(self, event: Event) -> None:
         """Tell of an event, and react to it."""
-        self._tell(event)
+        self._notify(event)
         if not self._handlers.matching(event):
             return
         self._reactions.add_for_event(self._respond(event))
@@ -242,7 +242,7 @@ class Machine:
     def _fail(self, mistake: str) -> Reaction:
         self.mistake = self.mistake or mistake
         self.failed = True
-        self._tell(Message(Level.ERROR, mistake))
+        self._notify(Message(Level.ERROR, mistake))
         yield from self._stop("the description has a mistake")
 
     def _take(self, steps: Sequence[Step]) -> Reaction:
@@ -262,7 +262,7 @@ class Machine:
             case Start():
                 yield from self._start(step.process)
             case Say():
-                self._tell(Message(Level.WARN if step.warning else Level.INFO, step.text))
+                self._notify(Message(Level.WARN if step.warning else Level.INFO, step.text))
             case End():
                 yield from self._stop(step.reason)
             case Call():
@@ -279,7 +279,7 @@ class Machine:
             self._split = True
             for process in self._table.in_state(ProcessState.UP):
                 if not process.split:
-                    self._tell(Message(Level.WARN, UNSPLIT, process.spec.label))
+                    self._notify(Message(Level.WARN, UNSPLIT, process.spec.label))
         if handler.presence in self.presences:
             yield from self._heed(handler, Appeared(handler.presence))
 
@@ -289,7 +289,7 @@ class Machine:
         if self.stopping:
             return
         if self.state(spec.label) is not ProcessState.DEAD:
-            self._tell(Message(Level.WARN, "runs already; it is not started a second time", spec.label))
+            self._notify(Message(Level.WARN, "runs already; it is not started a second time", spec.label))
             return
         process = self._table.add(spec)
         if process is None:
@@ -316,7 +316,7 @@ class Machine:
     def _remind(self, process: ProcessEntry, generation: int, now: float) -> None:
         if process.generation == generation:
             so_far_sec = now - process.since
-            self._tell(ProcessWaits(process.spec, None, process.missing(self.presences), so_far_sec))
+            self._notify(ProcessWaits(process.spec, None, process.missing(self.presences), so_far_sec))
             later = now + max(so_far_sec, REMINDER_SEC)
             self._schedule.add(later, partial(self._remind, process, generation))
 
@@ -335,7 +335,7 @@ class Machine:
         self._table.move(process, ProcessState.DEAD, self._now)
         pid, process.pid = process.pid, None
         event = ProcessExited(spec, pid, outcome)
-        self._tell(event)
+        self._notify(event)
         self._reactions.add(self._after_end(process, process.generation, event, lived_sec))
 
     def _after_end(
@@ -370,7 +370,7 @@ class Machine:
             self._enter(process)
         elif (delay := process.respawn_delay(lived_sec)) is not None:
             self._table.move(process, ProcessState.RESTARTING, self._now)
-            self._tell(ProcessRestarts(spec, None, delay, "respawn"))
+            self._notify(ProcessRestarts(spec, None, delay, "respawn"))
             self._schedule.add(self._now + delay, partial(self._respawn, process, process.generation))
         elif spec.required and (outcome.normal or not self._keep):
             self.failed = self.failed or not outcome.normal
@@ -392,7 +392,7 @@ class Machine:
         self.stopping = True
         self._stopped_at = self._now
         self._schedule.clear()
-        self._tell(event)
+        self._notify(event)
         for state in (ProcessState.WAITING, ProcessState.RESTARTING):
             for process in self._table.in_state(state):
                 self._table.move(process, ProcessState.DEAD, self._now)

@@ -6,7 +6,7 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.engine.effects import Ask, HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.engine.effects import Ask, HurryAll, Notify, Run, Stop, StopAll
 from actors.launch.engine.handlers import ask
 from actors.launch.engine.node_execution import NodeExecution
 from actors.launch.engine.process import LaunchedProcess
@@ -83,15 +83,15 @@ class Runner:
         """Take in what the graph has now."""
         self._driver.happened(partial(self._machine.graph, frozenset(presences)))
 
-    def tell(self, event: Event) -> None:
+    def notify(self, event: Event) -> None:
         """Pass an event to the listeners."""
         for listener in self._listeners:
             listener(event)
 
     def _perform(self, effect: Effect) -> None:
         match effect:
-            case Tell():
-                self.tell(effect.event)
+            case Notify():
+                self.notify(effect.event)
             case Run():
                 self._start(effect.process, split=effect.split)
             case Stop():
@@ -119,7 +119,7 @@ class Runner:
             if_current(partial(self._machine.wrote, label, stream, lines))
 
         def say(level: Level, text: str) -> None:
-            self.tell(Message(level, text, label))
+            self.notify(Message(level, text, label))
 
         def ended(outcome: Outcome) -> None:
             if driver.executions.get(label) is execution:

@@ -46,7 +46,7 @@ class SourceWatch:
         steps: Of the launch: its processes are watched from the beginning.
         launch_files: Files whose changes cannot be carried out; that is said instead. More may be added.
         restart: Called in the loop with a label and the reason.
-        tell: Gets messages, in the loop.
+        notify: Gets messages, in the loop.
     """
 
     def __init__(
@@ -55,14 +55,14 @@ class SourceWatch:
         *,
         launch_files: Collection[str],
         restart: Callable[[str, str], None],
-        tell: Listener,
+        notify: Listener,
     ) -> None:
         self._sources = Sources(launch_files)
         for step in steps:
             if isinstance(step, Start):
                 self._sources.add(step.process)
         self._restart = restart
-        self._tell = tell
+        self._notify = notify
         self._loop: asyncio.AbstractEventLoop | None = None
         self._folders = -1
         self._stirred = threading.Event()
@@ -154,7 +154,7 @@ class SourceWatch:
             self._restart(label, _reason(files))
 
     def _say(self, level: Level, text: str) -> None:
-        self._tell(Message(level, text))
+        self._notify(Message(level, text))
 
 
 def _changes(folders: Sequence[str], stop: threading.Event) -> Generator[set[str]]:

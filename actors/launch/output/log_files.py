@@ -50,12 +50,12 @@ class LogFiles:
 
     Args:
         root: The folder in which each launch makes its own.
-        tell: Called with messages about the folder and about errors, in this thread and another.
+        notify: Called with messages about the folder and about errors, in this thread and another.
     """
 
-    def __init__(self, root: Path, tell: Listener) -> None:
+    def __init__(self, root: Path, notify: Listener) -> None:
         self._root = root
-        self._tell = tell
+        self._notify = notify
         self._early: deque[_Entry] = deque(maxlen=MAX_EARLY_LINES)
         self._outgoing: Outgoing[_Entry] = Outgoing()
         self._thread: threading.Thread | None = None
@@ -88,9 +88,9 @@ class LogFiles:
         self._outgoing.end()
         self._thread.join(timeout_sec)
         if self._thread.is_alive():
-            self._tell(Message(Level.WARN, "the log files end early: they cannot be written fast enough"))
+            self._notify(Message(Level.WARN, "the log files end early: they cannot be written fast enough"))
         elif self.lost_lines:
-            self._tell(Message(Level.WARN, f"{self.lost_lines} lines are missing in the log files"))
+            self._notify(Message(Level.WARN, f"{self.lost_lines} lines are missing in the log files"))
         return not self._thread.is_alive() and not self.lost_lines
 
     def _begin(self) -> None:
@@ -115,7 +115,7 @@ class LogFiles:
         except OSError as error:
             self._complain(error)
         else:
-            self._tell(Message(Level.INFO, f"log files are in {self._folder.path}"))
+            self._notify(Message(Level.INFO, f"log files are in {self._folder.path}"))
         while not (batch := self._outgoing.take()).over:
             for entry in batch.pieces:
                 self._write(entry)
@@ -143,7 +143,7 @@ class LogFiles:
         if not self._complained:
             self._complained = True
             where = self._folder.path if self._folder is not None else self._root
-            self._tell(
+            self._notify(
                 Message(Level.ERROR, f"log files in {where} cannot be written: {error.strerror or error}")
             )
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from actors.launch.engine.effects import Ask, HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.engine.effects import Ask, HurryAll, Notify, Run, Stop, StopAll
 from actors.launch.engine.handlers import ABANDONED, ask
 from actors.launch.engine.machine import Machine
 from actors.launch.engine.process_table import ProcessState
@@ -119,7 +119,7 @@ class History:
                 assert effect.label in self.executions, "stopped though it does not run"
             elif isinstance(effect, HurryAll):
                 assert self.machine.stopping
-            elif isinstance(effect, Tell) and effect.event == Message(Level.WARN, ABANDONED):
+            elif isinstance(effect, Notify) and effect.event == Message(Level.WARN, ABANDONED):
                 self.asked.clear()
             elif isinstance(effect, Ask):
                 assert not self.asked, "asked though a function runs"

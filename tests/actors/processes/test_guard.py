@@ -43,7 +43,7 @@ async def test_only_what_was_told_and_not_forgotten_is_killed(
     stranger = running(guard, tmp_path / "stranger")
     child = running(guard, tmp_path / "child")
     if told == "twice":
-        guard._tell(f"+ {stranger.pid}\n")
+        guard._write(f"+ {stranger.pid}\n")
     for _ in range(strangers):
         guard.forget(await never_told())
     guard.forget(stranger.pid)

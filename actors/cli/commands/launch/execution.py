@@ -217,7 +217,7 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
     launch.listen(reports)
     code = FAILURE
     try:
-        with own_logs(launch.tell), captured_logs(), captured_streams(reports.printed):
+        with own_logs(launch.notify), captured_logs(), captured_streams(reports.printed):
             _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone", insist=False))
             good = await (launch.run() if watched is None else _run_watched(launch, watched))
         code = OK if good else FAILURE
@@ -236,7 +236,9 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
 async def _run_watched(launch: Launch, launch_files: Collection[str]) -> bool:
     from actors.launch.engine.watching import SourceWatch
 
-    watch = SourceWatch(launch.plan(), launch_files=launch_files, restart=launch.restart, tell=launch.tell)
+    watch = SourceWatch(
+        launch.plan(), launch_files=launch_files, restart=launch.restart, notify=launch.notify
+    )
     launch.listen(watch.heard)
     async with watch.running():
         return await launch.run()

@@ -167,13 +167,13 @@ async def test_a_failed_watch_starts_again(meeting: Meeting, caplog: pytest.LogC
     told: list[set[Presence]] = []
     errors = [RuntimeError("a bug")]
 
-    def tell(now: set[Presence]) -> None:
+    def notify(now: set[Presence]) -> None:
         if errors:
             raise errors.pop()
         told.append(now)
 
     await meeting.node("talker")
-    async with graph_watch(find_broker_target(meeting.url), tell):
+    async with graph_watch(find_broker_target(meeting.url), notify):
         await until(lambda: told)
     assert "RuntimeError: a bug" in caplog.text
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.launch.engine.effects import Ask, HurryAll, Run, Stop, StopAll, Tell
+from actors.launch.engine.effects import Ask, HurryAll, Notify, Run, Stop, StopAll
 from actors.launch.engine.handlers import ABANDONED, MAX_HANDLERS, MAX_WAITING_EVENTS, ask
 from actors.launch.engine.machine import (
     HURRY_AFTER_SEC,
@@ -128,7 +128,7 @@ class Play:
     def told(self, kind: type[Any]) -> list[Any]:
         """The events of a kind."""
         return [
-            each.event for each in self.effects if isinstance(each, Tell) and isinstance(each.event, kind)
+            each.event for each in self.effects if isinstance(each, Notify) and isinstance(each.event, kind)
         ]
 
     @property
@@ -612,7 +612,7 @@ def test_a_restart_is_for_one_end() -> None:
 def test_a_second_wish_to_stop_hurries() -> None:
     """If it is not the first one's echo."""
     play = Play(start())
-    assert play.does(play.machine.stop, "interrupted") == [Tell(ShuttingDown("interrupted")), StopAll()]
+    assert play.does(play.machine.stop, "interrupted") == [Notify(ShuttingDown("interrupted")), StopAll()]
     assert play.does(play.machine.stop, "interrupted") == []
     play.waits(HURRY_AFTER_SEC)
     assert play.does(play.machine.stop, "interrupted") == [HurryAll()]

@@ -32,7 +32,7 @@ class Witness:
             [Start(process=each) for each in processes],
             launch_files=[str(each) for each in launch_files],
             restart=lambda label, reason: self._add(f"{label}: {reason}"),
-            tell=self._tell,
+            notify=self._notify,
         )
 
     async def sees(self, *texts: str) -> None:
@@ -42,7 +42,7 @@ class Witness:
             await self._more.wait()
         self.said.clear()
 
-    def _tell(self, event: Event) -> None:
+    def _notify(self, event: Event) -> None:
         assert isinstance(event, Message)
         self._add(event.text)
 
