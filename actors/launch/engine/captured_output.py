@@ -125,7 +125,7 @@ class CapturedOutput:
         for stream, lines in groupby(waiting, key=lambda each: each[0]):
             self._write(stream, [line for _, line in lines])
         if lost:
-            self._say(Level.WARN, f"node has written too fast: {lost} lines are not escape")
+            self._say(Level.WARN, f"node has written too fast: {lost} lines are not shown")
 
 
 @contextmanager
