@@ -55,10 +55,12 @@ class Deadlines:
     def _ring(self) -> None:
         self._timer = None
         now = asyncio.get_running_loop().time()
-        while self._heap and (self._heap[0][0] <= now or self._heap[0][1] not in self._live):
-            _, key = heapq.heappop(self._heap)
-            if key in self._live:
-                self._live.discard(key)
-                self._expired(key)
-        if self._heap and self._timer is None:
-            self._arm()
+        try:
+            while self._heap and (self._heap[0][0] <= now or self._heap[0][1] not in self._live):
+                _, key = heapq.heappop(self._heap)
+                if key in self._live:
+                    self._live.discard(key)
+                    self._expired(key)
+        finally:
+            if self._heap and self._timer is None:
+                self._arm()

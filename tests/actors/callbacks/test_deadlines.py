@@ -67,3 +67,25 @@ async def test_an_expiry_may_add_another() -> None:
     deadlines.add(1, loop.time())
     async with asyncio.timeout(10):
         await done.wait()
+
+
+async def test_an_expiry_that_raises_holds_up_no_other() -> None:
+    """After an exception in `expired`, which the loop reports, the other ids expire, too."""
+    loop = asyncio.get_running_loop()
+    reported: list[object] = []
+    loop.set_exception_handler(lambda _, context: reported.append(context.get("exception")))
+    done = asyncio.Event()
+    error = ValueError("expired")
+
+    def on_expired(key: int) -> None:
+        if key == 1:
+            raise error
+        done.set()
+
+    deadlines = Deadlines(on_expired)
+    now = loop.time()
+    deadlines.add(1, now)
+    deadlines.add(2, now)
+    async with asyncio.timeout(10):
+        await done.wait()
+    assert reported == [error]
