@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class Command(Substitution):
     """What a command writes to stdout, without the line ends at its end.
 
-    It is run when the description is planned, without a shell. What it writes to stderr is escape only if it
+    It is run when the description is planned, without a shell. What it writes to stderr is shown only if it
     fails.
 
     Attributes:
