@@ -64,7 +64,10 @@ class CallbackBudget:
     def spend_step(self, seconds: float) -> None:
         """Count what a step of a coroutine callback took."""
         self.step_sec = seconds if seconds > self.step_sec else 0.9 * self.step_sec
-        self.spend(seconds)
+        self._spent_sec = spent = self._spent_sec + seconds
+        if spent >= SHARE_SEC:
+            self.exhausted = spent >= BUDGET_SEC
+            self._renew_later()
 
     def continue_later(self, run: Callable[[], None]) -> None:
         """Call `run` in a later loop turn, after what waits already. Needs an exhausted budget."""

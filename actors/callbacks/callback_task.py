@@ -139,6 +139,7 @@ class CallbackTask:
             failure = error
         finally:
             self._task = None
+            del self._context  # it refers to this object: no work for the garbage collector
             self._mailbox.turn_ended(self)
         while task.cancelling() and not self._mailbox.closed:
             task.uncancel()
@@ -150,12 +151,12 @@ class CallbackTask:
         value: Any = None
         timing, budget, run = self._timing, self._mailbox.budget, self._context.run
         clock = budget.clock
-        first = clock()
+        first = began = clock()
         # The mailbox starts turns beside it in order and within the budget.
         if budget.exhausted and not self.beside:
             error = yield from self._before_step(error)
-        while True:
             began = clock()
+        while True:
             try:
                 if error is None:
                     waiting = run(self._coroutine.send, value)
@@ -181,6 +182,7 @@ class CallbackTask:
             self._suspended = False
             if budget.exhausted or not (self.holding or self.beside):
                 error = yield from self._before_step(error)
+            began = clock()
 
     def _before_step(self, error: BaseException | None) -> Generator[Any, Any, BaseException | None]:
         """Wait for the mailbox and the callback budget; return what to throw into the coroutine.

@@ -51,11 +51,8 @@ class Source(Protocol):
     """Whether it stands in the mailbox's queue; kept by the mailbox."""
     timing: CallbackTiming
     """How long its callback takes; kept by the mailbox and the turns."""
-
-    @property
-    def calls(self) -> int:
-        """How often its callback has been called so far."""
-        ...
+    calls: int
+    """How often its callback has been called so far."""
 
     def dispatch(self, share: Share) -> CallbackTask | None:
         """Run queued callbacks until the share is used or one of them returns a coroutine.
@@ -96,11 +93,6 @@ class Share:
     def used(self) -> bool:
         """Whether the source must leave off."""
         return self.clock() >= self.until or changed(self.context, self.original)
-
-    def renew(self) -> None:
-        """Replace the context if callbacks have changed it."""
-        if changed(self.context, self.original):
-            self.context = self.original.copy()
 
 
 def changed(context: Context, original: Context) -> bool:
@@ -255,12 +247,12 @@ class Mailbox:
         try:
             while not self._busy and self._spawn is not None:
                 if self._resuming:
-                    callback_task, waiter = self._resuming.popleft()
-                    if not waiter.done():
-                        self._busy = callback_task.holding = True
-                        waiter.set_result(None)
+                    self._resume_next()
                     continue
-                if not self._may_dispatch():
+                if not self._ready:
+                    return
+                if self.budget.exhausted:
+                    self._defer()
                     return
                 source = self._ready.popleft()
                 source.posted = False
@@ -279,31 +271,39 @@ class Mailbox:
         finally:
             self._pumping = False
 
-    def _may_dispatch(self) -> bool:
-        """Tell whether a source is ready and the budget allows it; continue later if only that is missing."""
-        if not self._ready or not self.budget.exhausted:
-            return bool(self._ready)
+    def _resume_next(self) -> None:
+        callback_task, waiter = self._resuming.popleft()
+        if not waiter.done():
+            self._busy = callback_task.holding = True
+            waiter.set_result(None)
+
+    def _defer(self) -> None:
+        """Continue in a later loop turn."""
         if not self._deferred:
             self._deferred = True
             self.budget.continue_later(self._continue)
-        return False
 
     def _continue(self) -> None:
         self._deferred = False
         self._pump()
 
     def _dispatch(self, source: Source) -> CallbackTask | None:
-        share = self._share
-        clock = share.clock
+        share, timing = self._share, source.timing
+        clock, context = share.clock, share.context
         began = clock()
         share.until = began + SHARE_SEC
+        callback_task: CallbackTask | None = None
         try:
-            return share.context.run(source.dispatch, share)
+            callback_task = context.run(source.dispatch, share)
         finally:
-            seconds = clock() - began
-            self.budget.spend(seconds)
-            source.timing.dispatched(seconds, source.calls)
-            share.renew()
+            # Calling one `async def` takes no time worth measuring; its steps count.
+            if callback_task is None or not timing.only_turns:
+                seconds = clock() - began
+                self.budget.spend(seconds)
+                timing.dispatched(seconds, source.calls)
+            if changed(context, share.original):
+                share.context = share.original.copy()
+        return callback_task
 
     def _give(self, callback_task: CallbackTask) -> None:
         callback_task.holding = True

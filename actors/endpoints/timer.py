@@ -38,7 +38,6 @@ class Timer:
     Attributes:
         id: Its number in this process.
         period_sec: The period in seconds.
-        ticks: Callbacks run so far.
         skipped: Ticks that passed unused.
     """
 
@@ -57,7 +56,7 @@ class Timer:
         self.id = next(_numbers)
         self.period_sec = period_sec
         self.posted = False
-        self.ticks = self.skipped = 0
+        self.calls = self.skipped = 0
         self._context = context
         self._callback = callback
         self.timing = context.watch.of(callback, "a timer")
@@ -71,6 +70,11 @@ class Timer:
         self._destroyed = False
         context.timers[self] = None
         self.start()
+
+    @property
+    def ticks(self) -> int:
+        """Callbacks run so far."""
+        return self.calls
 
     @property
     def timer_period_ns(self) -> int:
@@ -142,11 +146,6 @@ class Timer:
             self._handle = loop.call_at(max(self._due, loop.time()), self._tick)
         self._context.mailbox.post(self)
 
-    @property
-    def calls(self) -> int:
-        """Source: how often the callback has been called."""
-        return self.ticks
-
     def _go_on(self) -> None:
         """A tick is over. Without a period the next is due now; armed before, it would make the loop spin."""
         if self.period_sec == 0:
@@ -162,7 +161,7 @@ class Timer:
         if not self.has_work():
             return None
         self._due_now = False
-        self.ticks += 1
+        self.calls += 1
         try:
             result = self._callback(self._info()) if self._with_info else self._callback()
         except ENDS_PROGRAM:
@@ -190,9 +189,9 @@ class Timer:
         return TimerDiagnostics(
             id=self.id,
             period_sec=self.period_sec,
-            ticks=self.ticks,
+            ticks=self.calls,
             skipped=self.skipped,
-            callback=self.timing.diagnostics(self.ticks),
+            callback=self.timing.diagnostics(self.calls),
         )
 
     def _ended(self, result: object, error: BaseException | None) -> None:

@@ -124,7 +124,7 @@ class Service(Introspectable, Server, Generic[Q, A]):
                 if not self._concurrent:
                     return callback_task
                 self.context.mailbox.run_beside(callback_task)
-            if share.used:
+            if self._waiting.entries and share.used:
                 break
         return None
 

@@ -102,10 +102,12 @@ class SequenceTracker:
         if gap > 0:
             self.lost += gap
             self._message_lost.add(gap)
-        attachment.expected = attachment.received = max(
-            attachment.expected, batch.first_sequence + batch.length
-        )
-        return max(0, -gap)
+        end = batch.first_sequence + batch.length
+        if end > attachment.expected:
+            attachment.expected = attachment.received = end
+        else:
+            attachment.received = attachment.expected
+        return -gap if gap < 0 else 0
 
     def latched(self, attachment: Attachment, replay: Replay) -> int:
         """Latched messages have come; return how many of them have been seen."""

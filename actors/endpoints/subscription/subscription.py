@@ -62,7 +62,6 @@ class Subscription(Entity, Generic[M]):
     Attributes:
         topic_name: The full name of the topic.
         qos_profile: Its QoS.
-        received: Messages handed to the callback or the iterator.
         dropped: Messages dropped here because the reader was slower than the depth allows.
         expired: Messages not handed over because they were older than their publisher's lifespan.
     """
@@ -88,7 +87,7 @@ class Subscription(Entity, Generic[M]):
         self.topic_name = topic
         self.qos_profile = qos
         self.posted = False
-        self.received = self.dropped = self.expired = 0
+        self.calls = self.dropped = self.expired = 0
         self._typed = typed
         self._decoder = Decoder(codec, topic, context.log)
         resolved = qos.resolved()
@@ -132,9 +131,9 @@ class Subscription(Entity, Generic[M]):
         return self._decoder.failed
 
     @property
-    def calls(self) -> int:
-        """Source: how often the callback has been called."""
-        return self.received
+    def received(self) -> int:
+        """Messages handed to the callback or the iterator."""
+        return self.calls
 
     @property
     def queued(self) -> int:
@@ -278,8 +277,9 @@ class Subscription(Entity, Generic[M]):
 
     def dispatch(self, share: Share) -> CallbackTask | None:
         """Source: run the callback for what waits, until it returns something to await."""
+        batches = self._backlog.batches
         while self.has_work() and self._next_is_fresh():
-            coroutine = self._run(self._backlog.batches[0], share)
+            coroutine = self._run(batches[0], share)
             if coroutine is not None:
                 self._running += 1
                 callback_task = CallbackTask(
@@ -288,23 +288,25 @@ class Subscription(Entity, Generic[M]):
                 if not self._concurrent:
                     return callback_task
                 self.context.mailbox.run_beside(callback_task)
-            if self._backlog.batches and share.used:
+            if not batches or share.used:
                 break
         return None
 
     def _run(self, queued_batch: QueuedBatch, share: Share) -> Coroutine[Any, Any, Any] | None:
         """Run the callback for the messages of a batch, as far as the share goes or to something to await."""
-        callback, waiting = self._callback_for(queued_batch), queued_batch.messages
-        backlog, size = self._backlog, len(waiting)
+        callback, waiting = self._callback, queued_batch.messages
+        assert callback is not None
+        callback = _with_info(callback, queued_batch) if self._with_info else callback
+        backlog, index, size = self._backlog, queued_batch.index, len(waiting)
         context, original = share.context, share.original
-        clock, until, check_at = share.clock, share.until, queued_batch.index + 1
+        clock, until, check_at = share.clock, share.until, index + 1
         checked = until - SHARE_SEC
-        while queued_batch.index < size and not self.destroyed:
-            message = waiting[queued_batch.index]
-            queued_batch.index += 1
+        while index < size and not self.destroyed:
+            message = waiting[index]
+            queued_batch.index = index = index + 1
             backlog.pending -= 1
-            self.received += 1
-            if queued_batch.index == size:
+            self.calls += 1
+            if index == size:
                 backlog.finish()
             try:
                 result = callback(message)
@@ -320,19 +322,13 @@ class Subscription(Entity, Generic[M]):
                     break
             except Exception:  # noqa: BLE001 - the user's values do not compare: see `changed`
                 break
-            if check_at <= queued_batch.index < size:
+            if index == check_at and index < size:
                 now = clock()
                 if now >= until:
                     break
-                check_at = queued_batch.index + (CHECK_EVERY if now - checked < CHEAP_SEC else 1)
+                check_at = index + (CHECK_EVERY if now - checked < CHEAP_SEC else 1)
                 checked = now
         return None
-
-    def _callback_for(self, queued_batch: QueuedBatch) -> Callable[[Any], Any]:
-        """Return the callback as a function of a message that has just been taken from the batch."""
-        callback = self._callback
-        assert callback is not None
-        return (lambda message: callback(message, queued_batch.info())) if self._with_info else callback
 
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result
@@ -349,7 +345,7 @@ class Subscription(Entity, Generic[M]):
         loop = self.context.require_loop()
         while not self.destroyed:
             while self._next_is_fresh():
-                self.received += 1
+                self.calls += 1
                 yield cast("M", self._backlog.take())
             if self.destroyed:
                 return
@@ -396,7 +392,7 @@ class Subscription(Entity, Generic[M]):
             id=self.id,
             topic=self.topic_name,
             matched=self.peers,
-            received=self.received,
+            received=self.calls,
             queued=self.queued,
             queue_limit=self._depth if self._grants is None else self._grants.limit,
             running=self._running,
@@ -405,7 +401,7 @@ class Subscription(Entity, Generic[M]):
             lost=self.lost,
             lost_on_break=self.lost_on_break,
             undecodable=self.undecodable,
-            callback=None if self._callback is None else self.timing.diagnostics(self.received),
+            callback=None if self._callback is None else self.timing.diagnostics(self.calls),
             events=self._events.diagnostics(),
         )
 
@@ -426,3 +422,8 @@ class Subscription(Entity, Generic[M]):
 def _as_batch(batch: Batch | Replay) -> Batch:
     """Return a replay as the run it carries, so that it can be cut."""
     return batch if isinstance(batch, Batch) else Batch(*batch[1:], b"")
+
+
+def _with_info(callback: Callable[..., Any], queued_batch: QueuedBatch) -> Callable[[Any], Any]:
+    """Return the callback as a function of a message that has just been taken from the batch."""
+    return lambda message: callback(message, queued_batch.info())

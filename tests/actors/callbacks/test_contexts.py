@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 from contextvars import ContextVar
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.callbacks.callback_task import CallbackTask
+from actors.callbacks.mailbox import Mailbox
 from actors.interfaces.std_msgs.msg import Int64
 from actors.interfaces.std_srvs.srv import Empty
+from tests.actors.callbacks.test_mailbox import Recorder, opened
 from tests.actors.meeting import KEEP_ALL, matched, until
 
 if TYPE_CHECKING:
@@ -105,3 +110,22 @@ async def test_callbacks_see_what_was_set_around_the_node_and_nothing_of_each_ot
         assert node.diagnostics().callback_errors == 0
         assert subscription.received == MESSAGES
     assert set(map(str, messages + requests + ticks)) == {"around"}
+
+
+async def test_coroutine_callbacks_leave_nothing_to_the_garbage_collector() -> None:
+    """A callback task and its context refer to each other only until the callback ends."""
+    mailbox = Mailbox()
+    gc.collect()
+    gc.disable()
+    try:
+        async with opened(mailbox):
+            source = Recorder(mailbox)
+            source.queue.extend([partial(asyncio.sleep, 0)] * MESSAGES)
+            mailbox.post(source)
+            await until(lambda: len(source.results) == MESSAGES)
+        tasks = [
+            found for found in gc.get_objects() if isinstance(found, CallbackTask) and found.name == "sleep"
+        ]
+        assert len(tasks) <= 1  # the recorder keeps the last
+    finally:
+        gc.enable()
