@@ -1,4 +1,4 @@
-"""The callback budget: how long the callbacks of an event loop may run before the loop gets its turn.
+"""The callback budget: how long callbacks may run in one iteration of an event loop.
 
 All nodes of a loop share one budget. While it lasts, callbacks run where their message arrives. When it is
 exhausted, what is left queues here and continues in later loop turns, first come, first served.
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 BUDGET_SEC: Final = 0.004
-"""Seconds of callbacks between two loop turns: short beside keepalive, long beside the loop's own work."""
+"""Seconds of callbacks between two loop turns: much less than keepalive, much more than a loop's overhead."""
 
 SHARE_SEC: Final = 0.001
 """Seconds of callbacks of one source (subscription, service, timer) in a row, while other sources wait."""

@@ -13,10 +13,10 @@ _SLACK: Final = 1024
 
 
 class Deadlines:
-    """Calls `expired` with each id whose time has come.
+    """Calls `expired` with each key whose deadline has passed.
 
-    Ids that are done are forgotten lazily: the heap holds at most twice as many entries as there are live
-    ids, plus a constant.
+    Removed keys are deleted lazily: the heap holds at most twice as many entries as there are live
+    keys, plus a constant.
     """
 
     def __init__(self, expired: Callable[[int], None]) -> None:

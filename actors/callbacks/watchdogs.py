@@ -1,6 +1,6 @@
-"""Something that has to happen once in a while: a publisher's deadline, a lease.
+"""Watchdogs: timers that expire unless they are reset, for deadlines and liveliness leases.
 
-A watchdog is fed on the hot path (one look at the clock) and has one timer, however often it is fed.
+A reset is on the hot path: it reads the clock once and sets no timer. A watchdog has at most one timer.
 """
 
 from __future__ import annotations
@@ -12,20 +12,21 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 STALL_SEC: Final = 0.01
-"""A timer that comes this late says that the loop was busy: food may lie in a socket nobody has read yet."""
+"""If a timer fires this late, the loop was busy, and a reset may wait in a socket that was not read yet."""
 
 SECOND_LOOK_SEC: Final = 0.05
-"""How long after such a stall the dog is looked at again."""
+"""Seconds after such a stall until the watchdog checks again."""
 
 
 class Watchdog:
-    """Barks when it has not been fed for a period.
+    """Expires when it has not been reset for a period.
 
     Args:
-        loop: Whose clock it goes by.
-        period_s: How long food lasts, in seconds, above 0.
-        on_expired: Told how many periods have passed hungry, one or more, since the last bark.
-        once: Bark once, and then not before it has been fed again.
+        loop: The event loop, whose clock counts.
+        period_s: Seconds from a reset until it expires, above 0.
+        on_expired: Called with the number of periods, one or more, that have passed without a reset since
+            it expired last.
+        once: Expire once, and then only after another reset.
     """
 
     __slots__ = ("_handle", "_looked_twice", "_loop", "_on_expired", "_once", "_reset_at", "period_s")
@@ -47,13 +48,13 @@ class Watchdog:
         self._handle: asyncio.TimerHandle | None = None
 
     def reset(self) -> None:
-        """What was to happen has happened; the first time starts the watch."""
+        """Begin a new period; the first reset starts the watchdog."""
         self._reset_at = self._loop.time()
         if self._handle is None:
             self._look_at(self._reset_at + self.period_s)
 
     def stop(self) -> None:
-        """Watch no more, until it is fed again."""
+        """Stop until the next reset."""
         if self._handle is not None:
             self._handle.cancel()
             self._handle = None

@@ -1,4 +1,4 @@
-"""Watchdogs: one timer, however often they are fed, and no bark at food that lies in front of the door."""
+"""Watchdogs: one timer, however often they are reset, and no expiry while a reset may wait unread."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ def played(scene: Callable[[SimulatedLoop], Coroutine[None, None, None]]) -> Non
     simulate(scene, 0)
 
 
-def test_it_barks_for_each_hungry_period() -> None:
-    """Fed in time it is quiet; then it barks at each period's end, until it is stopped."""
+def test_it_expires_after_each_period_without_a_reset() -> None:
+    """Reset in time it does not expire; then it expires at each period's end, until it is stopped."""
 
     async def scene(loop: SimulatedLoop) -> None:
         expirations: list[float] = []
-        dog = Watchdog(loop, 1.0, lambda periods: expirations.append(round(loop.time() - start, 3)))
+        watchdog = Watchdog(loop, 1.0, lambda periods: expirations.append(round(loop.time() - start, 3)))
         await asyncio.sleep(5)
         start = loop.time()
         for _ in range(10):
-            dog.reset()
+            watchdog.reset()
             await asyncio.sleep(0.9)
         await asyncio.sleep(2.3)
         assert expirations == [9.1, 10.1, 11.1]
-        dog.stop()
+        watchdog.stop()
         await asyncio.sleep(5)
         assert len(expirations) == 3
 
@@ -37,18 +37,18 @@ def test_it_barks_for_each_hungry_period() -> None:
 
 
 def test_once_is_once_until_it_is_fed() -> None:
-    """A dog that barks once is quiet until it has been fed again."""
+    """With `once` it expires once, and again only after another reset."""
 
     async def scene(loop: SimulatedLoop) -> None:
         expirations: list[int] = []
-        dog = Watchdog(loop, 1.0, expirations.append, once=True)
-        dog.reset()
+        watchdog = Watchdog(loop, 1.0, expirations.append, once=True)
+        watchdog.reset()
         await asyncio.sleep(5)
         assert expirations == [1]
-        dog.reset()
+        watchdog.reset()
         await asyncio.sleep(5)
         assert expirations == [1, 1]
-        dog.stop()
+        watchdog.stop()
 
     played(scene)
 
@@ -58,35 +58,35 @@ def test_after_a_stall_it_looks_twice() -> None:
 
     async def scene(loop: SimulatedLoop) -> None:
         expirations: list[int] = []
-        dog = Watchdog(loop, 1.0, expirations.append)
-        dog.reset()
+        watchdog = Watchdog(loop, 1.0, expirations.append)
+        watchdog.reset()
         loop.stall(3.5)
-        loop.call_later(0.01, dog.reset)
+        loop.call_later(0.01, watchdog.reset)
         await asyncio.sleep(0.5)
         assert expirations == []
         loop.stall(3.0)
         await asyncio.sleep(0.2)
         assert expirations == [3]
-        dog.stop()
+        watchdog.stop()
 
     played(scene)
 
 
 def test_who_was_stopped_watches_anew_when_fed() -> None:
-    """Stopping a dog that was never fed does no harm, and hunger from before a stop does not count."""
+    """Stopping a watchdog that was never reset does no harm, and time from before a stop does not count."""
 
     async def scene(loop: SimulatedLoop) -> None:
         expirations: list[float] = []
-        dog = Watchdog(loop, 1.0, lambda periods: expirations.append(round(loop.time(), 3)))
-        dog.stop()
-        dog.reset()
+        watchdog = Watchdog(loop, 1.0, lambda periods: expirations.append(round(loop.time(), 3)))
+        watchdog.stop()
+        watchdog.reset()
         await asyncio.sleep(0.9)
-        dog.stop()
+        watchdog.stop()
         await asyncio.sleep(5.1)
         assert expirations == []
-        dog.reset()
+        watchdog.reset()
         await asyncio.sleep(1.5)
         assert expirations == [7.0]
-        dog.stop()
+        watchdog.stop()
 
     played(scene)
