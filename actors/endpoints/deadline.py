@@ -1,7 +1,7 @@
-"""A deadline: messages of a publisher, or for a subscription, within a period of each other, or it is missed.
+"""The deadline of a publisher or a subscription: the longest time between two messages.
 
-Both ends watch theirs by themselves. It holds from `begin` on: a publisher's from its first message, a
-subscription's while a publisher is matched.
+Each end checks its own. It holds from `begin` on: a publisher's from its first message, a subscription's
+while a publisher is matched.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 
 class Deadline:
-    """One publisher's or subscription's.
+    """The deadline of one publisher or subscription.
 
     Args:
         context: The node.
-        period: What may pass between two messages; 0 for any time.
+        period: The longest time between two messages; 0 for no deadline.
         missed: Counts the periods without a message.
 
     Attributes:
-        wanted: Whether there is something to watch.
+        wanted: Whether there is a deadline.
     """
 
     __slots__ = ("_context", "_missed", "_period_s", "_watchdog", "wanted")
@@ -38,19 +38,19 @@ class Deadline:
         self.wanted = self._period_s > 0
 
     def begin(self) -> None:
-        """It holds from now on. If it does already, or the node does not run, nothing changes."""
+        """Let the deadline hold from now on, if the node runs and it does not hold yet."""
         loop = self._context.link.loop
         if self._watchdog is None and self.wanted and loop is not None:
             self._watchdog = Watchdog(loop, self._period_s, self._missed.add)
             self._watchdog.reset()
 
     def met(self) -> None:
-        """A message has been published, or has come."""
+        """Note that a message was published or received."""
         if self._watchdog is not None:
             self._watchdog.reset()
 
     def end(self) -> None:
-        """It does not hold any more, until it begins again."""
+        """Let the deadline hold no more, until it begins again."""
         if self._watchdog is not None:
             self._watchdog.stop()
             self._watchdog = None

@@ -1,7 +1,7 @@
-"""What befalls a publisher or a subscription beside its messages, and whom it is told.
+"""QoS events of publishers and subscriptions, and their callbacks.
 
 Names and fields are rclpy's. An event is a state with counts, not a log: a callback gets the counts as they
-are now and how they have changed since it was last called, at most once a loop turn. It runs through the
+are now and how they have changed since it was last called, at most once per loop turn. It runs through the
 node's mailbox like every other callback.
 """
 
@@ -27,7 +27,7 @@ EventCallback: TypeAlias = "Callable[[Any], Any]"
 
 
 class MatchedInfo(NamedTuple):
-    """Counterparts: how many there have been in all, and how many there are."""
+    """How many counterparts there have been in all, and how many there are now."""
 
     total_count: int
     total_count_change: int
@@ -43,14 +43,14 @@ class DeadlineMissedInfo(NamedTuple):
 
 
 class LivelinessLostInfo(NamedTuple):
-    """How often a MANUAL_BY_TOPIC publisher has not shown itself within its lease."""
+    """How often a MANUAL_BY_TOPIC publisher has not asserted itself within its lease."""
 
     total_count: int
     total_count_change: int
 
 
 class LivelinessChangedInfo(NamedTuple):
-    """Publishers: how many are alive, and how many are there but silent."""
+    """How many publishers are alive, and how many are attached or suspended but not alive."""
 
     alive_count: int
     alive_count_change: int
@@ -59,7 +59,7 @@ class LivelinessChangedInfo(NamedTuple):
 
 
 class MessageLostInfo(NamedTuple):
-    """Messages that a subscription should have got: dropped for slowness anywhere, or lost on a break."""
+    """Messages that a subscription did not get: dropped for slowness anywhere, or lost on a break."""
 
     total_count: int
     total_count_change: int
@@ -82,14 +82,14 @@ class IncompatibleTypeInfo(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PublisherEventCallbacks:
-    """What to call when something befalls a publisher: `callback(info)`, `def` or `async def`.
+    """Callbacks for the events of a publisher: `callback(info)`, `def` or `async def`.
 
     Args:
         deadline: It has not published within its deadline (DeadlineMissedInfo).
-        liveliness: It has not shown itself within its lease (LivelinessLostInfo).
+        liveliness: It has not asserted itself within its lease (LivelinessLostInfo).
         incompatible_qos: A subscription asks for more than it offers (IncompatibleQoSInfo).
         incompatible_type: A subscription of another type (IncompatibleTypeInfo).
-        matched: A subscription has come or gone (MatchedInfo).
+        matched: A subscription was matched or unmatched (MatchedInfo).
         use_default_callbacks: Log incompatible QoS and types as warnings where no callback is given.
     """
 
@@ -103,14 +103,14 @@ class PublisherEventCallbacks:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SubscriptionEventCallbacks:
-    """What to call when something befalls a subscription: `callback(info)`, `def` or `async def`.
+    """Callbacks for the events of a subscription: `callback(info)`, `def` or `async def`.
 
     Args:
-        deadline: No message has come within its deadline (DeadlineMissedInfo).
-        liveliness: A publisher has come, gone, fallen silent or come back (LivelinessChangedInfo).
+        deadline: No message was received within its deadline (DeadlineMissedInfo).
+        liveliness: A publisher became alive or not alive, or is gone (LivelinessChangedInfo).
         incompatible_qos: A publisher offers less than it asks for (IncompatibleQoSInfo).
         incompatible_type: A publisher of another type (IncompatibleTypeInfo).
-        matched: A publisher has come or gone (MatchedInfo).
+        matched: A publisher was matched or unmatched (MatchedInfo).
         message_lost: Messages were dropped or lost on their way (MessageLostInfo).
         use_default_callbacks: Log incompatible QoS and types as warnings where no callback is given.
     """
@@ -125,19 +125,19 @@ class SubscriptionEventCallbacks:
 
 
 class Event:
-    """One kind of event at one entity: its counts, and what its callback has not been told yet.
+    """One kind of event of one endpoint: its counts, and those that its callback got last.
 
     Args:
         context: The node.
-        what: Names the entity in messages.
-        info: Makes what the callback gets, from each count followed by its change.
-        callback: None if nobody wants to know; the counts go on.
+        what: Names the endpoint in messages.
+        info: Makes the callback's argument from each count followed by its change.
+        callback: The user's; without one events are only counted.
         width: How many counts there are.
 
     Attributes:
         counts: The counts as they are now.
         calls: Times the callback has been called.
-        timing: How long it takes, where there is one.
+        timing: How long it takes, if there is one.
     """
 
     __slots__ = (
@@ -145,8 +145,8 @@ class Event:
         "_context",
         "_due",
         "_info",
+        "_reported",
         "_running",
-        "_told",
         "calls",
         "counts",
         "posted",
@@ -170,21 +170,21 @@ class Event:
         self.calls = 0
         self._info = info
         self._callback = callback
-        self._told: list[int] = [0] * width
+        self._reported: list[int] = [0] * width
         self._due = False
         self._running = False
 
     @property
     def is_wanted(self) -> bool:
-        """Whether somebody has given a callback."""
+        """Whether there is a callback."""
         return self._callback is not None
 
     def diagnostics(self) -> CallbackDiagnostics:
-        """Say how long the callback takes, where there is one."""
+        """Return how long the callback takes; there must be one."""
         return self.timing.diagnostics(self.calls)
 
     def add(self, *changes: int) -> None:
-        """The counts have changed by these."""
+        """Add to the counts, and call the callback soon."""
         if not any(changes):
             return
         for index, change in enumerate(changes):
@@ -195,24 +195,24 @@ class Event:
             loop.call_soon(self._context.mailbox.post, self)
 
     def stop(self) -> None:
-        """Tell nothing more; what has not been told is not told."""
+        """Call the callback no more."""
         self._callback = None
 
     def has_work(self) -> bool:
-        """Source: whether there is something to tell, and nobody is being told."""
+        """Source: whether the counts have changed, and the callback does not run."""
         return self._due and not self._running
 
     def dispatch(self, share: Share) -> CallbackTask | None:
-        """Source: tell the callback."""
+        """Source: call the callback."""
         del share  # one callback is never too much
         if self._running:
             return None
         self._due = False
         callback = self._callback
-        if callback is None or self.counts == self._told:
+        if callback is None or self.counts == self._reported:
             return None
-        pairs = [(now, now - before) for now, before in zip(self.counts, self._told, strict=True)]
-        self._told = list(self.counts)
+        pairs = [(now, now - before) for now, before in zip(self.counts, self._reported, strict=True)]
+        self._reported = list(self.counts)
         self.calls += 1
         try:
             result = callback(self._info(*(number for pair in pairs for number in pair)))
@@ -236,8 +236,8 @@ class Event:
             self._context.mailbox.post(self)
 
 
-class EntityEvents:
-    """The events that publishers and subscriptions have in common."""
+class EndpointEvents:
+    """Events that publishers and subscriptions have in common."""
 
     def __init__(
         self,
@@ -246,7 +246,7 @@ class EntityEvents:
         callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks,
     ) -> None:
         self._context = context
-        self._log_misfits = callbacks.use_default_callbacks
+        self._log_incompatible = callbacks.use_default_callbacks
         self._last_policy = QoSPolicyKind.INVALID
         self._earlier_total = 0
         """Counterparts in earlier sessions."""
@@ -260,19 +260,19 @@ class EntityEvents:
         return IncompatibleQoSInfo(total, change, self._last_policy)
 
     def matched_now(self, peers: int, total: int) -> None:
-        """MATCHED came: so many counterparts, so many in all in this session."""
+        """Count the counterparts, given those of now and those of the session in all."""
         total += self._earlier_total
         if (peers, total) != (self._current, self._total):
             self.matched.add(total - self._total, peers - self._current)
             self._current, self._total = peers, total
 
-    def session_over(self) -> None:
-        """The link is lost: nobody is matched."""
+    def session_ended(self) -> None:
+        """Count every counterpart as gone."""
         self._earlier_total = self._total
         self.matched_now(0, 0)
 
     def notice(self, notice: frames.Notice) -> None:
-        """NOTICE came: somebody does not fit."""
+        """Count incompatible counterparts, and log them unless there is a callback."""
         event = None
         if notice.kind == NoticeKind.INCOMPATIBLE_QOS:
             self._last_policy = _policy_kind(notice.policy)
@@ -281,15 +281,15 @@ class EntityEvents:
             event = self.incompatible_type
         if event is not None:
             event.add(notice.peers)
-        if event is None or (self._log_misfits and not event.is_wanted):
+        if event is None or (self._log_incompatible and not event.is_wanted):
             self._context.log.warning(notice.text)
 
     def diagnostics(self) -> tuple[CallbackDiagnostics, ...]:
-        """Say how long each callback takes."""
+        """Return how long each callback takes."""
         return tuple(event.diagnostics() for event in self._all() if event.is_wanted)
 
     def stop(self) -> None:
-        """The entity has been destroyed: nobody is told of anything any more."""
+        """Call no callbacks any more: the endpoint has been destroyed."""
         for event in self._all():
             event.stop()
 
@@ -297,7 +297,7 @@ class EntityEvents:
         return [self.deadline, self.matched, self.incompatible_qos, self.incompatible_type]
 
 
-class PublisherEvents(EntityEvents):
+class PublisherEvents(EndpointEvents):
     """The events of a publisher."""
 
     def __init__(self, context: NodeContext, topic: str, callbacks: PublisherEventCallbacks) -> None:
@@ -309,7 +309,7 @@ class PublisherEvents(EntityEvents):
         return [*super()._all(), self.liveliness]
 
 
-class SubscriptionEvents(EntityEvents):
+class SubscriptionEvents(EndpointEvents):
     """The events of a subscription."""
 
     def __init__(self, context: NodeContext, topic: str, callbacks: SubscriptionEventCallbacks) -> None:
@@ -323,7 +323,7 @@ class SubscriptionEvents(EntityEvents):
 
 
 def _policy_kind(number: int) -> QoSPolicyKind:
-    """Return the policy of a NOTICE; a later broker may know more of them."""
+    """Return the policy of a NOTICE; a later broker may have more of them."""
     try:
         return QoSPolicyKind(number)
     except ValueError:

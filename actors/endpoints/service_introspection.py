@@ -1,19 +1,19 @@
-"""Service introspection: a client or a server tells what becomes of its calls, on a topic beside the service.
+"""Service introspection: a client or a server publishes events of its calls, on a topic beside the service.
 
 The topic of the service `/add` is `/add/_service_event`, which tools hide; its messages are
-`AddTwoInts.Event`. A call between two ends that both tell has four events: REQUEST_SENT (the client),
-REQUEST_RECEIVED (the server, as its handler begins), RESPONSE_SENT and RESPONSE_RECEIVED. What has not come
-about is not told: a call that ends with an error has no response, and so no event of one.
+`AddTwoInts.Event`. A call between two ends that both publish events has four of them: REQUEST_SENT (the
+client), REQUEST_RECEIVED (the server, as its handler begins), RESPONSE_SENT and RESPONSE_RECEIVED. A call
+that ends with an error has no response, and therefore no event of one.
 
-Telling never harms the call: an event that cannot be published is dropped, counted and logged.
+Introspection never harms the call: an event that cannot be published is dropped, counted and logged.
 """
 
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
-from actors.endpoints.context import Entity
+from actors.endpoints.endpoint import Endpoint, Handle
 from actors.endpoints.publisher.publisher import Publisher
 from actors.errors import PublisherFull
 from actors.interfaces.errors import InvalidMessageError
@@ -22,6 +22,7 @@ from proto import limits
 from proto.names import validate_full_topic_name
 
 if TYPE_CHECKING:
+    from actors.endpoints.context import NodeContext
     from actors.interfaces.message import Message
     from actors.qos.profile import QoSProfile
     from actors.time.clock import Clock
@@ -36,7 +37,7 @@ _WARN_EVERY_SEC: Final = 10.0
 
 
 class ServiceIntrospectionState(IntEnum):
-    """How much a client or a server tells of its calls."""
+    """How much a client or a server publishes of its calls."""
 
     OFF = 0
     """Nothing."""
@@ -47,7 +48,7 @@ class ServiceIntrospectionState(IntEnum):
 
 
 class EventKind(IntEnum):
-    """What an event tells; the numbers are those of service_msgs/msg/ServiceEventInfo."""
+    """Kinds of service events; the numbers are those of service_msgs/msg/ServiceEventInfo."""
 
     REQUEST_SENT = 0
     REQUEST_RECEIVED = 1
@@ -72,7 +73,7 @@ class CallIdentity(NamedTuple):
 
     @classmethod
     def of(cls, attributes: Options | None, call: int) -> CallIdentity:
-        """Read a request's attributes; a client that does not tell is all zeros, its call the broker's."""
+        """Read a request's attributes; without them the gid is zero, and the number the broker's."""
         known = attributes or {}
         gid, number = known.get(_GID), known.get(_NUMBER)
         if not isinstance(gid, bytes) or len(gid) != limits.INSTANCE_BYTES:
@@ -86,44 +87,46 @@ class ServiceEvents:
     """The events of one client or server. They are published until `close`.
 
     Args:
-        teller: The client or server.
+        endpoint: The client or server.
         clock: Stamps the events.
-        qos: Of the topic.
-        contents: Whether requests and responses are told.
+        qos: The topic's.
+        contents: Whether events contain requests and responses.
 
     Attributes:
         lost: Events that could not be published: the topic was full, or the event too large for the broker.
 
     Raises:
-        InvalidTopicNameError: The service's name leaves no room for the topic's.
+        InvalidTopicNameError: The service's name leaves no space for the topic's.
     """
 
-    def __init__(self, teller: Introspectable, *, clock: Clock, qos: QoSProfile, contents: bool) -> None:
-        from actors.interfaces.service_event import service_event  # noqa: PLC0415 - for those who need it
+    def __init__(
+        self, endpoint: IntrospectedEndpoint, *, clock: Clock, qos: QoSProfile, contents: bool
+    ) -> None:
+        from actors.interfaces.service_event import service_event  # noqa: PLC0415 - only with introspection
 
-        topic = teller.srv_name + TOPIC_SUFFIX
+        topic = endpoint.srv_name + TOPIC_SUFFIX
         validate_full_topic_name(topic)
         self.lost = 0
-        self._log = teller.context.log
+        self._log = endpoint.context.log
         self._clock = clock
         self._contents = contents
-        self._event_type = service_event(cast("Any", teller.srv_type))
-        self._publisher = Publisher(teller.context, self._event_type, topic, qos)
+        self._event_type = service_event(cast("Any", endpoint.srv_type))
+        self._publisher = Publisher(endpoint.context, self._event_type, topic, qos)
 
     def request(self, kind: EventKind, identity: CallIdentity, request: Message) -> None:
-        """Tell that a request was sent or received."""
-        self._tell(kind, identity, [request] if self._contents else [], [])
+        """Publish that a request was sent or received."""
+        self._publish(kind, identity, [request] if self._contents else [], [])
 
     def response(self, kind: EventKind, identity: CallIdentity, response: Message) -> None:
-        """Tell that a response was sent or received."""
-        self._tell(kind, identity, [], [response] if self._contents else [])
+        """Publish that a response was sent or received."""
+        self._publish(kind, identity, [], [response] if self._contents else [])
 
-    def _tell(
+    def _publish(
         self, kind: EventKind, identity: CallIdentity, request: list[Message], response: list[Message]
     ) -> None:
         publisher = self._publisher
         if publisher.destroyed:
-            return  # the node is going
+            return  # the node stops
         event = self._event_type(request=request, response=response)
         event.info.event_type = kind
         event.info.stamp = self._clock.now().to_msg()
@@ -133,7 +136,8 @@ class ServiceEvents:
         except (PublisherFull, InvalidMessageError) as error:
             self.lost += 1
             self._log.warning(
-                f"Lost service event number {self.lost}: {error}", throttle_duration_sec=_WARN_EVERY_SEC
+                f"Dropped a service event ({self.lost} so far): {error}",
+                throttle_duration_sec=_WARN_EVERY_SEC,
             )
 
     def close(self) -> None:
@@ -141,17 +145,43 @@ class ServiceEvents:
         self._publisher.destroy()
 
 
-class Introspectable(Entity):
-    """A client or a service: its name, and what it tells of its calls.
+class IntrospectedEndpoint(Endpoint):
+    """A client or a service, as the runtime holds it.
+
+    Attributes:
+        srv_type: The service class.
+        srv_name: The full name of the service.
+        service_events: Publishes events of its calls; None unless introspection is configured.
+    """
+
+    def __init__(self, context: NodeContext, srv_type: type, srv_name: str) -> None:
+        super().__init__(context)
+        self.srv_type = srv_type
+        self.srv_name = srv_name
+        self.service_events: ServiceEvents | None = None
+
+    def destroy(self) -> None:
+        """Take it out of service, and its events."""
+        if self.service_events is not None:
+            self.service_events.close()
+        super().destroy()
+
+
+E = TypeVar("E", bound=IntrospectedEndpoint)
+
+
+class Introspectable(Handle[E]):
+    """A client or a service, as users hold it.
 
     Attributes:
         srv_type: The service class.
         srv_name: The full name of the service.
     """
 
-    srv_type: type
-    srv_name: str
-    _events: ServiceEvents | None = None
+    def __init__(self, endpoint: E) -> None:
+        super().__init__(endpoint)
+        self.srv_type = endpoint.srv_type
+        self.srv_name = endpoint.srv_name
 
     @property
     def service_name(self) -> str:
@@ -161,7 +191,8 @@ class Introspectable(Entity):
     @property
     def events_lost(self) -> int:
         """Service events that could not be published since introspection was configured."""
-        return 0 if self._events is None else self._events.lost
+        events = self._endpoint.service_events
+        return 0 if events is None else events.lost
 
     def configure_introspection(
         self,
@@ -169,30 +200,26 @@ class Introspectable(Entity):
         service_event_qos_profile: QoSProfile | int,
         introspection_state: ServiceIntrospectionState,
     ) -> None:
-        """Tell what becomes of calls on the topic `<service>/_service_event`, or tell it no longer.
+        """Publish events of calls on the topic `<service>/_service_event`, or stop doing so.
 
         Args:
             clock: Stamps the events.
-            service_event_qos_profile: Of the topic; a profile or a depth.
+            service_event_qos_profile: The topic's; a profile or a depth.
             introspection_state: OFF (as at first), METADATA, or CONTENTS: requests and responses, too.
 
         Raises:
-            InvalidTopicNameError: The service's name leaves no room for the topic's.
+            InvalidTopicNameError: The service's name leaves no space for the topic's.
             NodeDestroyed: The client or service has been destroyed.
-            TypeError, ValueError: No QoS, or no state.
+            TypeError: `service_event_qos_profile` is neither a profile nor a depth.
+            ValueError: The depth is negative, or there is no such state.
         """
-        self.require_alive()
+        endpoint = self._endpoint
+        endpoint.require_alive()
         state, qos = ServiceIntrospectionState(introspection_state), qos_from(service_event_qos_profile)
-        before, after = self._events, None
+        before, after = endpoint.service_events, None
         if state is not ServiceIntrospectionState.OFF:
             contents = state is ServiceIntrospectionState.CONTENTS
-            after = ServiceEvents(self, clock=clock, qos=qos, contents=contents)
-        self._events = after
+            after = ServiceEvents(endpoint, clock=clock, qos=qos, contents=contents)
+        endpoint.service_events = after
         if before is not None:
             before.close()
-
-    def destroy(self) -> None:
-        """Take it out of service, its events, too."""
-        if self._events is not None:
-            self._events.close()
-        super().destroy()

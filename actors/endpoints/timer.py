@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from actors.callbacks.mailbox import Share
     from actors.endpoints.context import NodeContext
 
-
 _numbers: Final = count(1)
 
 
@@ -38,7 +37,6 @@ class Timer:
     Attributes:
         id: Its number in this process.
         period_sec: The period in seconds.
-        skipped: Ticks that passed unused.
     """
 
     def __init__(
@@ -51,46 +49,101 @@ class Timer:
             )
         if not 0 <= period_sec < float("inf"):
             raise ValueError(f"A timer's period must be zero or more seconds, got {period_sec}")
-        self._with_info = takes(callback, (0, 1), "timer") == 1
-        context.require_alive()
-        self.id = next(_numbers)
+        self._source = TimerSource(context, period_sec, callback, autostart=autostart)
+        self.id = self._source.id
         self.period_sec = period_sec
-        self.posted = False
-        self.calls = self.skipped = 0
-        self._context = context
-        self._callback = callback
-        self.timing = context.watch.of(callback, "a timer")
-        self._handle: asyncio.TimerHandle | None = None
-        self._due = 0.0
-        self._expected = 0.0
-        """When the tick that runs, or waits to, was due."""
-        self._due_now = False
-        self._running: CallbackTask | None = None
-        self._canceled = not autostart
-        self._destroyed = False
-        context.timers[self] = None
-        self.start()
-
-    @property
-    def ticks(self) -> int:
-        """Callbacks run so far."""
-        return self.calls
 
     @property
     def timer_period_ns(self) -> int:
         """The period in nanoseconds."""
         return round(self.period_sec * 1e9)
 
-    def start(self) -> None:
-        """Begin to tick, if the node runs; called again when it starts to."""
-        loop = self._context.link.loop
-        if loop is not None and not self._canceled and self._handle is None and not self._context.stopping:
-            self._due = loop.time() + self.period_sec
-            self._handle = loop.call_at(self._due, self._tick)
+    @property
+    def ticks(self) -> int:
+        """Callbacks run so far."""
+        return self._source.calls
+
+    @property
+    def skipped(self) -> int:
+        """Ticks that were skipped so far."""
+        return self._source.skipped
 
     def cancel(self) -> None:
         """Stop ticking. `reset` starts again."""
-        self._canceled = True
+        self._source.cancel()
+
+    def reset(self) -> None:
+        """Start again: the next tick is one period from now.
+
+        Raises:
+            NodeDestroyed: The timer has been destroyed.
+        """
+        self._source.reset()
+
+    def destroy(self) -> None:
+        """Stop for good; a callback that runs is cancelled."""
+        self._source.destroy()
+
+    def is_canceled(self) -> bool:
+        """Tell whether the timer does not tick.
+
+        Returns:
+            True after `cancel` or `destroy`, and with `autostart=False` until `reset`.
+        """
+        return self._source.canceled
+
+    def time_until_next_call(self) -> int | None:
+        """Return the time until the next tick.
+
+        Returns:
+            Nanoseconds, negative if the tick is late; None if cancelled or the node does not run.
+        """
+        return self._source.time_until_next_call()
+
+
+class TimerSource:
+    """What the runtime calls on a timer: a `Source` of the mailbox.
+
+    Attributes:
+        calls: Callbacks run so far.
+        skipped: Ticks that were skipped so far.
+        canceled: Whether it does not tick.
+        posted, timing: See `Source`.
+    """
+
+    def __init__(
+        self, context: NodeContext, period_sec: float, callback: Callable[..., Any], *, autostart: bool
+    ) -> None:
+        self._with_info = takes(callback, (0, 1), "timer") == 1
+        context.require_alive()
+        self.id = next(_numbers)
+        self.posted = False
+        self.calls = self.skipped = 0
+        self.canceled = not autostart
+        self.timing = context.watch.of(callback, "a timer")
+        self._period_sec = period_sec
+        self._context = context
+        self._callback = callback
+        self._handle: asyncio.TimerHandle | None = None
+        self._due = 0.0
+        self._expected = 0.0
+        """When the tick that runs, or waits to, was due."""
+        self._due_now = False
+        self._running: CallbackTask | None = None
+        self._destroyed = False
+        context.timers[self] = None
+        self.start()
+
+    def start(self) -> None:
+        """Begin to tick, if the node runs; called again when the node starts."""
+        loop = self._context.link.loop
+        if loop is not None and not self.canceled and self._handle is None and not self._context.stopping:
+            self._due = loop.time() + self._period_sec
+            self._handle = loop.call_at(self._due, self._tick)
+
+    def cancel(self) -> None:
+        """Stop ticking; a callback that runs goes on."""
+        self.canceled = True
         self._due_now = False
         if self._handle is not None:
             self._handle.cancel()
@@ -101,12 +154,8 @@ class Timer:
         if self._destroyed:
             raise NodeDestroyed("This timer has been destroyed")
         self.cancel()
-        self._canceled = False
+        self.canceled = False
         self.start()
-
-    def retire(self) -> None:
-        """The node stops: tick no more. A callback that runs goes on."""
-        self.cancel()
 
     def destroy(self) -> None:
         """Stop for good; a callback that runs is cancelled."""
@@ -116,14 +165,10 @@ class Timer:
         if self._running is not None:
             self._running.cancel()
 
-    def is_canceled(self) -> bool:
-        """Tell whether the timer does not tick."""
-        return self._canceled
-
     def time_until_next_call(self) -> int | None:
         """Return the nanoseconds until the next tick; None if cancelled or the node does not run."""
         loop = self._context.link.loop
-        if self._canceled or loop is None:
+        if self.canceled or loop is None:
             return None
         return round((self._due - loop.time()) * 1e9)
 
@@ -137,23 +182,23 @@ class Timer:
             self._due_now = True
             self._expected = self._due
         self._handle = None
-        if self.period_sec > 0:
+        if self._period_sec > 0:
             periods = 1
-            if late >= self.period_sec:
-                periods = int(late / self.period_sec) + 1
+            if late >= self._period_sec:
+                periods = int(late / self._period_sec) + 1
                 self.skipped += periods - 1
-            self._due += periods * self.period_sec
+            self._due += periods * self._period_sec
             self._handle = loop.call_at(max(self._due, loop.time()), self._tick)
         self._context.mailbox.post(self)
 
-    def _go_on(self) -> None:
-        """A tick is over. Without a period the next is due now; armed before, it would make the loop spin."""
-        if self.period_sec == 0:
+    def _continue(self) -> None:
+        """End a tick. Without a period the next is due now; armed earlier, it would make the loop spin."""
+        if self._period_sec == 0:
             self.start()
 
     def has_work(self) -> bool:
         """Source: whether a tick is due."""
-        return self._due_now and self._running is None and not self._canceled
+        return self._due_now and self._running is None and not self.canceled
 
     def dispatch(self, share: Share) -> CallbackTask | None:
         """Source: run the callback for a tick."""
@@ -168,11 +213,11 @@ class Timer:
             raise
         except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
             self._context.callback_failed(self.timing.what, error)
-            self._go_on()
+            self._continue()
             return None
         coroutine = as_coroutine(result)
         if coroutine is None:
-            self._go_on()
+            self._continue()
             return None
         self._running = CallbackTask(self._context.mailbox, coroutine, self._ended, timing=self.timing)
         return self._running
@@ -184,16 +229,6 @@ class Timer:
         late_ns = round((loop.time() - self._expected) * 1e9)
         return TimerInfo(now_ns - late_ns, now_ns)
 
-    def diagnostics(self) -> TimerDiagnostics:
-        """Say how it is doing."""
-        return TimerDiagnostics(
-            id=self.id,
-            period_sec=self.period_sec,
-            ticks=self.calls,
-            skipped=self.skipped,
-            callback=self.timing.diagnostics(self.calls),
-        )
-
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result
         callback_task, self._running = self._running, None
@@ -204,4 +239,14 @@ class Timer:
         )
         if error is not None and not destroyed:
             self._context.callback_failed(self.timing.what, error)
-        self._go_on()
+        self._continue()
+
+    def diagnostics(self) -> TimerDiagnostics:
+        """Return its state and counts."""
+        return TimerDiagnostics(
+            id=self.id,
+            period_sec=self._period_sec,
+            ticks=self.calls,
+            skipped=self.skipped,
+            callback=self.timing.diagnostics(self.calls),
+        )

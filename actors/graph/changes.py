@@ -1,7 +1,7 @@
-"""The graph's changes, one after the other: who comes, goes, falls silent and returns.
+"""The graph's changes: nodes and endpoints that appear, disappear, are suspended or return.
 
-What is compared is what the consumer has seen with what is there now. So a slow consumer costs no queue: what
-came and went meanwhile it does not see, and what it sees adds up to the truth.
+The graph that the consumer has seen is compared with the graph of now. A slow consumer therefore needs no
+queue: it does not see endpoints that appeared and disappeared meanwhile, and the changes add up to the graph.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ import asyncio
 from collections import defaultdict
 from enum import Enum
 from itertools import count
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from actors.endpoints.context import Entity, NodeContext
+from actors.endpoints.endpoint import Endpoint, Handle
 from actors.graph.snapshot import GraphSnapshot
 from proto import frames
 from proto.codes import EntryKind
@@ -20,7 +20,7 @@ from proto.codes import EntryKind
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    from actors.graph.view import GraphListener
+    from actors.endpoints.context import NodeContext
     from proto.frames import GraphEntry
 
 
@@ -30,7 +30,7 @@ class GraphChangeKind(Enum):
     APPEARED = "appeared"
     DISAPPEARED = "disappeared"
     SUSPENDED = "suspended"
-    """It is silent, and not in the graph until it RETURNED or, when its link is closed, DISAPPEARED."""
+    """Its link is silent. It is not in the graph until it RETURNED or, if its link is closed, DISAPPEARED."""
     RETURNED = "returned"
 
 
@@ -48,110 +48,139 @@ class GraphChange(NamedTuple):
     type_name: str
 
 
-class GraphWatch(Entity):
+class GraphWatch(Handle["_WatchEndpoint"]):
     """Iterate over the changes of the graph: `async for change in node.watch_graph()`. One consumer.
 
-    It begins with everything that is there, as APPEARED. It goes on over reconnects: what is still there then
-    is no change. It ends when it is destroyed, or its node.
+    It begins with everything that exists, as APPEARED. It continues across reconnects: endpoints that still
+    exist then are no change. It ends when it is destroyed, or its node.
     """
 
-    def __init__(self, context: NodeContext, listeners: dict[int, GraphListener]) -> None:
-        super().__init__(context)
-        self._listeners = listeners
-        self.snapshot = GraphSnapshot()
-        self._complete = False
-        self._restarted = False
-        self._seen: dict[int, GraphEntry] = {}
-        self._silent: dict[int, GraphEntry] = {}
-        self._news = asyncio.Event()
-        context.link.add(self)
-        listeners[self.id] = self
+    def __init__(self, context: NodeContext) -> None:
+        super().__init__(_WatchEndpoint(context))
 
-    def received(self, frame: frames.Graph) -> None:
-        """A piece of the graph, or a change, has come."""
-        self.snapshot.apply(frame)
-        if not frame.more:
-            self._complete = True
-            self._news.set()
+    @property
+    def snapshot(self) -> GraphSnapshot:
+        """The graph as the broker has reported it so far in this session."""
+        return self._endpoint.snapshot
 
     async def __aiter__(self) -> AsyncIterator[GraphChange]:
-        """Iterate."""
+        """Iterate over the changes, one by one.
+
+        Returns:
+            An iterator. One task at a time may use it.
+        """
         async for changes in self.batches():
             for change in changes:
                 yield change
 
     async def batches(self) -> AsyncIterator[list[GraphChange]]:
-        """Iterate over the changes, at each step those that have come together.
+        """Iterate over the changes, at each step those that have arrived together.
 
-        When it yields, `snapshot` is complete, and what they add up to.
+        When it yields, `snapshot` is complete, and the sum of all changes.
+
+        Returns:
+            An iterator. One task at a time may use it.
+
+        Raises:
+            RuntimeError: The node does not run (at the first step).
         """
-        self.context.require_loop()
-        while not self.destroyed:
-            self._news.clear()
-            if self._complete and (changes := self._compare()):
+        endpoint = self._endpoint
+        endpoint.context.require_loop()
+        while not endpoint.destroyed:
+            endpoint.news.clear()
+            if endpoint.complete and (changes := endpoint.compare()):
                 yield changes
-            if not self.destroyed:
-                await self._news.wait()
+            if not endpoint.destroyed:
+                await endpoint.news.wait()
 
-    def _compare(self) -> list[GraphChange]:
-        """Return what has changed since the last call."""
+
+class _WatchEndpoint(Endpoint):
+    """What the runtime calls on a graph watch.
+
+    Attributes:
+        snapshot: The graph as the broker has reported it so far.
+        complete: Whether that is the whole graph.
+        news: Set when there may be changes to report.
+    """
+
+    kind: ClassVar = "graph watch"
+
+    def __init__(self, context: NodeContext) -> None:
+        super().__init__(context)
+        self.snapshot = GraphSnapshot()
+        self.complete = False
+        self.news = asyncio.Event()
+        self._restarted = False
+        self._seen: dict[int, GraphEntry] = {}
+        self._suspended: dict[int, GraphEntry] = {}
+        context.link.add(self)
+        context.link.answers[self.id] = self._received
+
+    def _received(self, frame: frames.Graph) -> None:
+        self.snapshot.apply(frame)
+        if not frame.more:
+            self.complete = True
+            self.news.set()
+
+    def compare(self) -> list[GraphChange]:
+        """Return the changes since the last call."""
         now, suspended = self.snapshot.entries, self.snapshot.suspended
         if self._restarted:
             self._restarted = False
-            self._seen, self._silent = _recognized(now, self._seen, self._silent)
+            self._seen, self._suspended = _recognized(now, self._seen, self._suspended)
         gone = [(key, entry) for key, entry in self._seen.items() if key not in now]
-        over = [(key, entry) for key, entry in self._silent.items() if key not in now.keys() | suspended]
+        over = [(key, entry) for key, entry in self._suspended.items() if key not in now.keys() | suspended]
         new = [(key, entry) for key, entry in now.items() if key not in self._seen]
         kinds = GraphChangeKind
         changes = [
             *((kinds.SUSPENDED if key in suspended else kinds.DISAPPEARED, entry) for key, entry in gone),
             *((kinds.DISAPPEARED, entry) for _, entry in over),
-            *((kinds.RETURNED if key in self._silent else kinds.APPEARED, entry) for key, entry in new),
+            *((kinds.RETURNED if key in self._suspended else kinds.APPEARED, entry) for key, entry in new),
         ]
-        told = self._seen.keys() | self._silent
+        reported = self._seen.keys() | self._suspended
         self._seen = dict(now)
-        self._silent = {key: entry for key, entry in suspended.items() if key in told}
+        self._suspended = {key: entry for key, entry in suspended.items() if key in reported}
         return [
             GraphChange(kind, EntryKind(entry.kind), entry.node, entry.name, entry.type_name)
             for kind, entry in changes
         ]
 
     def declaration(self) -> frames.Frame:
-        """Endpoint: ask for the graph."""
+        """Ask for the graph."""
         self.snapshot = GraphSnapshot()
-        self._complete = False
-        self._restarted = bool(self._seen or self._silent)
+        self.complete = False
+        self._restarted = bool(self._seen or self._suspended)
         return frames.Watch(self.id, keep=True)
 
-    def link_lost(self) -> None:
-        """Endpoint: nobody knows what is there until there is a broker again."""
-        super().link_lost()
-        self._complete = False
+    def session_ended(self) -> None:
+        """Report no changes before another broker has sent the whole graph."""
+        super().session_ended()
+        self.complete = False
 
     def destroy(self) -> None:
         """End the watch, and the iteration."""
         if self.destroyed:
             return
         self.destroyed = True
-        self._news.set()
-        self.context.entities.pop(self, None)
-        self._listeners.pop(self.id, None)
+        self.news.set()
+        self.context.endpoints.pop(self, None)
         link = self.context.link
+        link.answers.pop(self.id, None)
         link.remove(self, announce=False)
         if link.channel is not None:
             link.channel.send(frames.Unwatch(self.id))
 
 
 def _recognized(now: dict[int, GraphEntry], *before: dict[int, GraphEntry]) -> list[dict[int, GraphEntry]]:
-    """Return what was there before under the keys it has now; another broker numbers anew.
+    """Return earlier entries under the keys that they have now, as another broker assigns new keys.
 
-    What is not there any more gets keys that nothing has.
+    Entries that no longer exist get keys that no other entry has.
     """
     free: defaultdict[tuple[object, ...], list[int]] = defaultdict(list)
     for key, entry in now.items():
         free[entry[1:5]].append(key)
-    nobody = count(-1, -1)
+    unused = count(-1, -1)
     return [
-        {free[entry[1:5]].pop(0) if free[entry[1:5]] else next(nobody): entry for entry in entries.values()}
+        {free[entry[1:5]].pop(0) if free[entry[1:5]] else next(unused): entry for entry in entries.values()}
         for entries in before
     ]

@@ -1,4 +1,4 @@
-"""Questions to the broker: wait for the link, and then for the answer of that session."""
+"""A node's queries to its broker: wait for a session, ask, and wait for that session's answer."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ async def connected(context: NodeContext, timeout_sec: float) -> None:
 async def answered(
     context: NodeContext, condition: Callable[[], bool], session: int, timeout_sec: float
 ) -> None:
-    """Wait until the broker has answered what it was asked in a session.
+    """Wait until the broker has answered a query of a session.
 
     Raises:
-        BrokerUnreachable: It has not within `timeout_sec`, or the link broke meanwhile.
+        BrokerUnreachable: It did not within `timeout_sec`, or the link broke meanwhile.
     """
     link = context.link
     try:

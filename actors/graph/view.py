@@ -1,82 +1,57 @@
-"""The graph as a node sees it: asked from the broker, which knows.
+"""The broker's view of the graph, its numbers and the types it knows, queried over a node's link.
 
-Queries are coroutines because the answer is the broker's, taken after everything the node has declared.
+Queries are coroutines because the answer is the broker's, made after everything that the node has declared.
 """
 
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
-from actors.diagnostics.records import Size
 from actors.endpoints.context import NodeContext, in_flight
 from actors.errors import BrokerUnreachable
+from actors.graph.broker_report import ReportParts
 from actors.graph.queries import QUERY_TIMEOUT_SEC, answered, connected
 from actors.graph.snapshot import GraphSnapshot
 from proto import frames
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
+
+    from actors.graph.broker_report import BrokerReport
 
 SECOND_LOOK_SEC: Final = 1.0
-"""How much longer than asked a wait may take because the broker has not answered at all: one that is there
-needs milliseconds."""
-
-FIRST_QUESTION: Final = 1 << 31
-"""Ids of questions begin here; those below are the link's."""
+"""How much longer than asked a wait may take if the broker has not answered at all; a live one needs
+milliseconds."""
 
 
-class GraphListener(Protocol):
-    """Something that has asked for the graph."""
+class BrokerView:
+    """A node's queries to its broker.
 
-    def received(self, frame: frames.Graph) -> None:
-        """A piece, or a change, has come."""
-        ...
-
-
-class GraphView:
-    """Asks the broker for the graph over a node's link."""
+    Each raises BrokerUnreachable if there is no answer within `timeout_sec`, or if the link breaks meanwhile.
+    """
 
     def __init__(self, context: NodeContext) -> None:
         self._context = context
-        self._next_id = FIRST_QUESTION
-        self.listeners: dict[int, GraphListener] = {}
-        """By the id of what they have asked."""
         self._definitions: dict[str, list[asyncio.Future[bytes | None]]] = {}
-        context.link.handle(frames.Graph, self._received)
-        context.link.handle(frames.Definition, self._described)
-
-    def sizes(self) -> Iterator[Size]:
-        """Say how full its maps are."""
-        yield Size(name="graph questions", size=len(self.listeners))
-        yield Size(name="definitions asked for", size=len(self._definitions))
-
-    def _received(self, frame: frames.Graph) -> None:
-        watch = self.listeners.get(frame.watch)
-        if watch is not None:
-            watch.received(frame)
-            self._context.link.wake()
-
-    def _described(self, frame: frames.Definition) -> None:
-        for waiter in self._definitions.pop(frame.type_hash, []):
-            if not waiter.done():
-                waiter.set_result(frame.definition)
-        self._context.link.wake()
 
     async def snapshot(self, timeout_sec: float = QUERY_TIMEOUT_SEC) -> GraphSnapshot:
-        """Return the graph as it is now, what this node has declared included.
-
-        Raises:
-            BrokerUnreachable: No broker within `timeout_sec`, or the link broke meanwhile.
-        """
-        watch = self._open(keep=False)
-        await self._wait(lambda: watch.complete, watch, timeout_sec)
+        """Return the graph as it is now, including everything that this node has declared."""
+        link = self._context.link
+        watch = _Watch(self._context, keep=False)
+        try:
+            await connected(self._context, timeout_sec)
+            if watch.session != link.connections:
+                watch.ask()
+            await answered(self._context, lambda: watch.complete, watch.session, timeout_sec)
+        finally:
+            watch.close()
         return watch.snapshot
 
     async def wait_for(self, condition: Callable[[GraphSnapshot], bool], timeout_sec: float | None) -> bool:
-        """Wait until the graph fulfils a condition; False if `timeout_sec` (None: no limit) passes first.
+        """Wait until the graph fulfils a condition; return False after `timeout_sec` (None: no limit).
 
-        A broker that had no time to answer gets a second more to say how things are.
+        A broker that had no time to answer gets a second more.
         """
         context, link = self._context, self._context.link
         context.require_loop()
@@ -86,14 +61,14 @@ class GraphView:
                 async with asyncio.timeout(None if timeout_sec is None else max(0.0, timeout_sec)):
                     while True:
                         if watch is None or watch.session != link.connections:
-                            self._close(watch)
-                            watch = self._open(keep=True) if link.connected else None
+                            if watch is not None:
+                                watch.close()
+                            watch = _Watch(context, keep=True) if link.connected else None
                         if watch is not None and watch.complete and condition(watch.snapshot):
                             return True
                         await link.changed()
                         context.require_alive()
         except TimeoutError:
-            # A watch that had no time to answer has not been asked: look once.
             if watch is None or watch.complete:
                 return False
             try:
@@ -101,79 +76,75 @@ class GraphView:
             except BrokerUnreachable:
                 return False
         finally:
-            self._close(watch)
+            if watch is not None:
+                watch.close()
 
     async def describe(self, type_hash: str, timeout_sec: float = QUERY_TIMEOUT_SEC) -> bytes | None:
-        """Return the definition behind a type hash, if the broker has seen it.
-
-        Raises:
-            BrokerUnreachable: No broker within `timeout_sec`, or the link broke meanwhile.
-        """
-        await connected(self._context, timeout_sec)
-        link = self._context.link
+        """Return the definition of a type hash; None if the broker does not know it."""
+        context, link = self._context, self._context.link
+        await connected(context, timeout_sec)
         assert link.channel is not None
-        session = link.connections
-        waiter: asyncio.Future[bytes | None] = self._context.require_loop().create_future()
-        self._definitions.setdefault(type_hash, []).append(waiter)
+        waiter: asyncio.Future[bytes | None] = context.require_loop().create_future()
+        waiters = self._definitions.setdefault(type_hash, [])
+        waiters.append(waiter)
+        link.answers[type_hash] = self._described
         try:
             link.channel.send(frames.Describe(type_hash))
-            await answered(self._context, waiter.done, session, timeout_sec)
+            await answered(context, waiter.done, link.connections, timeout_sec)
         finally:
-            self._give_up(type_hash, waiter)
-        return waiter.result()
-
-    def _give_up(self, type_hash: str, waiter: asyncio.Future[bytes | None]) -> None:
-        """Nobody waits any more for this answer, which may not have come."""
-        waiters = self._definitions.get(type_hash, [])
-        if waiter in waiters:
             waiters.remove(waiter)
             if not waiters:
-                del self._definitions[type_hash]
+                self._definitions.pop(type_hash, None)
+                link.answers.pop(type_hash, None)
+        return waiter.result()
 
-    async def _wait(self, condition: Callable[[], bool], watch: _Watch, timeout_sec: float) -> None:
-        link = self._context.link
+    def _described(self, frame: frames.Definition) -> None:
+        for waiter in self._definitions.get(frame.type_hash, ()):
+            if not waiter.done():
+                waiter.set_result(frame.definition)
+
+    async def report(self, timeout_sec: float = QUERY_TIMEOUT_SEC) -> BrokerReport:
+        """Return the broker's numbers."""
+        link, parts = self._context.link, ReportParts()
+        await connected(self._context, timeout_sec)
+        assert link.channel is not None
+        query = link.new_id()
+        link.answers[query] = parts.add
         try:
-            await connected(self._context, timeout_sec)
-            if watch.session != link.connections:
-                self._ask(watch)
-            await answered(self._context, condition, watch.session, timeout_sec)
+            link.channel.send(frames.Inspect(query))
+            await answered(self._context, lambda: parts.complete, link.connections, timeout_sec)
         finally:
-            self._close(watch)
-
-    def _open(self, *, keep: bool) -> _Watch:
-        self._next_id += 1
-        watch = _Watch(self._next_id, keep=keep)
-        self.listeners[watch.id] = watch
-        self._ask(watch)
-        return watch
-
-    def _ask(self, watch: _Watch) -> None:
-        link = self._context.link
-        if link.channel is not None:
-            watch.session = link.connections
-            link.channel.send(frames.Watch(watch.id, watch.keep))
-
-    def _close(self, watch: _Watch | None) -> None:
-        if watch is None:
-            return
-        self.listeners.pop(watch.id, None)
-        link = self._context.link
-        if watch.keep and link.channel is not None and watch.session == link.connections:
-            link.channel.send(frames.Unwatch(watch.id))
+            del link.answers[query]
+        return parts.report()
 
 
 class _Watch:
-    """One question to the broker."""
+    """One query of the graph, answered once or, with `keep`, until it is closed."""
 
-    def __init__(self, watch_id: int, *, keep: bool) -> None:
-        self.id = watch_id
-        self.keep = keep
+    def __init__(self, context: NodeContext, *, keep: bool) -> None:
+        self._link = context.link
+        self._id = self._link.new_id()
+        self._keep = keep
         self.session = 0
         self.complete = False
         self.snapshot = GraphSnapshot()
+        self._link.answers[self._id] = self._received
+        self.ask()
 
-    def received(self, frame: frames.Graph) -> None:
-        """A piece came."""
+    def ask(self) -> None:
+        """Send the query, if there is a session."""
+        if self._link.channel is not None:
+            self.session = self._link.connections
+            self._link.channel.send(frames.Watch(self._id, self._keep))
+
+    def _received(self, frame: frames.Graph) -> None:
         self.snapshot.apply(frame)
         if not frame.more:
             self.complete = True
+
+    def close(self) -> None:
+        """Take no more answers."""
+        link = self._link
+        link.answers.pop(self._id, None)
+        if self._keep and link.channel is not None and self.session == link.connections:
+            link.channel.send(frames.Unwatch(self._id))

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Protocol
 
 from actors.callbacks.mailbox import IDLE_WORKERS
 from actors.diagnostics.records import LagDiagnostics, MailboxDiagnostics, NodeDiagnostics, Size
-from actors.endpoints.client.client import Client
-from actors.endpoints.publisher.publisher import Publisher
-from actors.endpoints.service.service import Service
-from actors.endpoints.subscription.subscription import Subscription
+from actors.endpoints.client.endpoint import ClientEndpoint
+from actors.endpoints.publisher.endpoint import PublisherEndpoint
+from actors.endpoints.service.endpoint import ServiceEndpoint
+from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
 from actors.logging.logger import MAX_FILTERS
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
     link = context.link
     outbox = None if link.channel is None else link.channel.outbox
     now = 0.0 if link.loop is None else link.loop.time()
-    entities = tuple(context.entities)
+    endpoints = tuple(context.endpoints)
     return NodeDiagnostics(
         node=context.full_name,
         broker=link.url or link.place,
@@ -45,10 +45,12 @@ def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
         outbox_bytes=0 if outbox is None else outbox.urgent_bytes + outbox.ordered_bytes,
         mailbox=_mailbox(context.mailbox),
         loop_lag=LagDiagnostics(last_sec=link.lag.last_sec, longest_sec=link.lag.longest_sec(now)),
-        publishers=tuple(entity.diagnostics() for entity in entities if isinstance(entity, Publisher)),
-        subscriptions=tuple(entity.diagnostics() for entity in entities if isinstance(entity, Subscription)),
-        services=tuple(entity.diagnostics() for entity in entities if isinstance(entity, Service)),
-        clients=tuple(entity.diagnostics() for entity in entities if isinstance(entity, Client)),
+        publishers=tuple(each.diagnostics() for each in endpoints if isinstance(each, PublisherEndpoint)),
+        subscriptions=tuple(
+            each.diagnostics() for each in endpoints if isinstance(each, SubscriptionEndpoint)
+        ),
+        services=tuple(each.diagnostics() for each in endpoints if isinstance(each, ServiceEndpoint)),
+        clients=tuple(each.diagnostics() for each in endpoints if isinstance(each, ClientEndpoint)),
         timers=tuple(timer.diagnostics() for timer in context.timers),
         sizes=(*_own(context), *(size for holder in (link, *holders) for size in holder.sizes())),
     )
@@ -64,7 +66,7 @@ def _mailbox(mailbox: Mailbox) -> MailboxDiagnostics:
 
 
 def _own(context: NodeContext) -> Iterator[Size]:
-    yield Size(name="entities", size=len(context.entities))
+    yield Size(name="entities", size=len(context.endpoints))
     yield Size(name="timers", size=len(context.timers))
     yield Size(name="departing publishers", size=len(context.departing))
     yield Size(name="idle workers", size=context.mailbox.idle_workers, limit=IDLE_WORKERS)

@@ -12,9 +12,8 @@ from proto.names import expand_topic_name, full_node_name, split_node_name
 if TYPE_CHECKING:
     from actors.endpoints.context import NodeContext
     from actors.graph.broker_report import BrokerReport
-    from actors.graph.broker_stats import BrokerView
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes
-    from actors.graph.view import GraphView
+    from actors.graph.view import BrokerView
 
 TOPICS = (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
 
@@ -27,13 +26,12 @@ class NodeGraph:
     """
 
     _context: NodeContext
-    _graph: GraphView
     _broker: BrokerView
 
     @must_await
     async def get_graph(self) -> GraphSnapshot:
         """Return the whole graph at this moment."""
-        return await self._graph.snapshot()
+        return await self._broker.snapshot()
 
     @must_await
     async def get_broker_stats(self) -> BrokerReport:
@@ -48,23 +46,23 @@ class NodeGraph:
     @must_await
     async def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
         """Return (name, namespace) of every node, sorted by full name."""
-        pairs = map(split_node_name, (await self._graph.snapshot()).nodes())
+        pairs = map(split_node_name, (await self._broker.snapshot()).nodes())
         return [(name, namespace) for namespace, name in pairs]
 
     @must_await
     async def get_fully_qualified_node_names(self) -> list[str]:
         """Return the full names of all nodes, sorted."""
-        return (await self._graph.snapshot()).nodes()
+        return (await self._broker.snapshot()).nodes()
 
     @must_await
     async def get_topic_names_and_types(self) -> NamesAndTypes:
         """Return (topic, types) of every topic that has a publisher or subscription."""
-        return (await self._graph.snapshot()).names_and_types(*TOPICS)
+        return (await self._broker.snapshot()).names_and_types(*TOPICS)
 
     @must_await
     async def get_service_names_and_types(self) -> NamesAndTypes:
         """Return (service, types) of every service that has a server."""
-        return (await self._graph.snapshot()).names_and_types(EntryKind.SERVICE)
+        return (await self._broker.snapshot()).names_and_types(EntryKind.SERVICE)
 
     @must_await
     async def get_publisher_names_and_types_by_node(
@@ -92,7 +90,7 @@ class NodeGraph:
 
     async def _by_node(self, kind: EntryKind, name: str, namespace: str) -> NamesAndTypes:
         node = full_node_name(namespace, name)
-        return (await self._graph.snapshot()).names_and_types(kind, node=node)
+        return (await self._broker.snapshot()).names_and_types(kind, node=node)
 
     @must_await
     async def count_publishers(self, topic_name: str) -> int:
@@ -116,7 +114,7 @@ class NodeGraph:
 
     async def _count(self, kind: EntryKind, name: str) -> int:
         full = self._expand(name, is_service=kind in {EntryKind.SERVICE, EntryKind.CLIENT})
-        return (await self._graph.snapshot()).count(kind, full)
+        return (await self._broker.snapshot()).count(kind, full)
 
     def _expand(self, name: str, *, is_service: bool = False) -> str:
         return expand_topic_name(name, self._context.name, self._context.namespace, is_service=is_service)
@@ -125,13 +123,13 @@ class NodeGraph:
     async def get_publishers_info_by_topic(self, topic_name: str) -> list[EndpointInfo]:
         """Return every publisher of a topic, with node, type and QoS."""
         full = self._expand(topic_name)
-        return (await self._graph.snapshot()).endpoints(EntryKind.PUBLISHER, full)
+        return (await self._broker.snapshot()).endpoints(EntryKind.PUBLISHER, full)
 
     @must_await
     async def get_subscriptions_info_by_topic(self, topic_name: str) -> list[EndpointInfo]:
         """Return every subscription of a topic, with node, type and QoS."""
         full = self._expand(topic_name)
-        return (await self._graph.snapshot()).endpoints(EntryKind.SUBSCRIPTION, full)
+        return (await self._broker.snapshot()).endpoints(EntryKind.SUBSCRIPTION, full)
 
     def watch_graph(self) -> GraphWatch:
         """Return the graph's changes, to be iterated over: `async for change in node.watch_graph()`.
@@ -139,7 +137,7 @@ class NodeGraph:
         Raises:
             NodeDestroyed: The node has been destroyed.
         """
-        return GraphWatch(self._context, self._graph.listeners)
+        return GraphWatch(self._context)
 
     @must_await
     async def wait_for_node(self, fully_qualified_node_name: str, timeout_sec: float | None = None) -> bool:
@@ -150,4 +148,4 @@ class NodeGraph:
         """
         namespace, name = split_node_name(fully_qualified_node_name)
         full = full_node_name(namespace, name)
-        return await self._graph.wait_for(lambda snapshot: full in snapshot.nodes(), timeout_sec)
+        return await self._broker.wait_for(lambda snapshot: full in snapshot.nodes(), timeout_sec)

@@ -210,9 +210,9 @@ class Lifecycle:
         context.stopping = True
         mailbox.begin_nothing(context.link.wake)
         for timer in tuple(context.timers):
-            timer.retire()
-        for entity in tuple(context.entities):
-            entity.retire()
+            timer.cancel()
+        for endpoint in tuple(context.endpoints):
+            endpoint.retire()
         if context.unread:
             context.log.info(f"Stopping with {context.unread} received messages unread")
         if mailbox.running and not mailbox.cancelling:
@@ -242,12 +242,12 @@ class Lifecycle:
         context, link, connector = self._context, self._context.link, self._connector
 
         def sent() -> bool:
-            return link.sent and all(queue.empty for queue in context.departing)
+            return link.sent and context.departing.empty
 
         link.flush()
         await self._until(lambda: sent() or not (link.connected or connector.trying))
         if not connector.closing:
-            context.report_unsent(context.departing)
+            context.departing.report_unsent()
         connector.leave()
         await self._until(lambda: connector.ended)
 
@@ -311,5 +311,5 @@ class Lifecycle:
     def _destroy_parts(self) -> None:
         for timer in tuple(self._context.timers):
             timer.destroy()
-        for entity in tuple(self._context.entities):
-            entity.destroy()
+        for endpoint in tuple(self._context.endpoints):
+            endpoint.destroy()

@@ -14,12 +14,12 @@ from actors.callbacks.timing import SLOW_CALLBACK_SEC
 from actors.config.contexts import find_broker_target
 from actors.endpoints.client.client import Client
 from actors.endpoints.context import DEFAULT_CALL_TIMEOUT_SEC, NodeContext
+from actors.endpoints.endpoint import Handle, endpoint_of
 from actors.endpoints.publisher.publisher import Publisher
 from actors.endpoints.service.service import Service
 from actors.endpoints.subscription.subscription import Subscription
 from actors.endpoints.timer import Timer
-from actors.graph.broker_stats import BrokerView
-from actors.graph.view import GraphView
+from actors.graph.view import BrokerView
 from actors.logging.logger import Logger, get_logger, node_logger_name
 from actors.node.decorators import declared
 from actors.node.diagnostics import diagnose
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from actors.diagnostics.records import NodeDiagnostics
-    from actors.endpoints.context import Entity
     from actors.endpoints.events import PublisherEventCallbacks, SubscriptionEventCallbacks
     from actors.interfaces.message import Message, ServiceType
     from actors.parameters.types import ParameterValue
@@ -120,7 +119,6 @@ class Node(NodeGraph, NodeParameters):
             stop_on_error=on_error == "stop",
             slow_callback_sec=slow_callback_sec,
         )
-        self._graph = GraphView(self._context)
         self._broker = BrokerView(self._context)
         self._clock = Clock()
         self._parameters = ParameterStore(
@@ -176,7 +174,7 @@ class Node(NodeGraph, NodeParameters):
 
         Two looks give rates: `later.rates_since(earlier)`.
         """
-        return diagnose(self._context, self._graph, self._broker, self._lifecycle)
+        return diagnose(self._context, self._lifecycle)
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
         """Return the full name of a topic, remapped unless `only_expand`."""
@@ -340,15 +338,15 @@ class Node(NodeGraph, NodeParameters):
         """Take a client back; its pending calls are cancelled. False if it is not this node's."""
         return self._destroy(client)
 
-    def _destroy(self, entity: Entity) -> bool:
-        mine = entity in self._context.entities
+    def _destroy(self, handle: Handle[Any]) -> bool:
+        mine = endpoint_of(handle) in self._context.endpoints
         if mine:
-            entity.destroy()
+            handle.destroy()
         return mine
 
     def destroy_timer(self, timer: Timer) -> bool:
         """Stop a timer for good. False if it is not this node's."""
-        mine = timer in self._context.timers
+        mine = any(source.id == timer.id for source in self._context.timers)
         if mine:
             timer.destroy()
         return mine

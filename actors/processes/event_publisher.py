@@ -66,7 +66,7 @@ class EventPublisher:
 
     def _publish(self, event: ChildEvent) -> None:
         publisher = self._publisher
-        if publisher is None or publisher.destroyed or publisher.context.destroyed:
+        if publisher is None or publisher.destroyed:
             return
         try:
             publisher.publish(message_of(event))

@@ -1,6 +1,6 @@
-"""Who on this link gets which publisher's runs.
+"""Which subscriptions of this link get which publisher's batches.
 
-The broker sends a publisher's run to a link once; the link hands it to each of its subscriptions that is
+The broker sends a publisher's batch to a link once; the link hands it to each of its subscriptions that is
 attached to the publisher. An `Attachment` is one such pair.
 """
 
@@ -17,53 +17,53 @@ if TYPE_CHECKING:
 
 
 class Reader(Protocol):
-    """A subscription, as the feeds see it."""
+    """A subscription, as its link sees it. The end of a session ends its attachments without these calls."""
 
     def receive(self, attachment: Attachment, batch: Batch | Replay) -> None:
-        """Take a run of a publisher that it is attached to."""
+        """Take a batch of an attached publisher."""
         ...
 
     def attached(self, attachment: Attachment) -> None:
-        """A publisher's runs will come."""
+        """Note that a publisher's batches will arrive."""
         ...
 
-    def detached(self, attachment: Attachment, *, silent: bool = False) -> None:
-        """No more runs of this publisher. If it is only silent, `forgotten` follows when that is over."""
+    def detached(self, attachment: Attachment, *, suspended: bool = False) -> None:
+        """Note that no more batches will arrive; the end of a suspension is reported separately."""
         ...
 
     def asserted(self, attachment: Attachment) -> None:
-        """The publisher says that it is alive."""
+        """Note that the publisher has asserted its liveliness."""
         ...
 
-    def forgotten(self, attachment: Attachment) -> None:
-        """A publisher that was silent is attached anew, or has gone for good."""
+    def suspension_ended(self) -> None:
+        """Note that a suspended publisher is attached again, or gone for good."""
         ...
 
 
 class Attachment:
-    """One publisher's runs for one subscription.
+    """One publisher's batches for one subscription.
 
     Attributes:
         reader: The subscription.
         publisher: The publisher's id on this broker.
         gid: The publisher's id for good, also across reconnects.
         node: The publisher's node.
-        lifespan_s: Seconds after which the publisher's messages are of no use; 0 for no limit.
-        lease_s: Seconds within which a MANUAL_BY_TOPIC publisher shows itself; 0 for any other.
-        counts: Whether it is its publisher's inflow now; another is a leftover. Kept by the reader.
-        watched: Whether somebody wants to know that a run has come; kept by the reader.
-        first_sequence: Live runs are for this subscription from here on.
-        expected: The next sequence number; anything below has been seen.
+        lifespan_s: Seconds after which the publisher's messages expire; 0 for no limit.
+        lease_s: Seconds within which a MANUAL_BY_TOPIC publisher asserts itself; 0 for any other.
+        current: Whether it is its publisher's newest attachment; kept by the reader.
+        watched: Whether a deadline or a lease depends on its batches; kept by the reader.
+        first_sequence: Live batches are for this subscription from this number on.
+        expected: The next sequence number; anything below has been received.
         due: The number of the first message that was for this subscription, over all attachments.
-        received: The number after the last one that has come, latched ones included.
-        missed: Messages counted as lost at the attachment; latched ones may still come.
-        granted_sequence, granted_bytes: Credit given so far (KEEP_ALL).
+        received: The number after the last message received, latched ones included.
+        missed: Messages counted as lost at the attachment; latched ones may still arrive.
+        granted_sequence, granted_bytes: Credit granted so far (KEEP_ALL).
         taken_bytes: Bytes of messages that callbacks have taken since the attachment.
-        taken_sequence: The number after the last one that they have taken.
+        taken_sequence: The number after the last message that callbacks have taken.
     """
 
     __slots__ = (
-        "counts",
+        "current",
         "due",
         "expected",
         "first_sequence",
@@ -90,17 +90,11 @@ class Attachment:
         self.lifespan_s = _seconds(attached.qos, "lifespan_ns")
         manual = attached.qos.get("liveliness") == MANUAL_BY_TOPIC
         self.lease_s = _seconds(attached.qos, "lease_ns") if manual else 0.0
-        self.counts = False
-        self.watched = False
-        self.first_sequence = attached.first_sequence
-        self.expected = attached.first_sequence
-        self.missed = 0
-        self.due = attached.first_sequence
-        self.received = 0
-        self.granted_sequence = 0
-        self.granted_bytes = 0
-        self.taken_bytes = 0
-        self.taken_sequence = 0
+        self.current = self.watched = False
+        self.first_sequence = self.expected = self.due = attached.first_sequence
+        self.missed = self.received = 0
+        self.granted_sequence = self.granted_bytes = 0
+        self.taken_bytes = self.taken_sequence = 0
 
 
 def _seconds(qos: Options, key: str) -> float:
@@ -109,111 +103,99 @@ def _seconds(qos: Options, key: str) -> float:
     return value / 1e9 if isinstance(value, int) and value > 0 else 0.0
 
 
-def _remove(attachments: dict[int, list[Attachment]], publisher: int, reader: Reader) -> None:
-    """Take a reader's inflow of a publisher away; a publisher without any is forgotten."""
-    of_publisher = attachments.get(publisher, [])
-    others = [attachment for attachment in of_publisher if attachment.reader is not reader]
-    if others:
-        attachments[publisher] = others
-    else:
-        attachments.pop(publisher, None)
-
-
 class Attachments:
-    """The inflows of one link, by publisher."""
+    """The attachments of one link, by publisher."""
 
     def __init__(self) -> None:
-        self._attachments: dict[int, list[Attachment]] = {}
-        self._silent: dict[int, list[Attachment]] = {}
-        """Of publishers that are suspended, those that have been detached: bounded by what was attached."""
         self._readers: dict[int, Reader] = {}
-        self._heard_by: dict[int, set[int]] = {}
-        """By subscription: the publishers that it has inflows of, silent ones included."""
+        self.clear()
 
     def __len__(self) -> int:
-        """Return how many publishers are heard."""
+        """Return how many publishers are attached."""
         return len(self._attachments)
 
+    def clear(self) -> None:
+        """Forget all attachments: the session has ended, and publisher ids are no longer valid."""
+        self._attachments: dict[int, list[Attachment]] = {}
+        self._suspended: dict[int, list[Attachment]] = {}
+        """Those that ended because their publisher was suspended."""
+        self._publishers: dict[int, set[int]] = {}
+        """By subscription: the publishers that it is attached to, suspended ones included."""
+
     def add_reader(self, subscription: int, reader: Reader) -> None:
-        """Make a subscription known under its id."""
+        """Register a subscription under its id."""
         self._readers[subscription] = reader
 
     def remove_reader(self, subscription: int) -> None:
         """Hand nothing more to a subscription."""
         reader = self._readers.pop(subscription, None)
-        publishers = self._heard_by.pop(subscription, ())
+        publishers = self._publishers.pop(subscription, ())
         if reader is not None:
             for publisher in publishers:
-                _remove(self._attachments, publisher, reader)
-                _remove(self._silent, publisher, reader)
+                _take(self._attachments, publisher, reader)
+                _take(self._suspended, publisher, reader)
 
     def attached(self, frame: frames.Attached) -> None:
-        """ATTACHED came."""
+        """Handle ATTACHED."""
         for subscription in frame.subscriptions:
             reader = self._readers.get(subscription)
             if reader is not None:
-                attachments = self._attachments.setdefault(frame.publisher, [])
-                # A broker that took us for frozen attaches anew without a DETACHED.
-                self._detach(attachments, reader)
-                self._forget(frame.publisher, reader)
+                # A broker that took this node for frozen attaches again without a DETACHED.
+                self._detach(frame.publisher, reader)
+                self._end_suspension(frame.publisher, reader)
                 attachment = Attachment(reader, frame)
-                attachments.append(attachment)
-                self._heard_by.setdefault(subscription, set()).add(frame.publisher)
+                self._attachments.setdefault(frame.publisher, []).append(attachment)
+                self._publishers.setdefault(subscription, set()).add(frame.publisher)
                 reader.attached(attachment)
 
     def detached(self, frame: frames.Detached) -> None:
-        """DETACHED came."""
-        attachments = self._attachments.get(frame.publisher, [])
+        """Handle DETACHED."""
+        suspended = frame.reason == DetachReason.SUSPENDED
         for subscription in frame.subscriptions:
             reader = self._readers.get(subscription)
             if reader is None:
                 continue
-            silent = frame.reason == DetachReason.SUSPENDED
-            if not silent:
-                self._forget(frame.publisher, reader)
-                self._heard_by.get(subscription, set()).discard(frame.publisher)
-            self._detach(attachments, reader, silent=silent)
-        if not attachments:
-            self._attachments.pop(frame.publisher, None)
+            if not suspended:
+                self._end_suspension(frame.publisher, reader)
+                self._publishers.get(subscription, set()).discard(frame.publisher)
+            self._detach(frame.publisher, reader, suspended=suspended)
 
-    def _detach(self, attachments: list[Attachment], reader: Reader, *, silent: bool = False) -> None:
-        for attachment in [attachment for attachment in attachments if attachment.reader is reader]:
-            attachments.remove(attachment)
-            if silent:
-                self._silent.setdefault(attachment.publisher, []).append(attachment)
-            reader.detached(attachment, silent=silent)
+    def _detach(self, publisher: int, reader: Reader, *, suspended: bool = False) -> None:
+        for attachment in _take(self._attachments, publisher, reader):
+            if suspended:
+                self._suspended.setdefault(publisher, []).append(attachment)
+            reader.detached(attachment, suspended=suspended)
 
-    def _forget(self, publisher: int, reader: Reader) -> None:
-        silent = self._silent.get(publisher, [])
-        for attachment in [attachment for attachment in silent if attachment.reader is reader]:
-            silent.remove(attachment)
-            reader.forgotten(attachment)
-        if not silent:
-            self._silent.pop(publisher, None)
+    def _end_suspension(self, publisher: int, reader: Reader) -> None:
+        for _ in _take(self._suspended, publisher, reader):
+            reader.suspension_ended()
 
     def batch_received(self, batch: Batch) -> None:
-        """BATCH came. One for a publisher without inflows has crossed an UNDECLARE."""
+        """Handle BATCH. One for a publisher without attachments has crossed an UNDECLARE."""
         for attachment in tuple(self._attachments.get(batch.publisher, ())):
             attachment.reader.receive(attachment, batch)
 
     def replay_received(self, replay: Replay) -> None:
-        """REPLAY came: latched messages for one subscription."""
+        """Handle REPLAY: latched messages for one subscription."""
         reader = self._readers.get(replay.subscription)
         for attachment in tuple(self._attachments.get(replay.publisher, ())):
             if attachment.reader is reader:
                 attachment.reader.receive(attachment, replay)
 
-    def clear(self) -> None:
-        """The session is over."""
-        attachments, self._attachments = self._attachments, {}
-        silent, self._silent = self._silent, {}
-        self._heard_by.clear()
-        for flow in [flow for flows in silent.values() for flow in flows]:
-            flow.reader.forgotten(flow)
-        for flow in [flow for flows in attachments.values() for flow in flows]:
-            flow.reader.detached(flow)
-
     def asserted(self, frame: frames.Assert) -> None:
-        """ASSERT came: a publisher is alive."""
+        """Handle ASSERT: a publisher is alive."""
         for attachment in tuple(self._attachments.get(frame.publisher, ())):
             attachment.reader.asserted(attachment)
+
+
+def _take(attachments: dict[int, list[Attachment]], publisher: int, reader: Reader) -> list[Attachment]:
+    """Remove and return a reader's attachments to a publisher."""
+    of_publisher = attachments.get(publisher, [])
+    taken = [attachment for attachment in of_publisher if attachment.reader is reader]
+    if taken:
+        others = [attachment for attachment in of_publisher if attachment.reader is not reader]
+        if others:
+            attachments[publisher] = others
+        else:
+            del attachments[publisher]
+    return taken

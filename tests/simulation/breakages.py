@@ -13,12 +13,13 @@ import broker.attachments
 import broker.latched
 import broker.routes
 from actors.callbacks.deadlines import Deadlines
-from actors.endpoints.client.client import Client
+from actors.endpoints.client.endpoint import ClientEndpoint
 from actors.endpoints.context import NodeContext
 from actors.endpoints.flow_control.credit import CreditGrants
-from actors.endpoints.publisher.publisher import Publisher
-from actors.endpoints.service.service import Service
-from actors.endpoints.subscription.subscription import Subscription
+from actors.endpoints.publisher.endpoint import PublisherEndpoint
+from actors.endpoints.service.endpoint import ServiceEndpoint
+from actors.endpoints.subscription.consumer import Consumer
+from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
 from broker.calls import Calls
 from broker.declarations import Declarations
 from broker.deliveries import Discard, Enqueue
@@ -121,14 +122,14 @@ def loses_in_silence() -> Iterator[None]:
 @contextmanager
 def takes_what_it_has_seen() -> Iterator[None]:
     """A subscription forgets what it has had from a publisher that comes back."""
-    attached = Subscription.attached
+    attached = SubscriptionEndpoint.attached
 
-    def forgetful(subscription: Subscription[Any], attachment: Attachment) -> None:
-        subscription._tracker.known.pop(attachment.gid, None)
-        subscription._tracker.attachments.pop(attachment.gid, None)
+    def forgetful(subscription: SubscriptionEndpoint, attachment: Attachment) -> None:
+        subscription.tracker.known.pop(attachment.gid, None)
+        subscription.tracker.attachments.pop(attachment.gid, None)
         attached(subscription, attachment)
 
-    with mock.patch.object(Subscription, "attached", forgetful):
+    with mock.patch.object(SubscriptionEndpoint, "attached", forgetful):
         yield
 
 
@@ -149,14 +150,13 @@ def answers_somebody_else() -> Iterator[None]:
 @contextmanager
 def answers_twice() -> Iterator[None]:
     """The broker gives a request to its server twice."""
-    requested = NodeContext._requested
+    requested = ServiceEndpoint.requested
 
-    def twice(context: NodeContext, frame: Any) -> None:
-        again = tuple(entry._replace(call=entry.call + 2**40) for entry in frame.entries)
-        requested(context, frame)
-        requested(context, frame._replace(entries=again))
+    def twice(service: ServiceEndpoint, entries: Any) -> None:
+        requested(service, entries)
+        requested(service, tuple(entry._replace(call=entry.call + 2**40) for entry in entries))
 
-    with mock.patch.object(NodeContext, "_requested", twice):
+    with mock.patch.object(ServiceEndpoint, "requested", twice):
         yield
 
 
@@ -174,26 +174,26 @@ def latches_backwards() -> Iterator[None]:
 @contextmanager
 def latches_too_little() -> Iterator[None]:
     """A late joiner does not get the first of the latched messages."""
-    receive = Subscription.receive
+    receive = SubscriptionEndpoint.receive
 
-    def deaf(subscription: Subscription[Any], attachment: Attachment, batch: Batch | Replay) -> None:
+    def deaf(subscription: SubscriptionEndpoint, attachment: Attachment, batch: Batch | Replay) -> None:
         if not isinstance(batch, Replay):
             receive(subscription, attachment, batch)
 
-    with mock.patch.object(Subscription, "receive", deaf):
+    with mock.patch.object(SubscriptionEndpoint, "receive", deaf):
         yield
 
 
 @contextmanager
 def says_that_all_is_new() -> Iterator[None]:
     """A publisher that sends latched messages again does not say that they are old."""
-    declaration = Publisher.declaration
+    declaration = PublisherEndpoint.declaration
 
-    def young(publisher: Publisher[Any]) -> Any:
+    def young(publisher: PublisherEndpoint) -> Any:
         frame: Any = declaration(publisher)
         return frame._replace(live_sequence=frame.next_sequence)
 
-    with mock.patch.object(Publisher, "declaration", young):
+    with mock.patch.object(PublisherEndpoint, "declaration", young):
         yield
 
 
@@ -218,12 +218,12 @@ def never_judges() -> Iterator[None]:
 @contextmanager
 def runs_beside() -> Iterator[None]:
     """Callbacks do not wait for each other."""
-    begin = Subscription.__init__
+    begin = SubscriptionEndpoint.__init__
 
-    def concurrent(subscription: Subscription[Any], *arguments: Any, **options: Any) -> None:
+    def concurrent(subscription: SubscriptionEndpoint, *arguments: Any, **options: Any) -> None:
         begin(subscription, *arguments, **{**options, "concurrent": True})
 
-    with mock.patch.object(Subscription, "__init__", concurrent):
+    with mock.patch.object(SubscriptionEndpoint, "__init__", concurrent):
         yield
 
 
@@ -243,28 +243,28 @@ def takes_any_name() -> Iterator[None]:
 @contextmanager
 def miscounts_a_break() -> Iterator[None]:
     """A subscription does not count what a broken link has cost."""
-    attached = Subscription.attached
+    attached = SubscriptionEndpoint.attached
 
-    def silent(subscription: Subscription[Any], attachment: Attachment) -> None:
-        before = subscription.lost_on_break
+    def silent(subscription: SubscriptionEndpoint, attachment: Attachment) -> None:
+        before = subscription.tracker.lost_on_break
         attached(subscription, attachment)
-        subscription._tracker.lost_on_break = before
+        subscription.tracker.lost_on_break = before
 
-    with mock.patch.object(Subscription, "attached", silent):
+    with mock.patch.object(SubscriptionEndpoint, "attached", silent):
         yield
 
 
 @contextmanager
 def overlooks_a_gap() -> Iterator[None]:
     """A subscription does not count what the broker has dropped."""
-    receive = Subscription.receive
+    receive = SubscriptionEndpoint.receive
 
-    def silent(subscription: Subscription[Any], attachment: Attachment, batch: Batch | Replay) -> None:
-        before = subscription.lost
+    def silent(subscription: SubscriptionEndpoint, attachment: Attachment, batch: Batch | Replay) -> None:
+        before = subscription.tracker.lost
         receive(subscription, attachment, batch)
-        subscription._tracker.lost = before
+        subscription.tracker.lost = before
 
-    with mock.patch.object(Subscription, "receive", silent):
+    with mock.patch.object(SubscriptionEndpoint, "receive", silent):
         yield
 
 
@@ -330,13 +330,13 @@ def holds_nobody() -> Iterator[None]:
 @contextmanager
 def stops_in_silence() -> Iterator[None]:
     """A node that stops does not say that its servers take no more calls."""
-    retire = Service.retire
+    retire = ServiceEndpoint.retire
 
-    def silent(service: Service[Any, Any]) -> None:
-        if not service._running:
+    def silent(service: ServiceEndpoint) -> None:
+        if not service.running:
             retire(service)
 
-    with mock.patch.object(Service, "retire", silent):
+    with mock.patch.object(ServiceEndpoint, "retire", silent):
         yield
 
 
@@ -399,7 +399,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "latched messages come": (latches_too_little, True),
     "latched messages are kept": (does_nothing(broker.routes, "latch"), True),
     "latched messages outlive a broker": (
-        among(does_nothing(Publisher, "_resend_retained"), faults.drop, faults.crash_broker),
+        among(does_nothing(PublisherEndpoint, "_resend_retained"), faults.drop, faults.crash_broker),
         False,
     ),
     "latched messages are for those who want them": (
@@ -411,7 +411,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "drops are counted": (drops_in_silence, False),
     "depth in the broker and the publisher": (does_nothing(PublisherQueue, "trim"), False),
     "links have a ceiling": (has_no_ceiling, False),
-    "depth in the node": (does_nothing(Subscription, "_trim"), True),
+    "depth in the node": (does_nothing(Consumer, "_trim"), True),
     "KEEP_ALL loses nothing": (keeps_all_like_one, True),
     "gaps are counted": (overlooks_a_gap, False),
     "breaks are counted": (miscounts_a_break, False),
@@ -420,8 +420,8 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "replies go to their caller": (answers_somebody_else, True),
     "requests come once": (answers_twice, True),
     "deadlines end calls": (does_nothing(Deadlines, "_ring"), True),
-    "handlers of callers that give up are cancelled": (does_nothing(Client, "_withdraw"), True),
-    "calls to a server that goes end": (does_nothing(Calls, "server_left"), True),
+    "handlers of callers that give up are cancelled": (does_nothing(ClientEndpoint, "_withdraw"), True),
+    "calls to a server that goes end": (does_nothing(Services, "_fail_pending"), True),
     "the silent are noticed": (never_judges, False),
     "names are unique": (takes_any_name, True),
     "the graph is right": (does_nothing(Graph, "remove"), False),

@@ -7,6 +7,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from tests.simulation.records import Ask, keep_all
 
 if TYPE_CHECKING:
@@ -129,7 +130,10 @@ async def _publish_fresh(world: World, told: Told, readers: list[Heard]) -> tupl
     """
 
     def excuses() -> list[int]:
-        links = [told.publisher.context.link, *(heard.subscription.context.link for heard in readers)]
+        links = [
+            endpoint_of(told.publisher).context.link,
+            *(endpoint_of(heard.subscription).context.link for heard in readers),
+        ]
         return [*(link.connections for link in links), *(heard.subscription.expired for heard in readers)]
 
     def unheard() -> str:
@@ -221,7 +225,7 @@ def _adds_up(world: World, heard: Heard) -> None:
     subscription = heard.subscription
     by_gid = {told.publisher.gid: told for told in world.journal.told}
     for gid, first in heard.first.items():
-        told, attachment = by_gid[gid], subscription._tracker.attachments.get(gid)
+        told, attachment = by_gid[gid], endpoint_of(subscription).tracker.attachments.get(gid)
         if not told.gone and (attachment is None or attachment.expected != told.published):
             covered = None if attachment is None else attachment.expected
             world.complain(f"{heard.name} covers {told.name} up to {covered}, not {told.published}")
@@ -240,10 +244,10 @@ def _adds_up(world: World, heard: Heard) -> None:
 
 def _events_add_up(world: World, name: str, subscription: Subscription[Note]) -> None:
     """What the events say is how it is: who is matched, and that each of them is alive or not."""
-    matched = subscription._events.matched.counts
+    matched = endpoint_of(subscription)._events.matched.counts
     if matched[1] != subscription.peers or matched[0] < matched[1]:
         world.complain(f"{name} was told of {matched} matches, and has {subscription.peers}")
-    alive, silent = subscription._events.liveliness.counts
+    alive, silent = endpoint_of(subscription)._events.liveliness.counts
     if alive + silent != subscription.peers or min(alive, silent) < 0:
         world.complain(f"{name}: {alive} publishers alive, {silent} not, of {subscription.peers}")
 

@@ -55,6 +55,6 @@ def _relying(member: Member) -> Channel | None:
     """Return a member's end of its link to the first broker, if it is matched with somebody."""
     link = member.node._context.link
     channel = link.channel
-    if channel is None or not link._matched or channel._transport is None:
+    if channel is None or not link.matched or channel._transport is None:
         return None
     return channel if channel._transport.get_extra_info("peername")[0] == BROKER else None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from proto.frames import Replay
 
 if TYPE_CHECKING:
@@ -59,14 +60,14 @@ class Told:
 
     def __post_init__(self) -> None:
         publisher = self.publisher
-        resend, queue = publisher._resend_retained, publisher._queue
+        resend, queue = endpoint_of(publisher)._resend_retained, endpoint_of(publisher).queue
 
         def noting_resend() -> None:
             before = queue.pending
             resend()
             self.resent += queue.pending - before
 
-        publisher._resend_retained = noting_resend  # type: ignore[method-assign]
+        endpoint_of(publisher)._resend_retained = noting_resend  # type: ignore[method-assign]
 
     @property
     def published(self) -> int:
@@ -110,7 +111,7 @@ class Heard:
     before: Mapping[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        attached, receive = self.subscription.attached, self.subscription.receive
+        attached, receive = endpoint_of(self.subscription).attached, endpoint_of(self.subscription).receive
 
         def noting_attached(attachment: Attachment) -> None:
             self.first.setdefault(attachment.gid, attachment.first_sequence)
@@ -121,17 +122,17 @@ class Heard:
 
         def noting_receive(attachment: Attachment, batch: Batch | Replay) -> None:
             self.moved = True
-            if attachment.counts:
+            if attachment.current:
                 seen = attachment.received if isinstance(batch, Replay) else attachment.expected
                 start = max(batch.first_sequence, seen)
                 end = min(batch.first_sequence + batch.length, self.first[attachment.gid])
                 self.early.setdefault(attachment.gid, set()).update(range(start, end))
             receive(attachment, batch)
-            if attachment.counts:
+            if attachment.current:
                 self.ends[attachment.gid] = attachment.expected
 
-        self.subscription.attached = noting_attached  # type: ignore[method-assign]
-        self.subscription.receive = noting_receive  # type: ignore[method-assign]
+        endpoint_of(self.subscription).attached = noting_attached  # type: ignore[method-assign]
+        endpoint_of(self.subscription).receive = noting_receive  # type: ignore[method-assign]
 
     @property
     def gone(self) -> bool:
@@ -141,7 +142,7 @@ class Heard:
     @property
     def about_to_take(self) -> bool:
         """Whether an idle iterator has been woken, and takes what has come in its next step."""
-        waiter = self.subscription._waiter
+        waiter = endpoint_of(self.subscription).consumer.waiter
         return waiter is not None and waiter.done()
 
     @property

@@ -14,7 +14,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
+from actors.endpoints.endpoint import endpoint_of
 from broker.dispatcher import Dispatcher
+from broker.server import Broker
 from proto.aio.channel import Channel
 from proto.session import Role
 from tests.simulation import structure
@@ -185,7 +187,7 @@ class Steps:
 
         What waits to be sent again when that link breaks, too, is abandoned.
         """
-        publisher, queue = told.publisher, told.publisher._queue
+        publisher, queue = told.publisher, endpoint_of(told.publisher).queue
         known = queue.sent + queue.leaving + queue.abandoned + publisher.queued + publisher.dropped
         if publisher.published + told.resent != known:
             self._world.complain(
@@ -213,18 +215,13 @@ class Steps:
             counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
             self._world.complain(f"{heard.name}: {due} messages were due, and there are {counts}")
         # What latched messages may still make good is not told yet.
-        told = subscription._events.message_lost.counts[0]
-        tracker = subscription._tracker
+        told = endpoint_of(subscription)._events.message_lost.counts[0]
+        tracker = endpoint_of(subscription).tracker
         away = (known.missed for gid, known in tracker.known.items() if gid not in tracker.attachments)
         open_ = sum(attachment.missed for attachment in tracker.attachments.values()) + sum(away)
         if told + open_ != subscription.dropped + subscription.lost + subscription.lost_on_break:
             counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
             self._world.complain(f"{heard.name}: {told} lost messages were told, {open_} are open: {counts}")
-        if (
-            subscription.queued > subscription._depth
-            and subscription._grants is None
-            and not heard.about_to_take
-        ):
-            self._world.complain(
-                f"{heard.name}: {subscription.queued} messages wait where {subscription._depth} may"
-            )
+        depth = endpoint_of(subscription).consumer.depth
+        if depth is not None and subscription.queued > depth and not heard.about_to_take:
+            self._world.complain(f"{heard.name}: {subscription.queued} messages wait where {depth} may")

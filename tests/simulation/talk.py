@@ -9,7 +9,8 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
-from actors.endpoints.context import NodeContext
+from actors.endpoints.endpoint import endpoint_of
+from actors.endpoints.publisher.departing import DepartingQueues
 from broker.deliveries import Enqueue, Send
 from broker.dispatcher import Dispatcher
 from broker.drain import Drain
@@ -60,20 +61,20 @@ class Talk:
     @contextmanager
     def heard(self) -> Iterator[None]:
         """Listen, while inside."""
-        send, departs = Channel.send, NodeContext.departs
+        send, departs = Channel.send, DepartingQueues.add
 
         def noting_send(channel: Channel, frame: frames.Frame) -> None:
             if isinstance(frame, frames.Retire):
                 self._said_so.add((channel, frame.id))
             send(channel, frame)
 
-        def noting_departs(context: NodeContext, queue: PublisherQueue) -> None:
+        def noting_departs(queues: DepartingQueues, queue: PublisherQueue) -> None:
             self._departing.append(queue)
-            departs(context, queue)
+            departs(queues, queue)
 
         with (
             mock.patch.object(Channel, "send", noting_send),
-            mock.patch.object(NodeContext, "departs", noting_departs),
+            mock.patch.object(DepartingQueues, "add", noting_departs),
             self._routers_heard(),
             self._drains_heard(),
         ):
@@ -160,7 +161,11 @@ class Talk:
             if not context.stopping or channel is None or channel.session.state is not State.OPEN:
                 continue
             for service in member.services:
-                if service._running and not service.destroyed and (channel, service.id) not in self._said_so:
+                if (
+                    endpoint_of(service).running
+                    and not service.destroyed
+                    and (channel, service.id) not in self._said_so
+                ):
                     self._world.complain(f"{member.host}!{service.srv_name} stops, and does not say so")
 
     def _note_retired(self, router: Router, peer: int, frame: frames.Retire) -> None:

@@ -6,6 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING, Final
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from tests.simulation.network import BROKER
 from tests.simulation.records import Note
 from tests.simulation.stage import Stage, play
@@ -31,11 +32,11 @@ async def break_while_it_sends_again(
     stage: Stage, publisher: actors.Publisher[Note], meanwhile: Callable[[], object] = lambda: None
 ) -> None:
     """Let a link end, and the next one, too, while the publisher sends again; do something between them."""
-    talker = publisher.context.link
+    talker = endpoint_of(publisher).context.link
     await stage.crash_broker()
     await stage.until(lambda: talker.channel is None)
     await stage.start_broker()
-    await stage.until(lambda: publisher._live)
+    await stage.until(lambda: endpoint_of(publisher).accepted_now)
     assert 0 < publisher.queued < COUNT
     await stage.crash_broker()
     await stage.until(lambda: talker.channel is None)

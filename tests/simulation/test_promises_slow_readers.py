@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
+from actors.endpoints.endpoint import endpoint_of
 from broker.options import BrokerOptions
 from proto import limits
 from tests.simulation.network import LinkFaults
@@ -52,7 +53,7 @@ class Meter:
 
     def leads_to(self, node: actors.Node) -> bool:
         """Whether it takes callbacks of a node."""
-        return self._reader.context is node._context
+        return endpoint_of(self._reader).context is node._context
 
     async def ready(self) -> None:
         """Return when both ends have met."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from tests.simulation.network import BROKER
 from tests.simulation.records import Note
 from tests.simulation.stage import Stage, play
@@ -105,7 +106,7 @@ def test_nobody_is_late_while_there_is_no_broker() -> None:
         await matched(stage, publisher)
         await stage.crash_broker()
         await stage.until(lambda: not listener.connected)
-        missed = subscription._events.deadline.counts
+        missed = endpoint_of(subscription)._events.deadline.counts
         assert missed == [0]
         await asyncio.sleep(10)
         assert missed == [0]
@@ -134,7 +135,7 @@ def test_what_is_destroyed_counts_no_lease_and_no_deadline(*, whole_node: bool) 
         else:
             both.destroy_subscription(subscription)
             both.destroy_publisher(publisher)
-        heard, told = subscription._events, publisher._events
+        heard, told = endpoint_of(subscription)._events, endpoint_of(publisher)._events
         before = [list(event.counts) for event in (*heard._all(), *told._all())]
         await asyncio.sleep(10)
         assert [list(event.counts) for event in (*heard._all(), *told._all())] == before

@@ -14,8 +14,7 @@ from random import Random
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
-from actors.endpoints.flow_control import queue_limits as room
-from actors.endpoints.flow_control import window
+from actors.endpoints.flow_control import queue_limits, window
 from broker.options import BrokerOptions
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
@@ -68,8 +67,8 @@ def tight(random: Random) -> Iterator[None]:
     with (
         mock.patch.object(window, "WINDOW_MESSAGES", random.choice([4, 30, 1000])),
         mock.patch.object(window, "WINDOW_BYTES", random.choice([500, 20_000, 8 * 1024 * 1024])),
-        mock.patch.object(room, "KEEP_ALL_MESSAGES", random.choice([40, 400])),
-        mock.patch.object(room, "READY_MESSAGES", random.choice([1, 20])),
+        mock.patch.object(queue_limits, "KEEP_ALL_MESSAGES", random.choice([40, 400])),
+        mock.patch.object(queue_limits, "READY_MESSAGES", random.choice([1, 20])),
     ):
         yield
 

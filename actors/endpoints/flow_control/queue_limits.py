@@ -1,7 +1,7 @@
-"""Room: what may wait in a publisher's queue.
+"""How many messages may wait in a publisher queue.
 
-KEEP_LAST has room for ever: beyond its depth the oldest go. KEEP_ALL drops nothing, so it is full at last;
-long before that it is crowded, and whoever awaits `ready` waits.
+KEEP_LAST always has space: beyond its depth the oldest messages are dropped. KEEP_ALL drops nothing and may
+become full; long before that it is crowded, and `ready` waits.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 KEEP_ALL_MESSAGES: Final = 100_000
 KEEP_ALL_BYTES: Final = 64 * 1024 * 1024
-"""What a KEEP_ALL publisher queues while its readers are slow, before `publish` raises PublisherFull."""
+"""Limits of a KEEP_ALL publisher's queue; beyond them `publish` raises PublisherFull."""
 
 READY_MESSAGES: Final = 10_000
 READY_BYTES: Final = 4 * 1024 * 1024
@@ -27,11 +27,11 @@ def limit(queue: PublisherQueue) -> int:
 
 
 def left(queue: PublisherQueue, queued: int) -> int:
-    """Return how many messages may be published before somebody must look again; 0 if it is full.
+    """Return how many messages may be published before the next check; 0 if the queue is full.
 
     Args:
-        queue: The publisher's; one without a depth is KEEP_ALL's.
-        queued: Messages that wait, in the lane and before it.
+        queue: The publisher's; without a depth it is KEEP_ALL.
+        queued: Messages that wait, in the queue and before it.
     """
     if queue.depth is not None:
         return sys.maxsize
@@ -39,7 +39,7 @@ def left(queue: PublisherQueue, queued: int) -> int:
 
 
 def crowded(queue: PublisherQueue, queued: int) -> bool:
-    """Tell whether to publish would drop something, or should wait for readers; arguments as for `left`."""
+    """Return whether publishing would drop a message, or should wait for readers; arguments as for `left`."""
     if queue.depth is not None:
         return queued >= queue.depth
     return queued >= READY_MESSAGES or queue.pending_bytes >= READY_BYTES

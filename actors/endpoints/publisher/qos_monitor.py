@@ -1,6 +1,6 @@
-"""What a publisher promises about time, and whether it keeps it: its deadline and, by hand, its lease.
+"""Whether a publisher keeps its QoS: its deadline and, with MANUAL_BY_TOPIC, its lease.
 
-Both are judged where they are made, so that the publisher itself is told; its readers judge by what they see.
+Each end checks by itself: the publisher here, its readers by what they receive.
 """
 
 from __future__ import annotations
@@ -18,37 +18,37 @@ if TYPE_CHECKING:
 
 
 class QoSMonitor:
-    """One publisher's.
+    """The monitor of one publisher.
 
     Args:
         context: The node.
         qos: The publisher's resolved profile.
-        events: Told of what has not been kept.
+        events: Counts missed deadlines and lost liveliness.
 
     Attributes:
-        any: Whether there is something to keep.
-        by_hand: Whether readers want to be told that it is alive.
+        active: Whether there is something to check.
+        manual: Whether readers expect the publisher to assert its liveliness.
     """
 
     def __init__(self, context: NodeContext, qos: QoSProfile, events: PublisherEvents) -> None:
         self._context = context
         self._events = events
-        self.by_hand = qos.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
+        self.manual = qos.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
         self._deadline = Deadline(context, qos.deadline, events.deadline)
-        self._lease_s = qos.liveliness_lease_duration.nanoseconds / 1e9 if self.by_hand else 0.0
-        self.any = self._deadline.wanted or self._lease_s > 0
+        self._lease_s = qos.liveliness_lease_duration.nanoseconds / 1e9 if self.manual else 0.0
+        self.active = self._deadline.wanted or self._lease_s > 0
         self._lease: Watchdog | None = None
-        self._over = False
+        self._stopped = False
 
     def published(self) -> None:
-        """A message has been published: from the first one on the deadline holds."""
+        """Note a published message: the deadline holds from the first one on."""
         self._deadline.begin()
         self._deadline.met()
-        self.shown()
+        self.asserted()
 
-    def shown(self) -> None:
-        """It has shown itself: from the first session on the lease holds."""
-        if self._over:
+    def asserted(self) -> None:
+        """Note a sign of life: the lease holds from the first session on."""
+        if self._stopped:
             return
         loop = self._context.link.loop
         if self._lease is None and self._lease_s and loop is not None:
@@ -57,9 +57,9 @@ class QoSMonitor:
             self._lease.reset()
 
     def stop(self) -> None:
-        """It is destroyed: nothing is promised any more."""
-        self.any = False
-        self._over = True
+        """Check nothing more: the publisher is destroyed."""
+        self.active = False
+        self._stopped = True
         self._deadline.end()
         if self._lease is not None:
             self._lease.stop()

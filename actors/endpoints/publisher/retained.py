@@ -1,4 +1,4 @@
-"""What a latched publisher keeps of what it has sent, for a broker that restarts: its last messages."""
+"""The last messages of a latched publisher, kept for a broker that restarts."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from proto.frames import Batch
 
 RETAINED_BYTES: Final = limits.MAX_QUEUE_BYTES
-"""What one publisher keeps, whatever its depth; beyond it the oldest go, but never the last message."""
+"""Bytes that one publisher keeps at most, whatever its depth. The last message is always kept."""
 
 
 class Retained:
-    """The last messages of one publisher, in runs, oldest first.
+    """The last messages of one publisher, in batches, oldest first.
 
     Args:
         keep: How many messages at most.
@@ -41,7 +41,7 @@ class Retained:
         return self._batches[0].first_sequence if self._batches else None
 
     def newest_first(self, *, before: int | None = None) -> Iterator[Batch]:
-        """Iterate over the runs, the newest first; only over the messages below a number, if there is one."""
+        """Iterate over the batches, the newest first; with `before` only over messages below that number."""
         for batch in reversed(self._batches):
             if before is None or batch.first_sequence + batch.length <= before:
                 yield batch
@@ -49,22 +49,22 @@ class Retained:
                 yield slice_batch(batch, 0, before - batch.first_sequence)
 
     def add(self, batch: Batch) -> None:
-        """A run has been published."""
+        """Add a published batch."""
         self._batches.append(batch)
         self.messages += batch.length
         self.size += message_bytes(batch)
         while self.messages > self._keep or (self.size > RETAINED_BYTES and self.messages > 1):
             oldest = self._batches.popleft()
-            gone = min(oldest.length, max(self.messages - self._keep, 1))
-            self.messages -= gone
+            excess = min(oldest.length, max(self.messages - self._keep, 1))
+            self.messages -= excess
             self.size -= message_bytes(oldest)
-            if gone < oldest.length:
-                rest = slice_batch(oldest, gone, oldest.length)
+            if excess < oldest.length:
+                rest = slice_batch(oldest, excess, oldest.length)
                 self.size += message_bytes(rest)
                 self._batches.appendleft(rest)
 
     def drop_larger(self, most: int) -> None:
-        """Forget the runs with more than `most` bytes of messages."""
+        """Remove batches with more than `most` bytes of messages."""
         kept = [batch for batch in self._batches if message_bytes(batch) <= most]
         self._batches.clear()
         self.messages = self.size = 0

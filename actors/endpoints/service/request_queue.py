@@ -16,10 +16,10 @@ MAX_QUEUED_BYTES: Final = 256 * 1024 * 1024
 
 
 class RequestQueue:
-    """The requests of one service that nobody has begun to handle.
+    """The requests of one service that its handler has not begun.
 
     Attributes:
-        entries: By call, oldest first. To be looked at only: `put`, `take` and `remove` keep `size` right.
+        entries: By call, oldest first. Read-only: `put`, `take` and `remove` keep `size` right.
         size: Their bytes.
     """
 
@@ -30,7 +30,7 @@ class RequestQueue:
         self.entries: OrderedDict[int, RequestEntry] = OrderedDict()
 
     def put(self, entry: RequestEntry) -> str | None:
-        """Queue a request; return why not, if there is no room."""
+        """Queue a request; return the reason if there is no space."""
         entries, size = self.entries, self.size + len(entry.body)
         if len(entries) >= MAX_QUEUED:
             return f"{MAX_QUEUED} requests wait already"
@@ -41,13 +41,13 @@ class RequestQueue:
         return None
 
     def take(self) -> RequestEntry:
-        """Take the oldest. Needs one."""
+        """Remove and return the oldest request. There must be one."""
         _, entry = self.entries.popitem(last=False)
         self.size -= len(entry.body)
         return entry
 
     def remove(self, call: int) -> bool:
-        """Take one back; False if it does not wait here."""
+        """Remove a request; return False if it does not wait here."""
         entry = self.entries.pop(call, None)
         if entry is None:
             return False
@@ -55,6 +55,6 @@ class RequestQueue:
         return True
 
     def clear(self) -> None:
-        """Forget them all."""
+        """Remove all requests."""
         self.entries.clear()
         self.size = 0

@@ -1,7 +1,7 @@
-"""What has come for a subscription and waits to be taken: decoded runs, a batch each.
+"""Decoded batches of a subscription that wait to be taken.
 
-A batch that finds its reader idle is taken whole. At a busy reader only the newest `depth` messages stay.
-Where the publisher sets a lifespan, what gets too old while it waits is thrown away when its turn comes.
+An idle consumer takes a whole batch. For a busy one only the newest `depth` messages stay. Where the
+publisher sets a lifespan, messages that expire while they wait are dropped when they would be taken.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 class MessageInfo(NamedTuple):
-    """What comes with a message: a callback's second argument."""
+    """What a callback gets as its second argument."""
 
     source_timestamp: int
-    """When its run was sent, in ns since the epoch, by the publisher's clock."""
+    """When its batch was sent, in ns since the epoch, by the publisher's clock."""
     received_timestamp: int
-    """When it came in, in ns since the epoch."""
+    """When it was received, in ns since the epoch."""
     publication_sequence_number: int
     """Its number among the publisher's messages, from 0."""
     publisher_gid: bytes
@@ -33,12 +33,12 @@ class MessageInfo(NamedTuple):
 
 
 class QueuedBatch:
-    """Decoded messages of one run that wait; those from `index` on have not been taken.
+    """The decoded messages of one batch; those from `index` on have not been taken.
 
     Attributes:
-        end: The number after the run's last message.
-        size: The bytes of the whole run, for credit.
-        expires_at: Loop time after which nothing of it is handed over.
+        end: The number after the batch's last message.
+        size: The bytes of the whole batch, for credit.
+        expires_at: Loop time after which none of its messages is handed over.
     """
 
     __slots__ = (
@@ -73,18 +73,19 @@ class QueuedBatch:
 
     def info(self) -> MessageInfo:
         """Return the message info of the message taken last."""
-        flow = self.attachment
-        return MessageInfo(self.stamp_ns, self.received_ns, self.numbers[self.index - 1], flow.gid, flow.node)
+        publisher = self.attachment
+        number = self.numbers[self.index - 1]
+        return MessageInfo(self.stamp_ns, self.received_ns, number, publisher.gid, publisher.node)
 
 
 class Backlog:
     """The batches of one subscription, oldest first.
 
     Args:
-        finished: Told of each batch that is off our hands, in order; None if nobody wants to know.
+        finished: Called with each batch of which nothing waits any more, in order; None if not needed.
 
     Attributes:
-        batches: Those of which something waits.
+        batches: Those of which messages wait.
         pending: Messages that wait.
     """
 
@@ -97,16 +98,16 @@ class Backlog:
 
     @property
     def newest(self) -> QueuedBatch | None:
-        """The batch that has come last, if it waits still."""
+        """The batch received last, if it still waits."""
         return self.batches[-1] if self.batches else None
 
     def put(self, queued_batch: QueuedBatch) -> None:
-        """A run has come."""
+        """Add a batch."""
         self.batches.append(queued_batch)
         self.pending += len(queued_batch.messages)
 
     def take(self) -> Any:
-        """Take the oldest message. Needs one."""
+        """Remove and return the oldest message. There must be one."""
         queued_batch = self.batches[0]
         message = queued_batch.messages[queued_batch.index]
         queued_batch.index += 1
@@ -116,14 +117,14 @@ class Backlog:
         return message
 
     def finish(self) -> None:
-        """All messages of the first batch have been taken."""
+        """Remove the first batch: all of its messages have been taken."""
         queued_batch = self.batches.popleft()
         if self._finished is not None:
             self._finished(queued_batch)
 
     def trim(self, depth: int) -> int:
-        """Drop the oldest messages beyond the depth; return how many that were."""
-        excess = gone = max(0, self.pending - depth)
+        """Drop the oldest messages beyond the depth; return how many."""
+        excess = dropped = max(0, self.pending - depth)
         while excess > 0:
             queued_batch = self.batches[0]
             part = min(excess, len(queued_batch.messages) - queued_batch.index)
@@ -131,18 +132,18 @@ class Backlog:
             excess -= part
             if queued_batch.index == len(queued_batch.messages):
                 self.batches.popleft()
-        self.pending -= gone
-        return gone
+        self.pending -= dropped
+        return dropped
 
     def expire(self, now: float) -> int:
-        """Drop what is too old, from the oldest on; return how many messages that were."""
-        gone = 0
+        """Drop expired batches, from the oldest on; return how many messages they had."""
+        dropped = 0
         while self.batches and self.batches[0].expires_at <= now:
             queued_batch = self.batches[0]
-            gone += len(queued_batch.messages) - queued_batch.index
+            dropped += len(queued_batch.messages) - queued_batch.index
             self.pending -= len(queued_batch.messages) - queued_batch.index
             self.finish()
-        return gone
+        return dropped
 
     def clear(self) -> None:
         """Drop everything."""

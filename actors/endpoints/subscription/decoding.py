@@ -1,4 +1,4 @@
-"""From a run to messages: in one call for all of them, one by one if some are bad."""
+"""Decodes batches: all messages in one call, or one by one if some are invalid."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 class Decoder:
-    """One subscription's.
+    """The decoder of one subscription.
 
     Args:
-        codec: Of the message class; None gives each message as bytes.
+        codec: The message class's; None returns each message as bytes.
         topic: The topic's name, for the log.
         log: The node's.
 
@@ -36,7 +36,7 @@ class Decoder:
         self._log = log
 
     def decode(self, batch: Batch | Replay) -> tuple[list[Any], Sequence[int]]:
-        """Return the good messages of a run, and their numbers."""
+        """Return the valid messages of a batch, and their numbers."""
         numbers = range(batch.first_sequence, batch.first_sequence + batch.length)
         codec = self._codec
         if codec is None:
@@ -47,16 +47,16 @@ class Decoder:
             return self._decode_each(codec, batch)
 
     def _decode_each(self, codec: Codec[Any], batch: Batch | Replay) -> tuple[list[Any], Sequence[int]]:
-        """A run with bad messages in it: keep the good ones."""
-        good: list[Any] = []
+        """Keep the valid messages of a batch."""
+        valid: list[Any] = []
         numbers: list[int] = []
         for number, message in enumerate(split_messages(batch), batch.first_sequence):
             try:
-                good.append(codec.decode(message))
+                valid.append(codec.decode(message))
                 numbers.append(number)
             except InvalidMessageError as error:
                 self.failed += 1
                 self._log.warning(
                     f"Dropped an invalid message on '{self._topic}': {error}", throttle_duration_sec=1.0
                 )
-        return good, numbers
+        return valid, numbers

@@ -1,8 +1,8 @@
 """Which of a subscription's publishers are alive.
 
-A publisher that shows itself by hand (MANUAL_BY_TOPIC) is taken for dead when it has neither published nor
-asserted itself within its lease. Any other lives as long as the broker hears from its link: while it is
-suspended there it counts as not alive, and when it has gone it does not count at all.
+A MANUAL_BY_TOPIC publisher counts as not alive when it has neither published nor asserted itself within its
+lease. Any other is alive as long as the broker receives signs of life on its link: while it is suspended it
+counts as not alive, and when it is gone it no longer counts.
 """
 
 from __future__ import annotations
@@ -33,24 +33,24 @@ class Liveliness:
         self._dead: dict[Attachment, None] = {}
 
     def attached(self, attachment: Attachment) -> bool:
-        """A publisher is there; return whether it must be watched: tell `heard` of its signs of life."""
+        """Count a publisher as alive; return whether it has a lease, so that `heard` must be called."""
         self._event.add(1, 0)
         loop = self._context.link.loop
         if not attachment.lease_s or loop is None:
             return False
         lease = self._leases[attachment] = Watchdog(
-            loop, attachment.lease_s, partial(self._silent, attachment), once=True
+            loop, attachment.lease_s, partial(self._expired, attachment), once=True
         )
         lease.reset()
         return True
 
-    def _silent(self, attachment: Attachment, periods: int) -> None:
+    def _expired(self, attachment: Attachment, periods: int) -> None:
         del periods
         self._dead[attachment] = None
         self._event.add(-1, 1)
 
     def heard(self, attachment: Attachment) -> None:
-        """A publisher has shown itself."""
+        """Note a publisher's sign of life."""
         lease = self._leases.get(attachment)
         if lease is not None:
             lease.reset()
@@ -58,21 +58,27 @@ class Liveliness:
                 del self._dead[attachment]
                 self._event.add(1, -1)
 
-    def detached(self, attachment: Attachment, *, silent: bool) -> None:
-        """A publisher is not there any more; if it is only silent, `forgotten` will tell how that ends."""
+    def detached(self, attachment: Attachment, *, suspended: bool) -> None:
+        """Remove a publisher; a suspended one counts as not alive until `suspension_ended`."""
         lease = self._leases.pop(attachment, None)
         if lease is not None:
             lease.stop()
         was_dead = attachment in self._dead
         self._dead.pop(attachment, None)
-        self._event.add(was_dead - 1, silent - was_dead)
+        self._event.add(was_dead - 1, suspended - was_dead)
 
-    def forgotten(self) -> None:
-        """A silent publisher is attached anew, or has gone for good."""
+    def suspension_ended(self) -> None:
+        """Remove a suspended publisher: it is attached again, or gone for good."""
         self._event.add(0, -1)
 
+    def session_ended(self) -> None:
+        """Remove every publisher."""
+        alive, not_alive = self._event.counts
+        self._event.add(-alive, -not_alive)
+        self.stop()
+
     def stop(self) -> None:
-        """Watch nobody any more."""
+        """Watch no publisher any more."""
         for lease in self._leases.values():
             lease.stop()
         self._leases.clear()

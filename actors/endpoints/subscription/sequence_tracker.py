@@ -1,8 +1,9 @@
-"""What of each publisher's messages has come to one subscription: nothing twice, and no gap uncounted.
+"""Which of each publisher's messages one subscription has received: none twice, and no gap uncounted.
 
-Numbers are the publisher's, and go on over reconnects. A publisher that comes back is held to what has come
-of it: what is missing until its runs begin anew was lost on the break. For a subscription that wants latched
-messages that is open until the first live run comes: they may make it good, now or at the next attachment.
+Sequence numbers are the publisher's, and continue across reconnects. When a publisher comes back, the
+messages between the last one received and its first batch were lost on the break. For a subscription that
+wants latched messages this is not final before the first live batch: latched ones may fill the gap, now or at
+the next attachment.
 """
 
 from __future__ import annotations
@@ -23,25 +24,25 @@ class Known(NamedTuple):
     """What is remembered of a publisher that is not attached."""
 
     received: int
-    """The number after the last message that has come, or that can come no more."""
+    """The number after the last message that has been received, or can no longer be."""
     due: int
     """The number of the first message that was for this subscription."""
     missed: int
-    """Messages counted as lost that may still come."""
+    """Messages counted as lost that may still arrive."""
 
 
 class SequenceTracker:
-    """One subscription's.
+    """The tracker of one subscription.
 
     Args:
-        message_lost: Told of messages that will not come.
-        latched: Whether the subscription wants messages from before it was there.
+        message_lost: Counts messages that will not arrive.
+        latched: Whether the subscription wants messages from before its declaration.
 
     Attributes:
-        attachments: By publisher, the inflow that counts: one that has come back may overlap with itself.
+        attachments: By publisher, its newest attachment; one that has come back may overlap with itself.
         known: By publisher, where it stopped when it was last detached.
-        lost: Messages that never came over an unbroken link.
-        lost_on_break: Messages that never came because a link broke.
+        lost: Messages that never arrived over an unbroken link.
+        lost_on_break: Messages that never arrived because a link broke.
     """
 
     __slots__ = ("_message_lost", "_wants_latched", "attachments", "known", "lost", "lost_on_break")
@@ -54,36 +55,42 @@ class SequenceTracker:
         self._wants_latched = latched
 
     def attached(self, attachment: Attachment) -> bool:
-        """A publisher's runs will come. A known one goes on where it stopped.
+        """Begin to track a publisher; a known one continues where it stopped.
 
         Returns:
-            Whether an earlier inflow of the publisher counted until now.
+            Whether an earlier attachment of the publisher was current until now.
         """
         before = self.attachments.get(attachment.gid)
         if before is not None:
             self._remember(before)
         self.attachments[attachment.gid] = attachment
-        attachment.counts = True
+        attachment.current = True
         known = self.known.get(attachment.gid)
         if known is not None:
             attachment.received = known.received
             attachment.expected = max(known.received, attachment.first_sequence)
-            # From a new broker latched messages come as live ones: they are for it, too.
+            # From a new broker latched messages arrive as live ones: they are for it, too.
             attachment.due = min(known.due, attachment.expected)
             attachment.missed = max(0, attachment.first_sequence - max(known.received, known.due))
             self.lost_on_break += attachment.missed - known.missed
         return before is not None
 
     def detached(self, attachment: Attachment) -> bool:
-        """No more runs of this publisher will come; return whether its inflow counted."""
-        if not attachment.counts:
+        """Remember where a publisher stops; return whether its attachment was current."""
+        if not attachment.current:
             return False
         del self.attachments[attachment.gid]
         self._remember(attachment)
         return True
 
+    def session_ended(self) -> None:
+        """Remember where every publisher stops."""
+        attachments, self.attachments = self.attachments, {}
+        for attachment in attachments.values():
+            self._remember(attachment)
+
     def _remember(self, attachment: Attachment) -> None:
-        attachment.counts = False
+        attachment.current = False
         if self._wants_latched:
             known = Known(attachment.received, attachment.due, attachment.missed)
         else:
@@ -95,7 +102,7 @@ class SequenceTracker:
             self.known.popitem(last=False)
 
     def live(self, attachment: Attachment, batch: Batch) -> int:
-        """A live run has come; return how many of its messages have been seen."""
+        """Count a live batch; return how many of its messages are repetitions."""
         if attachment.missed:
             self._give_up_missed(attachment, attachment.missed)
         gap = batch.first_sequence - attachment.expected
@@ -110,10 +117,10 @@ class SequenceTracker:
         return -gap if gap < 0 else 0
 
     def latched(self, attachment: Attachment, replay: Replay) -> int:
-        """Latched messages have come; return how many of them have been seen."""
+        """Count latched messages; return how many of them are repetitions."""
         end = replay.first_sequence + replay.length
         first_new = max(attachment.received, replay.first_sequence)
-        # The oldest come first: what was missed before them will not come.
+        # The oldest arrive first: messages missed before them will not arrive.
         older = max(0, min(first_new, attachment.first_sequence) - max(attachment.received, attachment.due))
         self._give_up_missed(attachment, older)
         found = max(0, min(end, attachment.first_sequence) - max(first_new, attachment.due))
@@ -123,6 +130,6 @@ class SequenceTracker:
         return first_new - replay.first_sequence
 
     def _give_up_missed(self, attachment: Attachment, count: int) -> None:
-        """So many of those that latched messages could have made good are lost."""
+        """Count missed messages that no latched ones can replace any more."""
         self._message_lost.add(count)
         attachment.missed -= count

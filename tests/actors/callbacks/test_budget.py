@@ -10,7 +10,8 @@ import pytest
 
 from actors.callbacks.budget import BUDGET_SEC, SHARE_SEC, CallbackBudget
 from actors.callbacks.mailbox import BESIDE_STARTS, Mailbox
-from actors.endpoints.subscription.subscription import CHECK_EVERY
+from actors.endpoints.endpoint import endpoint_of
+from actors.endpoints.subscription.consumer import CHECK_EVERY
 from actors.interfaces.std_msgs.msg import Int64
 from actors.interfaces.std_srvs.srv import Empty
 from tests.actors.callbacks.test_mailbox import Recorder, opened
@@ -145,7 +146,9 @@ async def slowed(
     timer = listener.create_timer(0, lambda: ticks.append(subscription.received))
     for number in range(CROWD):
         publisher.publish(Int64(data=number))
-    await until(lambda: subscription.received == CROWD and not subscription.diagnostics().running)
+    await until(
+        lambda: subscription.received == CROWD and not endpoint_of(subscription).diagnostics().running
+    )
     timer.cancel()
     assert subscription.dropped == 0
     return ticks

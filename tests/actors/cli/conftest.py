@@ -11,6 +11,7 @@ import pytest
 
 import actors
 from actors.cli.main import main
+from actors.endpoints.endpoint import endpoint_of
 from broker import Broker, BrokerOptions
 
 if TYPE_CHECKING:
@@ -59,7 +60,9 @@ class Desk:
 
     async def matched(self, publisher: actors.Publisher[Any]) -> None:
         """Wait until a publisher has a subscription."""
-        await publisher.context.wait_until(lambda: publisher.get_subscription_count() > 0, "Matching", 20.0)
+        await endpoint_of(publisher).context.wait_until(
+            lambda: publisher.get_subscription_count() > 0, "Matching", 20.0
+        )
 
 
 @pytest.fixture(autouse=True)

@@ -11,6 +11,7 @@ import pytest
 
 import actors
 from actors.diagnostics.records import NodeDiagnostics, PublisherDiagnostics
+from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from tests.actors.meeting import KEEP_ALL, matched, until
@@ -105,7 +106,7 @@ async def test_drops_are_shown_where_they_happen(meeting: Meeting) -> None:
     unsent = absent.create_publisher(String, "t", 3)
     for _ in range(10):
         unsent.publish(String(data="x"))
-        unsent.flush_turn()
+        endpoint_of(unsent).flush_turn()
     (sent,) = absent.diagnostics().publishers
     assert (sent.published, sent.queued, sent.dropped, sent.queue_limit) == (10, 3, 7, 3)
     assert sent.queued_bytes > 0

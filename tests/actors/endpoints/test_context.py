@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
-from actors.endpoints.context import DEPARTING_SLACK
+from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.flow_control.window import WINDOW_MESSAGES
+from actors.endpoints.publisher.departing import DEPARTING_SLACK
 from actors.interfaces.std_msgs.msg import Int64
 from proto.frames import Notice
 from tests.actors.meeting import KEEP_ALL, matched, turns, until
@@ -93,9 +94,9 @@ async def test_a_wait_in_a_callback_frees_the_mailbox(meeting: Meeting) -> None:
 async def test_a_refused_entity_is_told_of(node: actors.Node, caplog: pytest.LogCaptureFixture) -> None:
     """What the broker refuses or remarks reaches the log; a client's calls fail."""
     publisher = node.create_publisher(Int64, "numbers")
-    publisher.refused(2, "too many")
+    endpoint_of(publisher).refused(2, "too many")
     node._context.notice(Notice(0, 1, "take care", 0, 1))
-    publisher.notice(Notice(0, 1, "look out", 0, 1))
+    endpoint_of(publisher).notice(Notice(0, 1, "look out", 0, 1))
     for text in ("refused a publisher: too many", "take care", "look out"):
         assert text in caplog.text
 
@@ -124,7 +125,7 @@ async def test_departing_publishers_are_forgotten_behind_one_that_cannot_leave(
         stuck.publish(Int64())
     await meeting.settled(node)
     stuck.destroy()
-    assert not node._context.departing[0].empty
+    assert not node._context.departing.empty
     for _ in range(3 * DEPARTING_SLACK):
         node.create_publisher(Int64, "numbers").destroy()
         await meeting.settled(node)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
-from actors.endpoints.events import EntityEvents
+from actors.endpoints.endpoint import endpoint_of
+from actors.endpoints.events import EndpointEvents
 from actors.interfaces.std_msgs.msg import Int64, String
 from proto.codes import NoticeKind
 from proto.frames import Notice
@@ -192,7 +193,7 @@ async def test_what_does_not_change_is_not_told(meeting: Meeting) -> None:
     subscription = both.create_subscription(
         Int64, "numbers", ignore, event_callbacks=heeding(message_lost=told.append)
     )
-    lost = subscription._events.message_lost
+    lost = endpoint_of(subscription)._events.message_lost
     lost.add(0)
     await turns()
     assert told == []
@@ -214,8 +215,8 @@ async def test_a_policy_that_is_not_known_yet_is_told_as_invalid(meeting: Meetin
     subscription = both.create_subscription(
         Int64, "numbers", ignore, event_callbacks=heeding(incompatible_qos=told.append)
     )
-    events = subscription.events
-    assert isinstance(events, EntityEvents)
+    events = endpoint_of(subscription).events
+    assert isinstance(events, EndpointEvents)
     events.notice(Notice(subscription.id, NoticeKind.INCOMPATIBLE_QOS, "new", 250, 2))
     await until(lambda: told)
     assert told == [(2, 2, actors.QoSPolicyKind.INVALID)]
@@ -234,7 +235,7 @@ async def test_a_callback_that_waits_for_a_call_is_not_begun_again(meeting: Meet
         Int64, "numbers", ignore, event_callbacks=heeding(message_lost=tell)
     )
     for _ in range(50):
-        subscription._events.message_lost.add(1)
+        endpoint_of(subscription)._events.message_lost.add(1)
         await turns(3)
     assert told == [(1, 1)]
     await meeting.node("guest")

@@ -142,7 +142,7 @@ async def test_each_end_tells_for_itself(watch: Watch) -> None:
     await watch.client.call(ASK)
     await watch.meeting.settled(watch.server, watch.caller)
     assert watch.events == []
-    assert len(watch.server._context.entities) == len(watch.caller._context.entities) == 1
+    assert len(watch.server._context.endpoints) == len(watch.caller._context.endpoints) == 1
 
 
 @pytest.mark.parametrize("how", ["raises", "returns nonsense", "cannot read"])
@@ -176,14 +176,13 @@ async def test_a_call_that_never_leaves_is_not_told(meeting: Meeting) -> None:
     caller = await meeting.node("caller")
     client = caller.create_client(AddTwoInts, "add")
     client.configure_introspection(CLOCK, 10, State.CONTENTS)
-    (publisher,) = [each for each in caller._context.entities if isinstance(each, actors.Publisher)]
     with pytest.raises(TypeError):
         client.call_async("text")  # type: ignore[arg-type]
     await meeting.stop_broker()
     await until(lambda: not caller.connected)
     with pytest.raises(actors.ServiceUnavailable):
         await client.call(ASK)
-    assert publisher.published == 0
+    assert [publisher.published for publisher in caller.diagnostics().publishers] == [0]
 
 
 async def test_an_event_that_does_not_fit_is_lost_and_the_call_goes_on(
@@ -197,7 +196,7 @@ async def test_an_event_that_does_not_fit_is_lost_and_the_call_goes_on(
     await watch.client.call(Blow.Request(data=bytes(MIB - 300)))
     await watch.client.call(Blow.Request(data=bytes(MIB - 300)))
     assert watch.client.events_lost == watch.service.events_lost == 2
-    assert caplog.text.count("Lost service event") == 2  # of four: once for each end
+    assert caplog.text.count("Dropped a service event") == 2  # of four: once for each end
     await until(lambda: len(watch.events) == 4)
     assert watch.kinds == [FOUR[2]] * 2 + [FOUR[3]] * 2
 
@@ -222,8 +221,8 @@ async def test_the_topic_lives_as_long_as_its_teller(watch: Watch) -> None:
     await matched(watch.heard, 1)
     watch.service.destroy()
     await matched(watch.heard, 0)
-    assert not watch.server._context.entities
-    assert not watch.caller._context.entities
+    assert not watch.server._context.endpoints
+    assert not watch.caller._context.endpoints
     for teller in (watch.client, watch.service):
         with pytest.raises(actors.NodeDestroyed):
             teller.configure_introspection(CLOCK, 10, State.METADATA)
@@ -235,14 +234,14 @@ async def test_a_node_that_stops_takes_its_events_along(meeting: Meeting) -> Non
     async with node:
         service = node.create_service(AddTwoInts, "add", add)
         service.configure_introspection(CLOCK, 10, State.METADATA)
-        for entity in tuple(node._context.entities):
+        for entity in tuple(node._context.endpoints):
             if isinstance(entity, actors.Publisher):
                 entity.destroy()
         await until(lambda: node.connected)
         client = node.create_client(AddTwoInts, "add")
         assert await client.wait_for_service(20)
         assert (await client.call(ASK)).sum == 3
-    assert not node._context.entities
+    assert not node._context.endpoints
 
 
 async def test_wrong_arguments_change_nothing(watch: Watch) -> None:
@@ -265,9 +264,8 @@ async def test_the_qos_is_the_topics(watch: Watch) -> None:
     await watch.open(add)
     for depth in (3, 7):
         watch.service.configure_introspection(Clock(ClockType.STEADY_TIME), depth, State.METADATA)
-        (publisher,) = [each for each in watch.server._context.entities if isinstance(each, actors.Publisher)]
-        assert publisher.qos_profile.depth == depth
-        assert publisher.topic_name == "/add/_service_event"
+        (publisher,) = watch.server.diagnostics().publishers
+        assert (publisher.topic, publisher.queue_limit) == ("/add/_service_event", depth)
 
 
 @pytest.mark.parametrize(

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
-from actors.graph.broker_report import BrokerReport
+from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
-from proto import frames
 from proto.stats import BrokerStats, LinkStats, TopicStats
 from tests.actors.meeting import KEEP_ALL, matched, until
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from proto import frames
     from tests.actors.meeting import Meeting
 
 
@@ -91,20 +91,22 @@ async def test_another_domain_is_counted_and_not_told_of(meeting: Meeting) -> No
         assert report.totals.topics == len(meeting.broker.topic_stats())
 
 
-async def test_three_thousand_topics_come_in_slices(meeting: Meeting) -> None:
+async def test_three_thousand_topics_come_in_slices(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """An answer that no frame can hold is put together again, and fits the frames on its way."""
     node = await meeting.node("many")
     names = [f"{'long' * 50}/n{number}" for number in range(3000)]
     for name in names:
         node.create_publisher(String, name)
     pieces: list[frames.Stats] = []
-    told = node._broker._received
+    add = ReportParts.add
 
-    def tell(piece: frames.Stats) -> None:
+    def noting_add(parts: ReportParts, piece: frames.Stats) -> None:
         pieces.append(piece)
-        told(piece)
+        add(parts, piece)
 
-    node._context.link.handle(frames.Stats, tell)
+    monkeypatch.setattr(ReportParts, "add", noting_add)
     report = await node.get_broker_stats()
     assert {f"/{name}" for name in names} <= set(report.topics)
     assert len(pieces) > 3
@@ -124,7 +126,7 @@ async def test_asked_a_thousand_times_at_once(meeting: Meeting) -> None:
     stamps = [report.totals.stamp_sec for report in reports]
     assert stamps == sorted(stamps)
     await until(lambda: heard)
-    assert not any(size.size for size in node._broker.sizes())
+    assert not node._context.link.answers
 
 
 async def test_two_reports_give_rates(meeting: Meeting) -> None:
@@ -171,7 +173,7 @@ async def test_without_a_broker_a_question_gives_up(tmp_path: Path) -> None:
     async with actors.Node("one", url=f"callboard+unix://{tmp_path}/none") as node:
         with pytest.raises(actors.BrokerUnreachable, match="none"):
             await node._broker.report(0.01)
-        assert not any(size.size for size in node._broker.sizes())
+        assert not node._context.link.answers
 
 
 async def test_a_question_whose_link_breaks_or_that_is_cancelled_ends(meeting: Meeting) -> None:
@@ -179,7 +181,7 @@ async def test_a_question_whose_link_breaks_or_that_is_cancelled_ends(meeting: M
     node = await meeting.node("one")
     cancelled, broken = [asyncio.create_task(node.get_broker_stats()) for _ in range(2)]
     await asyncio.sleep(0)
-    assert any(size.size for size in node._broker.sizes())
+    assert node._context.link.answers
     cancelled.cancel()
     channel = node._context.link.channel
     assert channel is not None
@@ -189,4 +191,4 @@ async def test_a_question_whose_link_breaks_or_that_is_cancelled_ends(meeting: M
             await cancelled
         with pytest.raises(actors.BrokerUnreachable):
             await broken
-    assert not any(size.size for size in node._broker.sizes())
+    assert not node._context.link.answers

@@ -43,8 +43,8 @@ def test_an_overridden_method_counts_as_the_subclass_has_it() -> None:
 
 
 def test_a_node_has_what_its_class_declares() -> None:
-    """The entities exist as soon as the node does."""
+    """The endpoints exist as soon as the node does."""
     node = Base()
-    kinds = sorted(type(entity).__name__ for entity in node._context.entities)
-    assert kinds == ["Service", "Subscription", "Subscription"]
-    assert [timer.period_sec for timer in node._context.timers] == [0.5]
+    kinds = sorted(endpoint.kind for endpoint in node._context.endpoints)
+    assert kinds == ["service", "subscription", "subscription"]
+    assert [timer.period_sec for timer in node.diagnostics().timers] == [0.5]

@@ -11,7 +11,7 @@ import pytest
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
-from actors.session.connector import FIRST_ANSWER_SEC
+from actors.session.first_attempt import FIRST_ANSWER_SEC
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.stage import play
 from tests.simulation.test_alone import Mute

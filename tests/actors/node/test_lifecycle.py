@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.flow_control.window import WINDOW_MESSAGES
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
@@ -435,7 +436,7 @@ def test_a_destroyed_node_whose_queue_is_stuck_leaves_in_time(caplog: pytest.Log
         actor = Actor(stage, stop_timeout_sec=2)
         await actor.connected()
         publisher = actor.node.create_publisher(Int64, "/out", KEEP_ALL)
-        await stage.until(lambda: publisher.diagnostics().credit is not None)
+        await stage.until(lambda: endpoint_of(publisher).diagnostics().credit is not None)
         for number in range(WINDOW_MESSAGES + 1000):
             publisher.publish(Int64(data=number))
         actor.node.destroy_node()
@@ -457,7 +458,7 @@ async def test_a_task_of_the_node_that_fails_is_logged_and_ends_it(
         raise RuntimeError("a bug")
 
     await meeting.restart_broker(keepalive_sec=0.1)
-    monkeypatch.setattr("actors.session.connector.Keepalive.look", fail)
+    monkeypatch.setattr("actors.session.connection.Keepalive.check", fail)
     with pytest.raises(RuntimeError, match="a bug"):
         async with meeting.absent("node"):
             await asyncio.sleep(30)

@@ -29,11 +29,11 @@ class Ear:
     def attached(self, attachment: Attachment) -> None:
         self.diary.append(f"{self.name} + {attachment.publisher}")
 
-    def detached(self, attachment: Attachment, *, silent: bool = False) -> None:
-        self.diary.append(f"{self.name} {'~' if silent else '-'} {attachment.publisher}")
+    def detached(self, attachment: Attachment, *, suspended: bool = False) -> None:
+        self.diary.append(f"{self.name} {'~' if suspended else '-'} {attachment.publisher}")
 
-    def forgotten(self, attachment: Attachment) -> None:
-        self.diary.append(f"{self.name} forgets {attachment.publisher}")
+    def suspension_ended(self) -> None:
+        self.diary.append(f"{self.name} forgets")
 
     def asserted(self, attachment: Attachment) -> None:
         self.diary.append(f"{self.name} ! {attachment.publisher}")
@@ -115,32 +115,32 @@ def test_a_reader_that_leaves_is_looked_for_at_its_own_publishers_only() -> None
     attachments.attached(Attached(22, (1,), GID, 0, "/n", {}))
     attachments.detached(Detached(21, (1,), DetachReason.SUSPENDED))
     attachments.detached(Detached(22, (1,), DetachReason.GONE))
-    assert attachments._heard_by[1] == {20, 21}
+    assert attachments._publishers[1] == {20, 21}
     untouched = {publisher: attachments._attachments[publisher] for publisher in range(10)}
     attachments.remove_reader(1)
     assert all(
         attachments._attachments[publisher] is of_publisher for publisher, of_publisher in untouched.items()
     )
-    assert attachments._silent == {}
+    assert attachments._suspended == {}
     diary.clear()
     attachments.batch_received(batch(20))
     assert diary == ["b Batch 20"]
     attachments.remove_reader(2)
     attachments.remove_reader(3)
     assert not attachments._attachments
-    assert not attachments._heard_by
+    assert not attachments._publishers
 
 
-def test_a_lost_session_detaches_all() -> None:
-    """After `clear` every reader has been told, and old publisher ids mean nothing."""
+def test_a_session_ends_all_attachments() -> None:
+    """After `clear` publisher ids of the old session mean nothing."""
     attachments, _, diary = attachments_of(2)
     attachments.attached(Attached(7, (1,), GID, 0, "/n", {}))
     attachments.attached(Attached(8, (2,), GID, 0, "/n", {}))
     diary.clear()
     attachments.clear()
     attachments.batch_received(batch(7))
-    assert diary == ["a - 7", "b - 8"]
-    assert attachments._heard_by == {}
+    assert diary == []
+    assert (len(attachments), attachments._publishers) == (0, {})
 
 
 def test_a_silent_publisher_is_forgotten_when_it_is_back_or_gone() -> None:
@@ -153,18 +153,15 @@ def test_a_silent_publisher_is_forgotten_when_it_is_back_or_gone() -> None:
     attachments.attached(Attached(7, (1,), GID, 0, "/n", {}))
     attachments.detached(Detached(8, (1,), DetachReason.GONE))
     attachments.detached(Detached(7, (1,), DetachReason.SUSPENDED))
-    attachments.clear()
-    attachments.clear()
     assert diary == [
         "a + 7",
         "a + 8",
         "a ~ 7",
         "a ~ 8",
-        "a forgets 7",
+        "a forgets",
         "a + 7",
-        "a forgets 8",
+        "a forgets",
         "a ~ 7",
-        "a forgets 7",
     ]
 
 

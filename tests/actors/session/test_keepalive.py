@@ -20,18 +20,18 @@ class Session:
         self.pings = 0
         self.frozen = False
 
-    def go_on(self, seconds: float, *, waiting: bool = False) -> float | None:
+    def go_on(self, seconds: float, *, awaited: bool = False) -> float | None:
         """Let time pass; return after how long the broker was given up, None if it was not."""
         began = self.now
         while self.now < began + seconds:
             self.now += TICK_S
-            finding = self.keepalive.look(self.now, self.received, self.sent, waiting=waiting)
+            finding = self.keepalive.check(self.now, self.received, self.sent, awaited=awaited)
             if finding is PeerState.SILENT:
                 return self.now - began
             if finding is PeerState.PING_DUE:
                 self.pings += 1
                 self.sent += PING
-            self.keepalive.looked(self.sent)
+            self.keepalive.checked(self.sent)
             if finding is PeerState.PING_DUE and not self.frozen:
                 self.received += PING
         return None
@@ -51,7 +51,7 @@ def test_an_idle_link_is_left_alone() -> None:
 def test_a_link_that_something_depends_on_gives_a_sign_every_second() -> None:
     """A third of the keepalive limit, whether or not the broker asks."""
     session = Session()
-    assert session.go_on(30, waiting=True) is None
+    assert session.go_on(30, awaited=True) is None
     assert 20 <= session.pings <= 30
 
 
@@ -60,16 +60,16 @@ def test_a_slow_reader_gives_signs_although_it_hears_much() -> None:
     session = Session()
     for _ in range(20):
         session.received += 1000
-        session.go_on(TICK_S, waiting=True)
+        session.go_on(TICK_S, awaited=True)
     assert session.pings >= 4
 
 
 def test_a_frozen_broker_is_given_up_at_the_limit() -> None:
     """Within the keepalive limit and a tick."""
     session = Session()
-    session.go_on(10, waiting=True)
+    session.go_on(10, awaited=True)
     session.frozen = True
-    taken = session.go_on(60, waiting=True)
+    taken = session.go_on(60, awaited=True)
     assert taken is not None
     assert taken <= KEEPALIVE_S + 2 * TICK_S
 
@@ -99,7 +99,7 @@ def test_signs_that_cannot_leave_do_not_pile_up() -> None:
     """A full transport counts no bytes as sent: still one PING a third of the limit, not one a look."""
     keepalive, pings = Keepalive(0.0, KEEPALIVE_S), 0
     for tick in range(1, 61):
-        finding = keepalive.look(tick * TICK_S, 1000 * tick, 100, waiting=True)
+        finding = keepalive.check(tick * TICK_S, 1000 * tick, 100, awaited=True)
         pings += finding is PeerState.PING_DUE
-        keepalive.looked(100)
+        keepalive.checked(100)
     assert 25 <= pings <= 30

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.std_msgs.msg import String
 from actors.session.link import Link
 from broker import Broker, BrokerOptions
@@ -199,7 +200,9 @@ async def test_what_a_callback_sends_as_the_link_ends_is_queued(meeting: Meeting
     def answer(msg: String) -> None:
         for _ in range(5):
             publisher.publish(msg)
-        link.frame_received(frames.Goodbye("the broker is stopping"))
+        connection = node._lifecycle._connector._connection
+        assert connection is not None
+        connection.frame_received(frames.Goodbye("the broker is stopping"))
         collected.append(len(link._dirty))
         assert (publisher.queued, publisher.dropped) == (1, 4)
 
@@ -209,3 +212,29 @@ async def test_what_a_callback_sends_as_the_link_ends_is_queued(meeting: Meeting
     source.publish(String(data="go"))
     await until(lambda: collected == [0])
     assert node._context.callback_errors == 0
+
+
+async def test_the_end_of_a_session_tells_each_endpoint_once(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One call to each endpoint, however many publishers are attached to it, and none for an attachment."""
+    node = await meeting.node("n")
+    publishers = [node.create_publisher(String, "t") for _ in range(3)]
+    subscription = node.create_subscription(String, "t", lambda msg: None)
+    await until(lambda: subscription.peers == 3)
+    told: list[str] = []
+
+    def noting(name: str, call: Callable[..., None]) -> Callable[..., None]:
+        def noted(*args: Any, **kwargs: Any) -> None:
+            told.append(name)
+            call(*args, **kwargs)
+
+        return noted
+
+    for endpoint in node._context.endpoints:
+        monkeypatch.setattr(endpoint, "session_ended", noting(endpoint.kind, endpoint.session_ended))
+    reader = endpoint_of(subscription)
+    monkeypatch.setattr(reader, "detached", noting("detached", reader.detached))
+    node._context.link.lost()
+    assert told == ["publisher"] * len(publishers) + ["subscription"]
+    assert subscription.peers == 0

@@ -139,6 +139,7 @@ async def _repeat(stamped: Stamped) -> AsyncGenerator[Stamped]:
 
 
 async def _wait_for_subscriptions(options: Options, publisher: Publisher[Message]) -> None:
+    from actors.endpoints.endpoint import endpoint_of
     from actors.errors import WaitTimeout
 
     wanted = options.wait_matching_subscriptions
@@ -146,13 +147,13 @@ async def _wait_for_subscriptions(options: Options, publisher: Publisher[Message
         wanted = 1 if options.once or options.times is not None else 0
     if not wanted:
         return
-    await publisher.context.link.round_trip()  # the graph is complete after it
+    await publisher.flush()  # the broker has reported the subscriptions
     if publisher.get_subscription_count() >= wanted:
         return
     print_err(f"Waiting for at least {wanted} matching subscription(s) on {publisher.topic_name}...")
     limit = FOREVER_SEC if options.timeout is None else options.timeout
     try:
-        await publisher.context.wait_until(
+        await endpoint_of(publisher).context.wait_until(
             lambda: publisher.get_subscription_count() >= wanted, "Matching subscriptions", limit
         )
     except WaitTimeout:

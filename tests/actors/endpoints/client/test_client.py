@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from proto.codes import Status
@@ -102,7 +103,7 @@ async def test_waits_can_be_cancelled_from_outside(lonely: actors.Client[Any, An
             await lonely.wait_for_service()
     with pytest.raises(TimeoutError):
         async with asyncio.timeout(0.01):
-            await lonely.context.link.changed()
+            await endpoint_of(lonely).context.link.changed()
 
 
 async def test_calls_in_flight_are_matched_to_their_replies(meeting: Meeting) -> None:
@@ -277,14 +278,14 @@ async def test_an_invalid_reply_is_a_remote_error(meeting: Meeting) -> None:
     sloth = Sloth()
     _, client = await pair(meeting, sloth)
     bad, worse = client.call_async(ASK), client.call_async(ASK)
-    client.replied(ReplyEntry(1, Status.OK, False, None, b"\xa1x"))
-    client.replied(ReplyEntry(2, Status.REMOTE_ERROR, False, None, b"\xc1"))
+    endpoint_of(client).replied((ReplyEntry(1, Status.OK, False, None, b"\xa1x"),))
+    endpoint_of(client).replied((ReplyEntry(2, Status.REMOTE_ERROR, False, None, b"\xc1"),))
     with pytest.raises(actors.RemoteError) as caught:
         await bad
     assert caught.value.type_name == "InvalidMessageError"
     with pytest.raises(actors.RemoteError, match="cannot be read"):
         await worse
-    client.replied(ReplyEntry(2, Status.OK, False, None, b""))
+    endpoint_of(client).replied((ReplyEntry(2, Status.OK, False, None, b""),))
     assert client.late == 1
 
 
@@ -303,7 +304,7 @@ async def test_each_status_is_an_error_that_says_so(
     """Each has its type, and the text that came with it; one that this version does not know, too."""
     _, client = await pair(meeting, Sloth())
     call = client.call_async(ASK)
-    client.replied(ReplyEntry(1, status, False, None, b"what happened"))
+    endpoint_of(client).replied((ReplyEntry(1, status, False, None, b"what happened"),))
     with pytest.raises(actors.CallFailed) as caught:
         await call
     assert type(caught.value) is error
@@ -329,7 +330,7 @@ async def test_too_many_calls_of_a_client_fail_before_they_leave(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The client has a limit of its own; those within it are not harmed."""
-    monkeypatch.setattr("actors.endpoints.client.client.MAX_PENDING", 3)
+    monkeypatch.setattr("actors.endpoints.client.endpoint.MAX_PENDING", 3)
     sloth = Sloth()
     _, client = await pair(meeting, sloth)
     calls = [client.call_async(ASK) for _ in range(3)]
@@ -373,8 +374,7 @@ async def test_ten_thousand_cancellations_in_one_turn(meeting: Meeting) -> None:
     for future in futures:
         future.cancel()
     await until(lambda: not meeting.broker.stats().pending_calls)
-    service = next(iter(server._context.entities))
-    await until(lambda: not getattr(service, "pending"))  # noqa: B009
+    await until(lambda: not any(each.running or each.waiting for each in server.diagnostics().services))
     assert client.pending == 0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from actors.endpoints.flow_control import queue_limits as room
+from actors.endpoints.flow_control import queue_limits
 from proto.publisher_queue import PublisherQueue
 from tests.broker.frame_makers import batch
 
@@ -16,28 +16,28 @@ if TYPE_CHECKING:
 def test_keep_last_is_never_full_and_is_crowded_at_its_depth() -> None:
     """Then the next message would drop one."""
     queue = PublisherQueue(0, 10)
-    assert room.left(queue, 1_000_000) == sys.maxsize
-    assert (room.crowded(queue, 9), room.crowded(queue, 10)) == (False, True)
-    assert room.limit(queue) == 10
+    assert queue_limits.left(queue, 1_000_000) == sys.maxsize
+    assert (queue_limits.crowded(queue, 9), queue_limits.crowded(queue, 10)) == (False, True)
+    assert queue_limits.limit(queue) == 10
 
 
 def test_keep_all_is_crowded_long_before_it_is_full() -> None:
     """In messages: what is left counts down to nothing, and not below."""
     queue = PublisherQueue(0, None)
-    assert room.left(queue, 1) == room.KEEP_ALL_MESSAGES - 1
-    assert room.left(queue, room.KEEP_ALL_MESSAGES + 5) == 0
-    assert not room.crowded(queue, room.READY_MESSAGES - 1)
-    assert room.crowded(queue, room.READY_MESSAGES)
-    assert room.limit(queue) == room.KEEP_ALL_MESSAGES
+    assert queue_limits.left(queue, 1) == queue_limits.KEEP_ALL_MESSAGES - 1
+    assert queue_limits.left(queue, queue_limits.KEEP_ALL_MESSAGES + 5) == 0
+    assert not queue_limits.crowded(queue, queue_limits.READY_MESSAGES - 1)
+    assert queue_limits.crowded(queue, queue_limits.READY_MESSAGES)
+    assert queue_limits.limit(queue) == queue_limits.KEEP_ALL_MESSAGES
 
 
 def test_keep_all_is_bounded_in_bytes_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """However few messages they are."""
     queue = PublisherQueue(0, None)
-    monkeypatch.setattr(room, "READY_BYTES", 1000)
-    monkeypatch.setattr(room, "KEEP_ALL_BYTES", 3000)
+    monkeypatch.setattr(queue_limits, "READY_BYTES", 1000)
+    monkeypatch.setattr(queue_limits, "KEEP_ALL_BYTES", 3000)
     queue.put(batch(1, 0, 1, 2000))
-    assert room.crowded(queue, 1)
-    assert room.left(queue, 1) > 0
+    assert queue_limits.crowded(queue, 1)
+    assert queue_limits.left(queue, 1) > 0
     queue.put(batch(1, 1, 1, 2000))
-    assert room.left(queue, 2) == 0
+    assert queue_limits.left(queue, 2) == 0

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -46,11 +47,11 @@ async def test_a_call_whose_link_broke_is_never_answered_on_the_next(tmp_path: P
 
     async with actors.Node("server", url=f"callboard+unix://{tmp_path}/none") as node:
         service = node.create_service(AddTwoInts, "add", handle, concurrent=True)
-        service.requested((entry(1, 10),))
+        endpoint_of(service).requested((entry(1, 10),))
         await asyncio.sleep(0)
-        service.link_lost()
+        endpoint_of(service).session_ended()
         await asyncio.sleep(0)
-        service.requested((entry(1, 20),))
+        endpoint_of(service).requested((entry(1, 20),))
         await asyncio.sleep(0)
         assert service.pending == 1
         finish.set()
@@ -376,7 +377,7 @@ async def test_a_node_without_a_broker_stops_with_a_handler_that_runs(tmp_path: 
     async with asyncio.timeout(20):
         async with actors.Node("server", url=f"callboard+unix://{tmp_path}/none") as node:
             service = node.create_service(AddTwoInts, "add", endless)
-            service.requested((entry(1, 10), entry(2, 20)))
+            endpoint_of(service).requested((entry(1, 10), entry(2, 20)))
             await turns()
     assert ended.is_set()
 
@@ -409,7 +410,7 @@ async def test_abandoned_handlers_count_until_they_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Handlers that ignore their cancellation keep to the limit over sessions, and are shown."""
-    monkeypatch.setattr("actors.endpoints.service.service.MAX_RUNNING", 2)
+    monkeypatch.setattr("actors.endpoints.service.endpoint.MAX_RUNNING", 2)
     finish = asyncio.Event()
     handled: list[int] = []
 
@@ -426,18 +427,20 @@ async def test_abandoned_handlers_count_until_they_end(
         service = node.create_service(AddTwoInts, "add", stubborn, concurrent=True)
         try:
             for session in range(3):
-                service.requested(tuple(entry(call, 10 * session + call) for call in range(1, 4)))
+                endpoint_of(service).requested(
+                    tuple(entry(call, 10 * session + call) for call in range(1, 4))
+                )
                 await turns()
                 assert handled == [1, 2]
-                assert service.diagnostics().running == 2
+                assert endpoint_of(service).diagnostics().running == 2
                 if session < 2:
-                    service.link_lost()
+                    endpoint_of(service).session_ended()
                     await turns()
         finally:
             finish.set()
         await turns(20)
         assert handled == [1, 2, 21, 22, 23]
-        assert service.diagnostics().running == 0
+        assert endpoint_of(service).diagnostics().running == 0
 
 
 async def test_several_servers_share(meeting: Meeting, adder: Adder) -> None:

@@ -65,10 +65,10 @@ def test_who_leaves_is_taken_from_where_it_was_counted(*, dead: bool, suspended:
         assert not liveliness.attached(other)
         await asyncio.sleep(1.5 if dead else 0.5)
         assert counts.now == ((1, 1) if dead else (2, 0))
-        liveliness.detached(here, silent=suspended)
+        liveliness.detached(here, suspended=suspended)
         assert counts.now == ((1, 1) if suspended else (1, 0))
         if suspended:
-            liveliness.forgotten()
+            liveliness.suspension_ended()
         assert counts.now == (1, 0)
 
     played(scene)

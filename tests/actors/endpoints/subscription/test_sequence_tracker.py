@@ -58,7 +58,7 @@ def test_a_publisher_that_comes_back_goes_on_where_it_was() -> None:
     assert tracker.detached(first)
     again = attachment(15)
     tracker.attached(again)
-    assert not first.counts
+    assert not first.current
     assert (tracker.lost_on_break, event.lost) == (5, 0)
     assert tracker.live(again, batch(15, 1)) == 0
     assert (tracker.lost_on_break, event.lost) == (5, 5)

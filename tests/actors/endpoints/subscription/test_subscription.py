@@ -14,7 +14,8 @@ import pytest
 import actors
 from actors.callbacks.budget import CallbackBudget
 from actors.endpoints.deadline import Deadline
-from actors.endpoints.subscription.subscription import MAX_CONCURRENT
+from actors.endpoints.endpoint import endpoint_of
+from actors.endpoints.subscription.consumer import MAX_CONCURRENT
 from actors.interfaces.codec import codec_for
 from actors.interfaces.std_msgs.msg import Int64, String
 from proto.aio.channel import Channel
@@ -52,6 +53,13 @@ def replay_of(subscription: int, publisher: int, numbers: range) -> Replay:
     return Replay(subscription, *batch_of(publisher, numbers)[:-1])
 
 
+def end_session(subscription: actors.Subscription[Int64]) -> None:
+    """End a session for a subscription, as its link does."""
+    endpoint = endpoint_of(subscription)
+    endpoint.context.link.attachments.clear()
+    endpoint.session_ended()
+
+
 async def heard_of(subscription: actors.Subscription[Int64], numbers: Iterable[int]) -> list[int]:
     """Return what is heard next, as many messages as there are numbers."""
     messages = aiter(subscription)
@@ -64,7 +72,7 @@ async def test_latched_messages_after_a_reconnect_are_no_loss(node: actors.Node)
     attachments = node._context.link.attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(3)))
-    attachments.clear()
+    end_session(subscription)
     attachments.attached(Attached(7, (subscription.id,), GID, 9, "/talker", {}))
     assert subscription.lost_on_break == 6
     attachments.replay_received(replay_of(subscription.id, 7, range(5, 7)))
@@ -81,7 +89,7 @@ async def test_latched_messages_that_have_been_seen_are_discarded(node: actors.N
     attachments = node._context.link.attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(3)))
-    attachments.clear()
+    end_session(subscription)
     attachments.attached(Attached(7, (subscription.id,), GID, 3, "/talker", {}))
     attachments.replay_received(replay_of(subscription.id, 7, range(3)))
     attachments.batch_received(batch_of(7, range(2, 5)))
@@ -330,7 +338,7 @@ async def test_credit_goes_to_the_publisher_it_is_meant_for(
     monkeypatch.setattr(Channel, "send", lambda _channel, frame: granted.append(frame))
     link.attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     link.attachments.batch_received(batch_of(1, range(4)))
-    link.attachments.clear()
+    end_session(subscription)
     link.attachments.attached(Attached(1, (subscription.id,), bytes(15) + b"2", 0, "/somebody", {}))
     granted.clear()  # at the attachments
     assert await heard_of(subscription, range(4)) == [0, 1, 2, 3]
@@ -393,7 +401,7 @@ async def test_latched_messages_that_come_again_keep_no_deadline(
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(3)))
     assert met == [0]
-    attachments.clear()
+    end_session(subscription)
     attachments.attached(Attached(7, (subscription.id,), GID, 1 if latched else 4, "/talker", {}))
     attachments.batch_received(batch_of(7, range(1, 3)))
     assert met == [0]
@@ -448,11 +456,11 @@ async def test_duplicates_are_discarded_and_gaps_counted(node: actors.Node) -> N
     attachments.batch_received(batch_of(1, range(1, 5)))
     attachments.batch_received(batch_of(1, range(7, 9)))
     assert (subscription.lost, subscription.lost_on_break) == (2, 0)
-    attachments.clear()
+    end_session(subscription)
     attachments.attached(Attached(4, (subscription.id,), GID, 6, "/talker", {}))
     attachments.batch_received(batch_of(4, range(6, 10)))
     assert (subscription.lost, subscription.lost_on_break) == (2, 0)
-    attachments.clear()
+    end_session(subscription)
     attachments.attached(Attached(5, (subscription.id,), GID, 15, "/talker", {}))
     attachments.batch_received(batch_of(5, range(15, 16)))
     assert (subscription.lost, subscription.lost_on_break) == (2, 5)

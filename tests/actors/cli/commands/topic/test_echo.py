@@ -11,6 +11,7 @@ import pytest
 
 import actors
 from actors.cli.main import main
+from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_msgs.msg import Float64MultiArray, Int32, String
 
@@ -280,7 +281,7 @@ async def test_echo_outlives_hostile_messages(desk: Desk, options: list[str]) ->
         kept = actors.QoSProfile(depth=9, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
         publisher = node.create_publisher(String, "said", kept)
         for data in (DEEP, b"\xff\xff", TIME):
-            publisher._collect(data)
+            endpoint_of(publisher).collect(data)
         publisher.publish(String(data="end"))
         await node.get_graph()
         ended = await desk.callboard("topic", "echo", "/said", *options, "--timeout", "1")
@@ -297,7 +298,7 @@ async def test_a_stranger_does_not_end_an_echo(desk: Desk, options: list[str]) -
         kept = actors.QoSProfile(depth=9, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
         publisher = node.create_publisher(String, "said", kept)
         for data in (b"\x81\xa4data\xa1x", b"\x81\xa4data\x05", b"\x81\xa4data\xa1x"):
-            publisher._collect(data)
+            endpoint_of(publisher).collect(data)
         await node.get_graph()
         ended = await desk.callboard("topic", "echo", "/said", *options, "--timeout", "1")
     assert ended.code == 124

@@ -16,6 +16,7 @@ from actors.cli.broker_target import open_inspector
 from actors.cli.commands.topic.bw import shown_bytes
 from actors.cli.commands.topic.hz import print_counted, print_received
 from actors.cli.measuring import RateMeter
+from actors.endpoints.endpoint import endpoint_of
 from actors.errors import BrokerUnreachable
 from actors.graph.broker_report import BrokerReport
 from actors.graph.inspector import Inspector
@@ -236,7 +237,7 @@ async def test_delay_and_hz_leave_out_hostile_messages(desk: Desk) -> None:
 
         def publish() -> None:
             for data in (b"\xff\xff", good):
-                publisher._collect(data)
+                endpoint_of(publisher).collect(data)
 
         node.create_timer(0.01, publish)
         await node.get_graph()

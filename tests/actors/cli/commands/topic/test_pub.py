@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_msgs.msg import String
 
@@ -227,7 +228,9 @@ async def test_pub_as_a_named_node(desk: Desk) -> None:
     async with desk.node() as node:
         subscription = node.create_subscription(String, "said", qos=10)
         pub = desk.start(*HELLO, "-w", "2", "--once", "--timeout", "30", "--node-name", "speaker")
-        await subscription.context.wait_until(lambda: subscription.get_publisher_count() > 0, "Matching", 30)
+        await endpoint_of(subscription).context.wait_until(
+            lambda: subscription.get_publisher_count() > 0, "Matching", 30
+        )
         publishers = await node.get_publishers_info_by_topic("said")
         node.create_subscription(String, "said", qos=10)
         assert await anext(aiter(subscription)) == String(data="hello")

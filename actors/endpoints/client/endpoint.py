@@ -1,0 +1,290 @@
+"""The client as the runtime holds it: calls are sent as entries, many to a frame, and each of them ends."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import secrets
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import msgpack
+
+from actors.callbacks.callback_task import CallbackTask, current_callback_task
+from actors.callbacks.deadlines import Deadlines
+from actors.diagnostics.records import ClientDiagnostics
+from actors.endpoints.entries import EntryBatch
+from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
+from actors.errors import CallFailed, RemoteError, ServiceOverloaded, ServiceTimeout, ServiceUnavailable
+from actors.interfaces.codec import codec_for
+from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.message import Message, type_hash, type_name
+from proto import frames, limits
+from proto.codec import encode
+from proto.codes import Status
+from proto.frames import ReplyEntry, RequestEntry
+
+if TYPE_CHECKING:
+    from actors.endpoints.context import NodeContext
+
+MAX_PENDING: Final = 200_000
+"""Calls of one client without an answer; one more fails as ServiceOverloaded."""
+
+MAX_EARLY: Final = 1000
+"""Calls of one client that wait for the node's first session; one more fails as ServiceOverloaded."""
+
+MAX_UNSENT_BYTES: Final = 64 * 1024 * 1024
+"""While more bytes than this wait to be sent on a link, calls over it fail as ServiceOverloaded."""
+
+_UNSERVED: Final[dict[int, type[ServiceUnavailable]]] = {
+    Status.UNAVAILABLE: ServiceUnavailable,
+    Status.OVERLOADED: ServiceOverloaded,
+    Status.CANCELLED: ServiceUnavailable,
+}
+
+
+class CallFuture(asyncio.Future[Any]):
+    """The reply to one call. Cancelling it cancels the call, at the server too."""
+
+    def __init__(self, client: ClientEndpoint, call: int, callback_task: CallbackTask | None) -> None:
+        super().__init__(loop=client.context.link.loop)
+        self._client = client
+        self._call = call
+        self._callback_task = callback_task
+
+    def cancel(self, msg: Any | None = None) -> bool:
+        """Give up the call; the server's handler is cancelled."""
+        if not super().cancel(msg):
+            return False
+        self._client.give_up(self._call)
+        return True
+
+    def leave_callback_task(self) -> None:
+        """End the call for the callback task that it was made in."""
+        if self._callback_task is not None:
+            self._callback_task.call_ended()
+            self._callback_task = None
+
+
+class ClientEndpoint(IntrospectedEndpoint):
+    """What the runtime calls on a client.
+
+    Attributes:
+        gid: 16 bytes that identify this client in service events.
+        pending: Calls in flight, by number.
+        failed: Calls that have ended in an error so far, timeouts included.
+        timeouts: Calls whose deadline has passed so far.
+        late: Replies that arrived after their call had ended.
+    """
+
+    kind: ClassVar = "client"
+
+    def __init__(self, context: NodeContext, srv_type: type, response_type: type[Any], name: str) -> None:
+        self._replies = codec_for(response_type)
+        super().__init__(context, srv_type, name)
+        self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
+        self.pending: dict[int, CallFuture] = {}
+        self.failed = self.timeouts = self.late = 0
+        self._deadlines = Deadlines(self._expired)
+        self._last_call = 0
+        self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
+        self._early: dict[int, tuple[Message, bytes, float]] = {}
+        """Calls that wait for the node's first session: request, its encoding, deadline in loop time."""
+        self._cancelled: list[int] = []
+        context.link.add(self)
+
+    def call(self, request: Message, body: bytes, limit: float) -> CallFuture:
+        """Send an encoded request; return the future of the reply, due within `limit` seconds."""
+        context, link = self.context, self.context.link
+        loop = context.require_loop()
+        call = self._last_call = self._last_call + 1
+        callback_task = current_callback_task.get()
+        future = CallFuture(self, call, callback_task)
+        if callback_task is not None:
+            callback_task.call_started()
+        channel = link.channel
+        if channel is None and (link.connections or context.stopping):
+            self._fail(future, self._no_broker())
+            return future
+        most = MAX_EARLY if channel is None else MAX_PENDING
+        unsent = self._early_bytes if channel is None else channel.outbox.urgent_bytes
+        if len(self.pending) >= most or unsent >= MAX_UNSENT_BYTES:
+            crowd = f"{len(self.pending)} calls of this client and {unsent} unsent bytes"
+            self._fail(future, ServiceOverloaded(f"Service '{self.srv_name}': {crowd} wait already"))
+            return future
+        self.pending[call] = future
+        if limit != math.inf:
+            self._deadlines.add(call, loop.time() + limit)
+        if channel is None:
+            self._early[call] = request, body, loop.time() + limit
+        else:
+            self._send(call, request, body, limit)
+        return future
+
+    def _send(self, call: int, request: Message, body: bytes, limit: float) -> None:
+        remaining_ms = None if limit == math.inf else math.ceil(min(limit * 1000, limits.MAX_U32))
+        attributes = None
+        if self.service_events is not None:
+            identity = CallIdentity(self.gid, call)
+            attributes = identity.attributes()  # the server publishes its events of the same call under them
+            self.service_events.request(EventKind.REQUEST_SENT, identity, request)
+        self._outgoing.send(RequestEntry(call, remaining_ms, attributes, body), self, self.context.link)
+
+    @property
+    def _early_bytes(self) -> int:
+        return sum(len(body) for _, body, _ in self._early.values())
+
+    def _no_broker(self) -> ServiceUnavailable:
+        text = f"Service '{self.srv_name}': not connected to the broker at {self.context.link.place}"
+        return ServiceUnavailable(text)
+
+    def accepted(self, number: int) -> None:
+        """Send the calls that waited for the first session."""
+        del number
+        now = self.context.require_loop().time()
+        early, self._early = self._early, {}
+        for call, (request, body, deadline) in early.items():
+            self._send(call, request, body, max(0.0, deadline - now))
+
+    def retire(self) -> None:
+        """Fail calls that wait for the first session, as the node stops: nothing else would end them soon."""
+        early, self._early = self._early, {}
+        for call in early:
+            self._deadlines.remove(call)
+            self._fail(self.pending.pop(call), self._no_broker())
+
+    def flush_turn(self) -> None:
+        """Put the calls and cancellations of this loop turn into the outbox. Called by the link."""
+        channel = self.context.link.channel
+        outgoing = self._outgoing.take()
+        cancelled, self._cancelled = self._cancelled, []
+        if channel is None or self.destroyed:
+            return
+        if cancelled:  # first, as they make space for the calls
+            channel.outbox.cancel_calls(self.id, cancelled)
+        if outgoing:
+            raw = encode(frames.Request(self.id, outgoing))
+            channel.outbox.put_calls(raw, (self.id, outgoing[0].call))
+
+    def replied(self, entries: tuple[ReplyEntry, ...]) -> None:
+        """End calls with their replies. Late replies are counted and ignored."""
+        for entry in entries:
+            future = self.pending.pop(entry.call, None)
+            if future is None:
+                self.late += 1
+                continue
+            self._deadlines.remove(entry.call)
+            if entry.status != Status.OK:
+                self._fail(future, self._failure(entry))
+                continue
+            try:
+                reply = self._replies.decode(entry.body)
+            except InvalidMessageError as error:
+                self._fail(future, RemoteError(type(error).__name__, str(error)))
+                continue
+            if self.service_events is not None:
+                identity = CallIdentity(self.gid, entry.call)
+                self.service_events.response(EventKind.RESPONSE_RECEIVED, identity, reply)
+            future.leave_callback_task()
+            if not future.done():
+                future.set_result(reply)
+
+    def _failure(self, entry: ReplyEntry) -> CallFailed:
+        if entry.status in {Status.REMOTE_ERROR, Status.INVALID_REQUEST, Status.INVALID_REPLY}:
+            return RemoteError(*_remote_error(entry.body))
+        text = entry.body.decode("utf-8", "replace")
+        failure = _UNSERVED.get(entry.status)
+        if failure is None:
+            return RemoteError(f"Status {entry.status}", text)
+        return failure(f"Service '{self.srv_name}': {text}")
+
+    def _fail(self, future: CallFuture, error: Exception) -> None:
+        future.leave_callback_task()
+        if not future.done():
+            self.failed += 1
+            future.set_exception(error)
+
+    def _expired(self, call: int) -> None:
+        future = self.pending.pop(call, None)
+        if future is None:
+            return
+        self.timeouts += 1
+        if self._early.pop(call, None) is not None:
+            self._fail(future, self._no_broker())
+        else:
+            self._withdraw(call)
+            self._fail(future, ServiceTimeout(f"Service '{self.srv_name}': no reply in time"))
+
+    def give_up(self, call: int) -> None:
+        """End a call whose caller no longer wants the reply."""
+        future = self.pending.pop(call, None)
+        if future is not None:
+            self._deadlines.remove(call)
+            future.leave_callback_task()
+            self._withdraw(call)
+
+    def _withdraw(self, call: int) -> None:
+        """Take back a request that has not been sent; cancel one that has."""
+        if self._early.pop(call, None) is None and not self._outgoing.take_back(call):
+            self._cancelled.append(call)
+            self.context.link.flush_later(self)
+
+    def _take_pending(self) -> list[CallFuture]:
+        pending, self.pending = self.pending, {}
+        self._outgoing.take()
+        self._early.clear()
+        self._deadlines.clear()
+        return list(pending.values())
+
+    def destroy(self) -> None:
+        """Take the client out of service; calls in flight are cancelled."""
+        if self.destroyed:
+            return
+        channel = self.context.link.channel
+        if channel is not None:
+            for call in self.pending:  # the rest of a large request need not be sent
+                channel.outbox.drop_call((self.id, call))
+        for future in self._take_pending():
+            future.leave_callback_task()
+            future.cancel()
+        super().destroy()
+
+    def refused(self, code: int, text: str) -> None:
+        """Fail all calls."""
+        super().refused(code, text)
+        for future in self._take_pending():
+            self._fail(future, ServiceUnavailable(f"Service '{self.srv_name}': {text}"))
+
+    def session_ended(self) -> None:
+        """Fail calls in flight at once."""
+        super().session_ended()
+        for future in self._take_pending():
+            text = f"Service '{self.srv_name}': the link to the broker broke before the reply"
+            self._fail(future, ServiceUnavailable(text))
+
+    def declaration(self) -> frames.Frame:
+        """Declare the client."""
+        return frames.Client(
+            self.id, self.context.id, self.srv_name, type_name(self.srv_type), type_hash(self.srv_type)
+        )
+
+    def diagnostics(self) -> ClientDiagnostics:
+        """Return its state and counts."""
+        return ClientDiagnostics(
+            id=self.id,
+            service=self.srv_name,
+            matched=self.peers,
+            pending=len(self.pending),
+            calls=self._last_call,
+            failed=self.failed,
+            timeouts=self.timeouts,
+            late=self.late,
+        )
+
+
+def _remote_error(body: bytes) -> tuple[str, str]:
+    """Return type and text of a remote error; a server in another language may send something else."""
+    try:
+        kind, text = msgpack.unpackb(body)
+        return str(kind), str(text)
+    except (ValueError, TypeError, msgpack.UnpackException):
+        return "RemoteError", "the server sent an error that cannot be read"

@@ -1,0 +1,117 @@
+"""What publishers, subscriptions, services and clients have in common.
+
+Each has two objects: a `Handle`, which users hold, and an `Endpoint`, which the link, the mailbox and the
+node call. A handle keeps the method that is called once per message, so that it costs no further call.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
+
+from actors.errors import NodeDestroyed
+from actors.session.endpoint import LinkEndpoint
+
+if TYPE_CHECKING:
+    from actors.endpoints.context import NodeContext
+    from actors.endpoints.events import EndpointEvents
+    from proto import frames
+
+
+class Endpoint(LinkEndpoint):
+    """What the runtime calls.
+
+    Attributes:
+        kind: Its name in messages.
+        context: The node.
+        events: Its QoS events; None if it has none.
+        peers: How many counterparts it has now.
+        destroyed: Whether it is out of service.
+    """
+
+    kind: ClassVar = "endpoint"
+
+    def __init__(self, context: NodeContext, events: EndpointEvents | None = None) -> None:
+        context.require_alive()
+        self.context = context
+        self.events = events
+        self.peers = 0
+        self.destroyed = False
+        context.endpoints[self] = None
+
+    def require_alive(self) -> None:
+        """Raise NodeDestroyed if the endpoint or its node has been destroyed."""
+        if self.destroyed:
+            raise NodeDestroyed(f"This {self.kind} has been destroyed")
+
+    def retire(self) -> None:
+        """Begin nothing new, as the node stops. Callbacks that still run may go on using the endpoint."""
+
+    def destroy(self) -> None:
+        """Take the endpoint out of service. A second call does nothing."""
+        if self.destroyed:
+            return
+        self.destroyed = True
+        self.context.endpoints.pop(self, None)
+        if self.events is not None:
+            self.events.stop()
+        self.context.link.remove(self)
+        self.context.link.wake()
+
+    def refused(self, code: int, text: str) -> None:
+        """Log that the broker has refused the declaration."""
+        del code
+        self.context.log.error(f"The broker refused a {self.kind}: {text}")
+
+    def matched(self, peers: int, total: int) -> None:
+        """Note how many counterparts there are now, and how many there have been in this session."""
+        self.peers = peers
+        if self.events is not None:
+            self.events.matched_now(peers, total)
+        self.context.link.wake()
+
+    def notice(self, notice: frames.Notice) -> None:
+        """Take a warning of the broker."""
+        if self.events is not None:
+            self.events.notice(notice)
+        else:
+            self.context.log.warning(notice.text)
+
+    def session_ended(self) -> None:
+        """Forget the counterparts."""
+        self.peers = 0
+        if self.events is not None:
+            self.events.session_ended()
+
+
+E = TypeVar("E", bound=Endpoint)
+
+
+class Handle(Generic[E]):
+    """What users hold of an endpoint."""
+
+    def __init__(self, endpoint: E) -> None:
+        self._endpoint = endpoint
+
+    @property
+    def id(self) -> int:
+        """Its number on its node's link, as in the node's diagnostics; it keeps it across reconnects."""
+        return self._endpoint.id
+
+    @property
+    def peers(self) -> int:
+        """How many counterparts are matched now."""
+        return self._endpoint.peers
+
+    @property
+    def destroyed(self) -> bool:
+        """Whether it has been destroyed, by itself or with its node."""
+        return self._endpoint.destroyed
+
+    def destroy(self) -> None:
+        """Take it out of service. A second call does nothing."""
+        self._endpoint.destroy()
+
+
+def endpoint_of(handle: Handle[E]) -> E:
+    """Return the endpoint behind a handle, for the runtime's own use."""
+    return handle._endpoint  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]

@@ -1,0 +1,78 @@
+"""Queues of destroyed publishers: the node does not end before they are empty."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from actors.logging.logger import Logger
+    from actors.session.link import Link
+    from proto.publisher_queue import PublisherQueue
+
+DEPARTING_SLACK: Final = 64
+"""Queues that may have become empty, behind one that has not, before all of them are checked."""
+
+
+class DepartingQueues:
+    """Those of one node.
+
+    Args:
+        link: The node's.
+        log: The node's.
+    """
+
+    def __init__(self, link: Link, log: Logger) -> None:
+        self._link = link
+        self._log = log
+        self._queues: deque[PublisherQueue] = deque()
+        self._most = DEPARTING_SLACK
+
+    def __len__(self) -> int:
+        """Return how many are kept; some of them may have become empty."""
+        return len(self._queues)
+
+    @property
+    def empty(self) -> bool:
+        """Whether all of them are empty."""
+        return all(queue.empty for queue in self._queues)
+
+    def __iter__(self) -> Iterator[PublisherQueue]:
+        """Iterate over them, the oldest first."""
+        return iter(self._queues)
+
+    def add(self, queue: PublisherQueue) -> None:
+        """Add a destroyed publisher's queue, and remove those that have become empty."""
+        while self._queues and self._queues[0].empty:
+            self._forget(self._queues.popleft())
+        if len(self._queues) >= self._most:
+            queues, self._queues = self._queues, deque()
+            for known in queues:
+                if known.empty:
+                    self._forget(known)
+                else:
+                    self._queues.append(known)
+            self._most = DEPARTING_SLACK + 2 * len(self._queues)
+        self._queues.append(queue)
+
+    def _forget(self, queue: PublisherQueue) -> None:
+        self._link.publishers.pop(queue.publisher, None)  # it needs no more credit
+
+    def session_ended(self) -> None:
+        """Give up those that the broker had accepted.
+
+        A destroyed publisher that the broker had not accepted yet is declared again, and sends then.
+        """
+        self.report_unsent(queue for queue in self._queues if queue.publisher)
+        self._queues = deque(queue for queue in self._queues if not queue.publisher)
+
+    def report_unsent(self, queues: Iterable[PublisherQueue] | None = None) -> None:
+        """Warn of messages that were never sent, those dropped beyond the depth included."""
+        unsent = sum(
+            queue.unsent for queue in (self._queues if queues is None else queues) if not queue.empty
+        )
+        if unsent:
+            why = "no time was left" if self._link.connected else f"no link to a broker at {self._link.place}"
+            self._log.warning(f"{unsent} published messages were never sent: {why}")

@@ -1,0 +1,305 @@
+"""The publisher as the runtime holds it.
+
+Messages go into the batch of the loop turn, batches into the publisher queue, and the queue goes to the
+broker as far as credit and the transport allow.
+"""
+
+from __future__ import annotations
+
+import secrets
+import time
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from actors.diagnostics.records import PublisherDiagnostics
+from actors.endpoints.endpoint import Endpoint
+from actors.endpoints.events import PublisherEventCallbacks, PublisherEvents
+from actors.endpoints.flow_control import queue_limits
+from actors.endpoints.publisher.qos_monitor import QoSMonitor
+from actors.endpoints.publisher.retained import Retained
+from actors.errors import PublisherFull, PublisherRefused
+from actors.interfaces.message import definition, type_hash, type_name
+from actors.qos.profile import DurabilityPolicy, HistoryPolicy
+from proto import frames, limits
+from proto.batches import MAX_HEAD_BYTES, BatchBuilder
+from proto.codec import encode
+from proto.publisher_queue import PublisherQueue
+
+if TYPE_CHECKING:
+    from actors.endpoints.context import NodeContext
+    from actors.qos.profile import QoSProfile
+
+LATCHED_MESSAGES: Final = 1000
+"""Messages that a KEEP_ALL + TRANSIENT_LOCAL publisher keeps for a broker that restarts."""
+
+
+class PublisherEndpoint(Endpoint):
+    """What the runtime calls on a publisher.
+
+    Attributes:
+        gid: 16 bytes that identify the publisher, also across reconnects.
+        queue: Its batches that have not been sent.
+        space: Messages that may be published before the queue is checked again.
+        large: Whether the last message was large.
+        accepted_now: Whether the broker of this session has accepted the publisher.
+        refusal: Why the broker of this session has refused it.
+        qos_monitor: Checks that it keeps its deadline and its lease.
+    """
+
+    kind: ClassVar = "publisher"
+
+    def __init__(
+        self,
+        context: NodeContext,
+        msg_type: type[Any],
+        topic: str,
+        qos: QoSProfile,
+        event_callbacks: PublisherEventCallbacks | None,
+    ) -> None:
+        events = PublisherEvents(context, topic, event_callbacks or PublisherEventCallbacks())
+        super().__init__(context, events)
+        self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
+        self.space = 0
+        self.large = False
+        self.accepted_now = False
+        self.refusal = ""
+        self._events = events
+        self._msg_type = msg_type
+        self._topic = topic
+        self._qos = qos
+        resolved = qos.resolved()
+        keep_all = resolved.history == HistoryPolicy.KEEP_ALL
+        depth = max(1, resolved.depth)
+        self.queue = PublisherQueue(0, None if keep_all else depth)
+        self._batch = BatchBuilder(0)
+        self._latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        self._retained = Retained(LATCHED_MESSAGES if keep_all else depth)
+        self._unlimited = True
+        self._declared = 0
+        """The number of the next message, as the last declaration had it."""
+        self.qos_monitor = QoSMonitor(context, resolved, events)
+        context.link.add(self)
+
+    @property
+    def published(self) -> int:
+        """Messages published so far."""
+        return self._batch.next_sequence + self._batch.length
+
+    @property
+    def queued(self) -> int:
+        """Messages that wait to be sent."""
+        return self.queue.pending + self._batch.length
+
+    @property
+    def crowded(self) -> bool:
+        """Whether to publish would drop something, or should wait for slow readers."""
+        return queue_limits.crowded(self.queue, self.queued)
+
+    def require_space(self) -> None:
+        """Set how many messages may be published before the next check; raise PublisherFull if none may."""
+        self.require_alive()
+        self.space = queue_limits.left(self.queue, self.queued)
+        if not self.space:
+            raise PublisherFull(
+                f"'{self._topic}': {self.queued} messages wait for slow readers; await publisher.ready()"
+            )
+
+    def require_accepted(self) -> None:
+        """Raise PublisherRefused if the broker of this session has refused the publisher."""
+        if self.refusal:
+            raise PublisherRefused(f"The broker refused to publish on '{self._topic}': {self.refusal}")
+
+    def collect(self, data: bytes) -> None:
+        """Put an encoded message into the batch of this loop turn."""
+        if len(data) > limits.BATCH_FLUSH_BYTES:
+            self.collect_large(bytearray(MAX_HEAD_BYTES) + data)
+            return
+        batch = self._batch
+        if batch.add(data):
+            self.flush_turn()
+            self.context.link.flush()
+        elif batch.length == 1:
+            self.context.link.flush_later(self)
+
+    def collect_large(self, buffer: bytearray) -> None:
+        """Send a message that fills a batch alone; in the buffer it has space for the head before it.
+
+        The next one is expected to be as large, and encoded into such a buffer at once.
+        """
+        size = len(buffer) - MAX_HEAD_BYTES
+        self.large = size > limits.BATCH_FLUSH_BYTES
+        if not self.large:
+            self.collect(bytes(memoryview(buffer)[MAX_HEAD_BYTES:]))
+            return
+        link = self.context.link
+        link.require_fits(f"A message on '{self._topic}'", size)
+        self.flush_turn()
+        self._put(self._batch.single(buffer, self.queue.publisher, time.time_ns()))
+        link.flush()
+
+    def flush_turn(self) -> None:
+        """Put the batch of this loop turn into the publisher queue. Called by the link."""
+        if self._batch.length:
+            self._put(self._batch.take(self.queue.publisher, time.time_ns()))
+
+    def _put(self, batch: frames.Batch) -> None:
+        if self._latched:
+            self._retained.add(batch)
+        if self.qos_monitor.active:
+            self.qos_monitor.published()
+        channel = self.context.link.channel
+        if self.accepted_now and channel is not None:
+            channel.outbox.enqueue(self.queue, batch)
+        else:
+            self.queue.put(batch)
+            self.queue.trim()
+            if self.refusal:
+                self.queue.drop_larger(0)  # all: no message has 0 bytes
+        if self.queue.pending_bytes >= queue_limits.KEEP_ALL_BYTES:
+            self.space = 0
+
+    def destroy(self) -> None:
+        """Take the publisher out of service, after everything it has published has been sent."""
+        if self.destroyed:
+            return
+        self.flush_turn()
+        self.destroyed = True
+        self.qos_monitor.stop()
+        self._events.stop()
+        self.space = 0
+        context, link = self.context, self.context.link
+        context.endpoints.pop(self, None)
+        if self.accepted_now:
+            self._undeclare()
+            if link.channel is not None:
+                context.departing.add(self.queue)
+        elif self.queue.pending and (link.channel is not None or context.stopping):
+            context.departing.add(self.queue)  # it is declared, and sends then
+        else:
+            context.departing.report_unsent([self.queue])
+            link.remove(self)
+        link.wake()
+
+    def _undeclare(self) -> None:
+        """Send the UNDECLARE behind the unsent messages."""
+        link = self.context.link
+        link.remove(self, announce=False)
+        if self._unlimited or not self.queue.pending:
+            link.publishers.pop(self.queue.publisher, None)  # it needs no more credit
+        if link.channel is not None:
+            link.channel.outbox.enqueue(self.queue, encode(frames.Undeclare(self.id)))
+            link.flush_later(self)
+
+    def declaration(self) -> frames.Frame:
+        """Declare the publisher; sequence numbers continue where an earlier session ended.
+
+        Everything in the queue is sent for the first time: a repetition was dropped with the earlier session.
+        """
+        oldest = self._retained.first_sequence
+        first = self.queue.first_sequence
+        if first is None:
+            first = self._batch.next_sequence
+        self._declared = first if oldest is None else min(first, oldest)
+        return frames.Publisher(
+            self.id,
+            self.context.id,
+            self._topic,
+            type_name(self._msg_type),
+            type_hash(self._msg_type),
+            self._qos.to_wire(),
+            self.gid,
+            self._declared,
+            definition(self._msg_type),
+            first,
+        )
+
+    def accepted(self, number: int) -> None:
+        """Take the id that the broker has given the publisher, and send the queue."""
+        link = self.context.link
+        channel = link.channel
+        if channel is None:
+            return
+        self.queue.restart(number, self._declared)
+        self._drop_too_large()
+        self._resend_retained()
+        self.space = 0
+        self.accepted_now = True
+        self._unlimited = True
+        self.qos_monitor.asserted()
+        link.publishers[number] = self
+        channel.outbox.schedule(self.queue)
+        if self.destroyed:
+            self._undeclare()
+        link.flush_later(self)
+
+    def refused(self, code: int, text: str) -> None:
+        """Drop the queue: nothing would ever send it."""
+        super().refused(code, text)
+        self.refusal = text or "it gives no reason"
+        self.flush_turn()
+        self.queue.drop_larger(0)  # all: no message has 0 bytes
+        if self.destroyed:
+            self.context.link.remove(self, announce=False)
+        self.context.link.wake()
+
+    def _drop_too_large(self) -> None:
+        """Drop messages for which this broker would close the link."""
+        largest = self.context.link.largest
+        dropped = self.queue.drop_larger(largest)
+        if dropped:
+            self.context.log.error(
+                f"'{self._topic}': dropped {dropped} messages over the limit of {largest} bytes"
+            )
+        self._retained.drop_larger(largest)
+
+    def _resend_retained(self) -> None:
+        """Put latched messages that an earlier broker has had before the unsent ones."""
+        for batch in self._retained.newest_first(before=self.queue.first_sequence):
+            self.queue.put_front(batch)
+
+    def credit_received(self, frame: frames.Credit) -> None:
+        """Take the credit that the slowest KEEP_ALL subscription allows."""
+        link = self.context.link
+        channel = link.channel
+        if channel is None:
+            return
+        if self.destroyed and self.queue.empty:
+            # The CREDIT has crossed the UNDECLARE: the broker has forgotten this publisher.
+            link.publishers.pop(frame.publisher, None)
+            return
+        if self._unlimited and frame.sequence_limit is not None:
+            # Behind a batch that has begun to leave, before everything that waits for credit.
+            channel.outbox.enqueue(self.queue, encode(frame), first=True)
+        self._unlimited = frame.sequence_limit is None
+        self.queue.sequence_limit = frame.sequence_limit
+        self.queue.byte_limit = frame.byte_limit
+        channel.outbox.schedule(self.queue)
+        link.flush_later(self)
+
+    def session_ended(self) -> None:
+        """Queue again; KEEP_LAST keeps to its depth."""
+        super().session_ended()
+        self.accepted_now = False
+        self.refusal = ""  # the next broker may accept it
+        self.queue.restart(0)
+        self.queue.trim()
+        self.space = 0
+
+    def diagnostics(self) -> PublisherDiagnostics:
+        """Return its state and counts."""
+        queue = self.queue
+        credit = queue.sequence_limit
+        if credit is not None:
+            first = queue.first_sequence
+            credit = max(0, credit - (self._batch.next_sequence if first is None else first))
+        return PublisherDiagnostics(
+            id=self.id,
+            topic=self._topic,
+            matched=self.peers,
+            published=self.published,
+            dropped=queue.dropped,
+            queued=self.queued,
+            queued_bytes=queue.pending_bytes,
+            queue_limit=queue_limits.limit(queue),
+            credit=credit,
+            events=self._events.diagnostics(),
+        )

@@ -1,0 +1,254 @@
+"""The service server as the runtime holds it: requests go through the mailbox to the handler.
+
+Each request ends in a reply.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
+
+from actors.callbacks.callback_task import CallbackTask
+from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
+from actors.diagnostics.records import ServiceDiagnostics
+from actors.endpoints.service.replies import Replies
+from actors.endpoints.service.request_queue import MAX_QUEUED, RequestQueue
+from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
+from actors.interfaces.codec import codec_for
+from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.message import Message, definition, type_hash, type_name
+from proto import frames
+from proto.codec import encode
+from proto.codes import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.callbacks.mailbox import Share
+    from actors.endpoints.context import NodeContext
+    from proto.frames import RequestEntry
+
+MAX_RUNNING: Final = 1000
+"""Handlers of one service that are suspended at the same time; more requests wait."""
+
+STOPPING: Final = "the node is stopping"
+
+
+class ServiceEndpoint(IntrospectedEndpoint):
+    """What the runtime calls on a service.
+
+    Attributes:
+        waiting: Requests that have not been handed to the callback.
+        running: Suspended handlers whose callers wait, by call.
+        replies: Sends the replies.
+        calls: Requests handed to the callback so far.
+        posted, timing: See `Source`.
+    """
+
+    kind: ClassVar = "service"
+
+    def __init__(
+        self,
+        context: NodeContext,
+        srv_type: type,
+        request_type: type[Any],
+        response_type: type[Any],
+        name: str,
+        *,
+        callback: Callable[..., Any],
+        concurrent: bool,
+    ) -> None:
+        self._requests = codec_for(request_type)
+        self.replies = Replies(self, context.link, response_type, f"A response of '{name}'")
+        self._response_type = response_type
+        self._with_response = takes(callback, (1, 2), "service") == 2
+        super().__init__(context, srv_type, name)
+        self.posted = False
+        self.calls = 0
+        self.timing = context.watch.of(callback, f"the service '{name}'")
+        self.waiting = RequestQueue()
+        self.running: dict[int, CallbackTask] = {}
+        self._callback = callback
+        self._concurrent = concurrent
+        self._suspended = 0
+        """Suspended handlers, those included that ignore that their callers have given up."""
+        context.link.add(self)
+
+    def requested(self, entries: tuple[RequestEntry, ...]) -> None:
+        """Queue requests for the callback."""
+        if self.context.stopping:
+            for entry in entries:
+                self.replies.send_text(entry.call, Status.UNAVAILABLE, STOPPING)
+            return
+        put = self.waiting.put
+        for entry in entries:
+            refusal = put(entry)
+            if refusal is not None:
+                self.replies.send_text(entry.call, Status.OVERLOADED, refusal)
+        self.context.mailbox.post(self)
+
+    def cancelled(self, calls: tuple[int, ...]) -> None:
+        """Cancel the handlers of calls whose callers have given up."""
+        for call in calls:
+            if not self.waiting.remove(call):
+                callback_task = self.running.get(call)
+                if callback_task is not None:
+                    callback_task.cancel()
+
+    def has_work(self) -> bool:
+        """Source: whether a handler could run now."""
+        return bool(self.waiting.entries) and self._suspended < MAX_RUNNING and not self.destroyed
+
+    def dispatch(self, share: Share) -> CallbackTask | None:
+        """Source: run the handler for what waits, until it returns something to await."""
+        while self.has_work():
+            callback_task = self._handle(self.waiting.take())
+            if callback_task is not None:
+                if not self._concurrent:
+                    return callback_task
+                self.context.mailbox.run_beside(callback_task)
+            if self.waiting.entries and share.used:
+                break
+        return None
+
+    def _handle(self, entry: RequestEntry) -> CallbackTask | None:
+        """Run the handler for a request; return a callback task if it returned something to await."""
+        call = entry.call
+        try:
+            request = self._requests.decode(entry.body)
+        except InvalidMessageError as error:
+            self.replies.send_error(call, Status.INVALID_REQUEST, error)
+            return None
+        self.calls += 1
+        if self.service_events is not None:
+            identity = CallIdentity.of(entry.attributes, call)
+            self.service_events.request(EventKind.REQUEST_RECEIVED, identity, request)
+        try:
+            if self._with_response:
+                result = self._callback(request, self._response_type())
+            else:
+                result = self._callback(request)
+        except ENDS_PROGRAM:
+            raise
+        except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, sent to the caller
+            self._raised(call, error)
+            return None
+        coroutine = as_coroutine(result)
+        if coroutine is None:
+            self._reply(call, result, entry.attributes)
+            return None
+        return self._callback_task(call, coroutine, entry.attributes)
+
+    def _callback_task(self, call: int, coroutine: Any, attributes: frames.Options | None) -> CallbackTask:
+        def ended(result: object, error: BaseException | None) -> None:
+            self._suspended -= 1
+            if self.running.get(call) is not callback_task:
+                # The call was abandoned, and its number may be another call's by now.
+                if error is not None and not isinstance(error, asyncio.CancelledError):
+                    self.context.callback_failed(self.timing.what, error)
+            else:
+                del self.running[call]
+                if error is None:
+                    self._reply(call, result, attributes)
+                elif callback_task.cancelled and isinstance(error, asyncio.CancelledError):
+                    self.replies.send_text(call, Status.CANCELLED, "the handler was cancelled")
+                else:
+                    self._raised(call, error)
+            if self.has_work():
+                self.context.mailbox.post(self)
+            elif self.context.stopping:
+                self._leave_if_done()
+
+        callback_task = CallbackTask(
+            self.context.mailbox, coroutine, ended, timing=self.timing, beside=self._concurrent
+        )
+        self.running[call] = callback_task
+        self._suspended += 1
+        return callback_task
+
+    def _raised(self, call: int, error: BaseException) -> None:
+        self.replies.send_error(call, Status.REMOTE_ERROR, error)
+        self.context.callback_failed(self.timing.what, error)
+
+    def _reply(self, call: int, response: object, attributes: frames.Options | None) -> None:
+        try:
+            self.replies.send(call, response)
+        except (TypeError, InvalidMessageError) as error:
+            self.replies.send_error(call, Status.INVALID_REPLY, error)
+            self.context.callback_failed(
+                f"{self.timing.what} did not return a valid {type_name(self._response_type)}; it", error
+            )
+            return
+        if self.service_events is not None:
+            identity = CallIdentity.of(attributes, call)
+            self.service_events.response(EventKind.RESPONSE_SENT, identity, cast("Message", response))
+
+    def _abandon(self) -> None:
+        """Cancel all handlers: no caller waits for these replies any more."""
+        self.waiting.clear()
+        self.replies.discard()
+        running, self.running = self.running, {}
+        for callback_task in running.values():
+            callback_task.cancel()
+
+    def retire(self) -> None:
+        """Refuse requests, as the node stops; leave with the last handler that runs.
+
+        RETIRE lets the broker give new requests to other servers.
+        """
+        channel = self.context.link.channel
+        if channel is not None and self.running:
+            channel.send(frames.Retire(self.id))
+        while self.waiting.entries:
+            self.replies.send_text(self.waiting.take().call, Status.UNAVAILABLE, STOPPING)
+        self._leave_if_done()
+
+    def _leave_if_done(self) -> None:
+        if not self.running:
+            self.destroy()
+
+    def destroy(self) -> None:
+        """Take the service out of service: handlers are cancelled, their callers get ServiceUnavailable."""
+        if self.destroyed:
+            return
+        self.replies.flush_turn()
+        link = self.context.link
+        link.remove(self, announce=False)
+        channel = link.channel
+        if channel is not None:
+            undeclare = encode(frames.Undeclare(self.id))
+            if not channel.outbox.put_after_calls(self.id, undeclare):
+                channel.send(frames.Retire(self.id))  # until the replies made so far have left
+            channel.flush_soon()
+        super().destroy()
+        self._abandon()
+
+    def session_ended(self) -> None:
+        """Abandon all calls: the broker has told their callers that the link broke."""
+        super().session_ended()
+        self._abandon()
+
+    def declaration(self) -> frames.Frame:
+        """Declare the service."""
+        return frames.Service(
+            self.id,
+            self.context.id,
+            self.srv_name,
+            type_name(self.srv_type),
+            type_hash(self.srv_type),
+            definition(self.srv_type),
+        )
+
+    def diagnostics(self) -> ServiceDiagnostics:
+        """Return its state and counts."""
+        return ServiceDiagnostics(
+            id=self.id,
+            service=self.srv_name,
+            waiting=len(self.waiting.entries),
+            waiting_bytes=self.waiting.size,
+            queue_limit=MAX_QUEUED,
+            running=self._suspended,
+            served=self.replies.sent,
+            errors=self.replies.errors,
+            callback=self.timing.diagnostics(self.calls),
+        )

@@ -1,0 +1,84 @@
+"""A service's replies on their way out: encoded, counted, and collected over a loop turn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import msgpack
+
+from actors.endpoints.entries import EntryBatch
+from actors.errors import error_text
+from actors.interfaces.codec import codec_for
+from proto import frames
+from proto.codec import encode
+from proto.codes import Status
+from proto.frames import ReplyEntry
+
+if TYPE_CHECKING:
+    from actors.endpoints.endpoint import Endpoint
+    from actors.session.link import Link
+
+MAX_ERROR_TEXT: Final = 4000
+"""Characters of an exception's text that are sent to the caller."""
+
+
+class Replies:
+    """The replies of one service.
+
+    Args:
+        endpoint: The service's.
+        link: The node's.
+        response_type: The class of its responses.
+        what: Names a response in messages.
+
+    Attributes:
+        sent: Requests answered so far, errors included.
+        errors: Requests answered with an error so far.
+    """
+
+    def __init__(self, endpoint: Endpoint, link: Link, response_type: type[Any], what: str) -> None:
+        self.sent = self.errors = 0
+        self._endpoint = endpoint
+        self._link = link
+        self._codec = codec_for(response_type)
+        self._what = what
+        self._outgoing: EntryBatch[ReplyEntry] = EntryBatch()
+
+    def send(self, call: int, response: Any) -> None:
+        """Send a response.
+
+        Raises:
+            TypeError, InvalidMessageError: It is not a valid response, or too large; nothing was sent.
+        """
+        body = self._codec.encode(response)
+        if len(body) > self._link.largest:
+            self._link.require_fits(self._what, len(body))
+        self._send(call, Status.OK, body)
+
+    def send_error(self, call: int, status: Status, error: BaseException) -> None:
+        """Send an exception's type and text."""
+        self.errors += 1
+        body = msgpack.packb([type(error).__name__, error_text(error)[:MAX_ERROR_TEXT]])
+        self._send(call, status, body)
+
+    def send_text(self, call: int, status: Status, text: str) -> None:
+        """Send the reason why a request was not handled."""
+        self.errors += 1
+        self._send(call, status, text.encode())
+
+    def _send(self, call: int, status: Status, body: bytes) -> None:
+        self.sent += 1
+        entry = ReplyEntry(call, status, more=False, attributes=None, body=body)
+        self._outgoing.send(entry, self, self._link)
+
+    def flush_turn(self) -> None:
+        """Put the replies of this loop turn into the outbox. Called by the link."""
+        outgoing = self._outgoing.take()
+        endpoint, channel = self._endpoint, self._link.channel
+        if outgoing and channel is not None and not endpoint.destroyed:
+            raw = encode(frames.Reply(endpoint.id, outgoing))
+            channel.outbox.put_calls(raw, (endpoint.id, outgoing[0].call))
+
+    def discard(self) -> None:
+        """Discard replies that have not been sent."""
+        self._outgoing.take()

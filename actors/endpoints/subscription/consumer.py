@@ -1,0 +1,218 @@
+"""Where a subscription's messages go: to its callback, through the node's mailbox, or to `async for`.
+
+An idle consumer takes a whole batch. A busy one keeps its backlog to the depth: the oldest messages are
+dropped and counted, as well as what the callback has not taken when the callback budget is exhausted.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.callbacks.budget import SHARE_SEC
+from actors.callbacks.callback_task import CallbackTask
+from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
+from actors.endpoints.subscription.backlog import Backlog, QueuedBatch
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable, Coroutine
+
+    from actors.callbacks.mailbox import Share
+    from actors.endpoints.context import NodeContext
+    from actors.endpoints.events import Event
+
+MAX_CONCURRENT: Final = 1000
+"""Callbacks of one `concurrent=True` subscription that run at the same time; more messages wait."""
+
+CHECK_EVERY: Final = 8
+"""Callbacks between two readings of the clock, which may cost more than a callback does: as long as ..."""
+
+CHEAP_SEC: Final = 0.00005
+"""... those since the last reading took less than this in all. Otherwise the clock is read after each one."""
+
+
+class Consumer:
+    """The consumer of one subscription.
+
+    Args:
+        context: The node.
+        topic: The topic's name, for messages.
+        callback: Gets the messages; None if they are iterated over.
+        depth: Messages that may wait; None for no limit, as credit limits them.
+        message_lost: Counts dropped messages.
+        finished: Called with each batch that has been taken, in order; None if not needed.
+        concurrent: Whether callbacks run beside the node's others.
+
+    Attributes:
+        backlog: Messages that wait.
+        calls: Messages handed to the callback or the iterator.
+        dropped: Messages dropped here because the consumer was slower than the depth allows.
+        expired: Messages not handed over because they were older than their publisher's lifespan.
+        running: Callbacks that are suspended.
+        waiter: Set while an idle iterator waits.
+        posted, timing: See `Source`.
+    """
+
+    def __init__(
+        self,
+        context: NodeContext,
+        topic: str,
+        callback: Callable[..., Any] | None,
+        *,
+        depth: int | None,
+        message_lost: Event,
+        finished: Callable[[QueuedBatch], None] | None,
+        concurrent: bool,
+    ) -> None:
+        self._with_info = callback is not None and takes(callback, (1, 2), "subscription") == 2
+        self.context = context
+        self.backlog = Backlog(finished)
+        self.calls = self.dropped = self.expired = 0
+        self.running = 0
+        self.waiter: asyncio.Future[None] | None = None
+        self.posted = False
+        self.timing = context.watch.of(callback, f"the subscription to '{topic}'")
+        self.depth = depth
+        self.callback = callback
+        self._message_lost = message_lost
+        self._concurrent = concurrent
+        self._closed = False
+
+    @property
+    def idle(self) -> bool:
+        """Whether it would take a batch at once."""
+        if self.callback is None:
+            return self.waiter is not None  # it waits, or has been woken and takes what is there by then
+        if self.backlog.pending:
+            return False
+        return not self.running and (self._concurrent or self.context.mailbox.free)
+
+    def wake(self) -> None:
+        """Hand over what the backlog holds, now or as soon as the mailbox is free."""
+        if self.callback is not None:
+            self.context.mailbox.post(self)
+        elif self.waiter is not None:
+            # An idle iterator takes what is there in the step that it is woken for; the rest waits, and is
+            # held to the depth.
+            if not self.waiter.done():
+                self.waiter.set_result(None)
+                asyncio.get_running_loop().call_soon(self._trim)
+            return
+        self._trim()
+
+    def drop(self, count: int) -> None:
+        """Count messages that are dropped."""
+        self.dropped += count
+        self._message_lost.add(count)
+
+    def _trim(self) -> None:
+        """Drop the oldest messages beyond the depth."""
+        if self.depth is not None and self.backlog.pending > self.depth:
+            self.drop(self.backlog.trim(self.depth))
+
+    def has_work(self) -> bool:
+        """Source: whether a callback could run now."""
+        limit = MAX_CONCURRENT if self._concurrent else 1
+        return bool(self.backlog.batches) and self.running < limit and not self._closed
+
+    def dispatch(self, share: Share) -> CallbackTask | None:
+        """Source: run the callback for what waits, until it returns something to await."""
+        batches = self.backlog.batches
+        while self.has_work() and self._next_is_fresh():
+            coroutine = self._run(batches[0], share)
+            if coroutine is not None:
+                self.running += 1
+                callback_task = CallbackTask(
+                    self.context.mailbox, coroutine, self._ended, timing=self.timing, beside=self._concurrent
+                )
+                if not self._concurrent:
+                    return callback_task
+                self.context.mailbox.run_beside(callback_task)
+            if not batches or share.used:
+                break
+        return None
+
+    def _run(self, queued_batch: QueuedBatch, share: Share) -> Coroutine[Any, Any, Any] | None:
+        """Run the callback for the messages of a batch, as far as the share goes or to something to await."""
+        callback, waiting = self.callback, queued_batch.messages
+        assert callback is not None
+        callback = _with_info(callback, queued_batch) if self._with_info else callback
+        backlog, index, size = self.backlog, queued_batch.index, len(waiting)
+        context, original = share.context, share.original
+        clock, until, check_at = share.clock, share.until, index + 1
+        checked = until - SHARE_SEC
+        while index < size and not self._closed:
+            message = waiting[index]
+            queued_batch.index = index = index + 1
+            backlog.pending -= 1
+            self.calls += 1
+            if index == size:
+                backlog.finish()
+            try:
+                result = callback(message)
+            except ENDS_PROGRAM:
+                raise
+            except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
+                self.context.callback_failed(self.timing.what, error)
+                result = None
+            if result is not None and (coroutine := as_coroutine(result)) is not None:
+                return coroutine
+            try:
+                if context != original:
+                    break
+            except Exception:  # noqa: BLE001 - the user's values do not compare: see `changed`
+                break
+            if index == check_at and index < size:
+                now = clock()
+                if now >= until:
+                    break
+                check_at = index + (CHECK_EVERY if now - checked < CHEAP_SEC else 1)
+                checked = now
+        return None
+
+    def _ended(self, result: object, error: BaseException | None) -> None:
+        del result
+        self.running -= 1
+        if error is not None:
+            self.context.callback_failed(self.timing.what, error)
+        if self.has_work():
+            self.context.mailbox.post(self)
+
+    async def iterate(self) -> AsyncIterator[Any]:
+        """Iterate over messages as they arrive, until the consumer is closed."""
+        if self.callback is not None:
+            raise TypeError("This subscription has a callback; make one without to iterate")
+        loop = self.context.require_loop()
+        while not self._closed:
+            while self._next_is_fresh():
+                self.calls += 1
+                yield self.backlog.take()
+            if self._closed:
+                return
+            if self.waiter is not None and not self.waiter.done():
+                raise RuntimeError("Another task is iterating over this subscription")
+            self.waiter = loop.create_future()
+            try:
+                await self.waiter
+            finally:
+                self.waiter = None
+
+    def _next_is_fresh(self) -> bool:
+        """Drop expired messages; tell whether there is a message to take."""
+        batches = self.backlog.batches
+        if batches and batches[0].expires_at < math.inf:
+            self.expired += self.backlog.expire(self.context.require_loop().time())
+        return bool(batches)
+
+    def close(self) -> None:
+        """Discard the backlog, and end the iteration."""
+        self._closed = True
+        self.backlog.clear()
+        if self.waiter is not None and not self.waiter.done():
+            self.waiter.set_result(None)
+
+
+def _with_info(callback: Callable[..., Any], queued_batch: QueuedBatch) -> Callable[[Any], Any]:
+    """Return the callback as a function of a message that has just been taken from the batch."""
+    return lambda message: callback(message, queued_batch.info())

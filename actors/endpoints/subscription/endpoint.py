@@ -1,0 +1,240 @@
+"""The subscription as the runtime holds it: from batches of the link to the consumer's backlog.
+
+A batch that finds its consumer idle is decoded whole, in one call. For a busy consumer only the last `depth`
+messages of a batch are kept, before they are decoded. With KEEP_ALL nothing is dropped: the publisher gets
+credit as messages are taken.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from actors.diagnostics.records import SubscriptionDiagnostics
+from actors.endpoints.deadline import Deadline
+from actors.endpoints.endpoint import Endpoint
+from actors.endpoints.events import SubscriptionEventCallbacks, SubscriptionEvents
+from actors.endpoints.flow_control.credit import DECLARED, CreditGrants
+from actors.endpoints.subscription.backlog import QueuedBatch
+from actors.endpoints.subscription.consumer import Consumer
+from actors.endpoints.subscription.decoding import Decoder
+from actors.endpoints.subscription.liveliness import Liveliness
+from actors.endpoints.subscription.sequence_tracker import SequenceTracker
+from actors.interfaces.codec import codec_for
+from actors.interfaces.message import type_hash, type_name
+from actors.qos.profile import DurabilityPolicy, HistoryPolicy, ReliabilityPolicy
+from proto import frames
+from proto.batches import message_bytes, slice_batch
+from proto.frames import Batch, Replay
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.endpoints.context import NodeContext
+    from actors.qos.profile import QoSProfile
+    from actors.session.attachments import Attachment
+
+BEST_EFFORT_KEEP_ALL_DEPTH: Final = 1000
+"""KEEP_ALL without RELIABLE grants no credit, so that it needs a depth after all."""
+
+
+class SubscriptionEndpoint(Endpoint):
+    """What the runtime calls on a subscription: a `Reader` of the link's attachments.
+
+    Attributes:
+        consumer: Takes the messages.
+        decoder: Decodes them.
+        tracker: Keeps what is received in order, and counts what is lost.
+    """
+
+    kind: ClassVar = "subscription"
+
+    def __init__(
+        self,
+        context: NodeContext,
+        msg_type: type[Any] | None,
+        topic: str,
+        callback: Callable[..., Any] | None,
+        qos: QoSProfile,
+        *,
+        concurrent: bool,
+        event_callbacks: SubscriptionEventCallbacks | None,
+    ) -> None:
+        codec = None if msg_type is None else codec_for(msg_type)
+        events = SubscriptionEvents(context, topic, event_callbacks or SubscriptionEventCallbacks())
+        resolved = qos.resolved()
+        keep_all = resolved.history == HistoryPolicy.KEEP_ALL
+        latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        pushes_back = keep_all and resolved.reliability == ReliabilityPolicy.RELIABLE
+        depth = BEST_EFFORT_KEEP_ALL_DEPTH if keep_all else max(1, resolved.depth)
+        self._msg_type = msg_type
+        self._topic = topic
+        self._qos = qos
+        self._events = events
+        self.decoder = Decoder(codec, topic, context.log)
+        self.tracker = SequenceTracker(events.message_lost, latched=latched)
+        self._grants = CreditGrants(self.tracker, self._grant) if pushes_back else None
+        self.consumer = Consumer(
+            context,
+            topic,
+            callback,
+            depth=None if pushes_back else depth,
+            message_lost=events.message_lost,
+            finished=None if self._grants is None else self._grants.finished,
+            concurrent=concurrent,
+        )
+        self._liveliness = Liveliness(context, events.liveliness)
+        self._deadline = Deadline(context, resolved.deadline, events.deadline)
+        super().__init__(context, events)
+        context.link.add(self)
+        context.link.attachments.add_reader(self.id, self)
+
+    def attached(self, attachment: Attachment) -> None:
+        """Reader: a publisher's batches will arrive. A known publisher continues where it stopped."""
+        replaced = self.tracker.attached(attachment)
+        leased = self._liveliness.attached(attachment)
+        attachment.watched = leased or self._deadline.wanted
+        if self._grants is not None:
+            if replaced:
+                self._grants.detached(self.consumer.backlog.newest)
+            self._grants.attached(attachment)
+
+    def asserted(self, attachment: Attachment) -> None:
+        """Reader: a publisher has asserted its liveliness."""
+        self._liveliness.heard(attachment)
+
+    def suspension_ended(self) -> None:
+        """Reader: a suspended publisher is back, or gone."""
+        self._liveliness.suspension_ended()
+
+    def detached(self, attachment: Attachment, *, suspended: bool = False) -> None:
+        """Reader: no more batches of this publisher will arrive; those that wait stay."""
+        self._liveliness.detached(attachment, suspended=suspended)
+        if self.tracker.detached(attachment) and self._grants is not None:
+            self._grants.detached(self.consumer.backlog.newest)
+
+    def matched(self, peers: int, total: int) -> None:
+        """Note the number of publishers; the deadline holds while there is one."""
+        super().matched(peers, total)
+        if peers:
+            self._deadline.begin()
+        else:
+            self._deadline.end()
+
+    def receive(self, attachment: Attachment, batch: Batch | Replay) -> None:
+        """Reader: take a batch, or latched messages. Repetitions are discarded, gaps are counted."""
+        if not attachment.current:
+            return
+        if isinstance(batch, Batch):
+            if attachment.watched:
+                self._note_sign_of_life(attachment, batch)
+            start, size = self.tracker.live(attachment, batch), message_bytes(batch)
+        else:
+            start, size = self.tracker.latched(attachment, batch), 0
+        stop = batch.length
+        if start < stop and self._keep(attachment, batch, start, size):
+            self.consumer.wake()
+        elif self._grants is not None:
+            self._grants.taken(attachment, batch.first_sequence + stop, size)
+
+    def _keep(self, attachment: Attachment, batch: Batch | Replay, start: int, size: int) -> bool:
+        """Put the messages of a batch from `start` on into the backlog; return whether there are any."""
+        stop, consumer = batch.length, self.consumer
+        end = batch.first_sequence + stop
+        depth = consumer.depth
+        if depth is not None and stop - start > depth and not consumer.idle:
+            consumer.drop(stop - start - depth)
+            start = stop - depth
+        if start:
+            batch = slice_batch(_as_batch(batch), start, stop)
+        decoded, numbers = self.decoder.decode(batch)
+        if not decoded:
+            return False
+        queued_batch = QueuedBatch(attachment, batch, decoded, numbers, time.time_ns())
+        queued_batch.end, queued_batch.size = end, size
+        if attachment.lifespan_s:
+            age_s = max(0, queued_batch.received_ns - queued_batch.stamp_ns) / 1e9
+            queued_batch.expires_at = self.context.require_loop().time() + attachment.lifespan_s - age_s
+        consumer.backlog.put(queued_batch)
+        return True
+
+    def _note_sign_of_life(self, attachment: Attachment, batch: Batch) -> None:
+        """Note that a publisher is alive and, unless it repeats itself, keeps the deadline.
+
+        A new broker may send latched messages again. Those that a TRANSIENT_LOCAL subscription missed are new
+        to it.
+        """
+        self._liveliness.heard(attachment)
+        if batch.first_sequence + batch.length > attachment.expected:
+            self._deadline.met()
+
+    def _grant(self, attachment: Attachment) -> None:
+        channel = self.context.link.channel
+        if channel is not None and not self.destroyed:
+            channel.send(
+                frames.Grant(
+                    self.id, attachment.publisher, attachment.granted_sequence, attachment.granted_bytes
+                )
+            )
+
+    def retire(self) -> None:
+        """Receive nothing more, as the node stops; messages that wait are counted as unread."""
+        self.context.unread += self.consumer.backlog.pending
+        self.destroy()
+
+    def destroy(self) -> None:
+        """Take the subscription out of service; messages that wait are discarded."""
+        if self.destroyed:
+            return
+        super().destroy()
+        self.context.link.attachments.remove_reader(self.id)
+        self.consumer.close()
+        self._liveliness.stop()
+        self._deadline.end()
+
+    def session_ended(self) -> None:
+        """Forget every publisher; messages that wait stay."""
+        super().session_ended()
+        self._liveliness.session_ended()
+        self.tracker.session_ended()
+        if self._grants is not None:
+            self._grants.detached(self.consumer.backlog.newest)
+        self._deadline.end()
+
+    def declaration(self) -> frames.Frame:
+        """Declare the subscription."""
+        typed = self._msg_type
+        return frames.Subscription(
+            self.id,
+            self.context.id,
+            self._topic,
+            None if typed is None else type_name(typed),
+            None if typed is None else type_hash(typed),
+            self._qos.to_wire(),
+            *DECLARED,
+        )
+
+    def diagnostics(self) -> SubscriptionDiagnostics:
+        """Return its state and counts."""
+        consumer = self.consumer
+        return SubscriptionDiagnostics(
+            id=self.id,
+            topic=self._topic,
+            matched=self.peers,
+            received=consumer.calls,
+            queued=consumer.backlog.pending,
+            queue_limit=consumer.depth or 0 if self._grants is None else self._grants.limit,
+            running=consumer.running,
+            dropped=consumer.dropped,
+            expired=consumer.expired,
+            lost=self.tracker.lost,
+            lost_on_break=self.tracker.lost_on_break,
+            undecodable=self.decoder.failed,
+            callback=None if consumer.callback is None else consumer.timing.diagnostics(consumer.calls),
+            events=self._events.diagnostics(),
+        )
+
+
+def _as_batch(batch: Batch | Replay) -> Batch:
+    """Return a replay as the batch that it carries, so that it can be cut."""
+    return batch if isinstance(batch, Batch) else Batch(*batch[1:], b"")

@@ -1,0 +1,225 @@
+"""One connection to a broker: from the attempt to open it, through its session, to its end.
+
+Each attempt has an object of its own, so that a connection that closes slowly is not taken for the next one.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Protocol
+
+from actors.session.dispatch import DISPATCH
+from actors.session.keepalive import Keepalive
+from proto import frames, limits
+from proto.aio.channel import Channel
+from proto.aio.forks import drop_in_children
+from proto.errors import ErrorCode, ProtocolError
+from proto.liveness import PeerState
+from proto.session import Role
+
+if TYPE_CHECKING:
+    from actors.session.link import Link
+    from proto.frames import Frame
+    from proto.url import BrokerUrl
+
+
+class LinkLog(Protocol):
+    """Where a link reports to: a node's logger."""
+
+    def info(self, message: str, /) -> object:
+        """Report progress."""
+        ...
+
+    def warning(self, message: str, /) -> object:
+        """Report trouble."""
+        ...
+
+
+class BrokerConnection:
+    """One connection: a ChannelHandler.
+
+    Args:
+        link: Takes what the broker sends, until `end`.
+        url: The broker.
+        hello: The greeting.
+        log: Takes warnings.
+
+    Attributes:
+        url: The broker.
+        channel: The connection.
+        ended: Set when it is over, whichever side ended it.
+        reached: Whether something took the connection.
+        had_session: Whether the broker has sent WELCOME.
+        error: Why nothing could be reached; None after a timeout, or if something was reached.
+        refusal: The broker's text, if it answered with ERROR.
+        fatal: What makes further attempts useless.
+    """
+
+    def __init__(self, link: Link, url: BrokerUrl, hello: frames.Hello, log: LinkLog) -> None:
+        assert link.loop is not None
+        self.url = url
+        self.channel = Channel(Role.CLIENT, self, loop=link.loop)
+        self.ended = asyncio.Event()
+        self.reached = self.had_session = False
+        self.error: Exception | None = None
+        self.refusal = ""
+        self.fatal: Exception | None = None
+        self._loop = link.loop
+        self._link: Link | None = link
+        self._hello = hello
+        self._log = log
+        self._keepalive_sec = limits.DEFAULT_KEEPALIVE_SEC
+        drop_in_children(self)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether this is the link's session now."""
+        return self._link is not None and self._link.channel is self.channel
+
+    async def open(self, link: Link, deadline: float) -> bool:
+        """Connect and wait for the WELCOME.
+
+        Args:
+            link: The link, whose changes are waited for.
+            deadline: Loop time of the end of the attempt.
+
+        Returns:
+            Whether there is a session now.
+        """
+        loop, url = self._loop, self.url
+        try:
+            async with asyncio.timeout_at(deadline):
+                if url.path:
+                    await loop.create_unix_connection(lambda: self.channel, url.path)
+                else:
+                    await loop.create_connection(lambda: self.channel, url.host, url.port)
+                self.reached = True
+                while not self.is_open and not self.ended.is_set():
+                    await link.changed()
+        except TimeoutError:
+            self.abort()
+        except (OSError, UnicodeError) as error:  # UnicodeError: a text that cannot be a host name
+            self.error = error
+            self.abort()
+        return self.is_open
+
+    async def keep_alive(self, link: Link) -> None:
+        """Send signs of life and watch for the broker's until the connection ends."""
+        tick = self._keepalive_sec / 6
+        last_tick = self._loop.time()
+        keepalive = Keepalive(last_tick, self._keepalive_sec)
+        while not self.ended.is_set():
+            try:
+                async with asyncio.timeout(tick):
+                    await self.ended.wait()
+            except TimeoutError:
+                now = self._loop.time()
+                link.lag.record(now, max(0.0, now - last_tick - tick))
+                stalled, last_tick = now - last_tick > 2 * tick, now
+                if not stalled:
+                    self._check(keepalive, now, awaited=link.awaited)
+
+    def _check(self, keepalive: Keepalive, now: float, *, awaited: bool) -> None:
+        channel = self.channel
+        finding = keepalive.check(now, channel.bytes_received, channel.bytes_sent, awaited=awaited)
+        if finding is PeerState.SILENT:
+            self._log.warning(f"The broker has been silent for {keepalive.limit_s:g} s; connecting again")
+            self.abort()
+        elif finding is PeerState.PING_DUE:
+            channel.send(frames.Ping(0))
+            channel.flush()
+        keepalive.checked(channel.bytes_sent)
+
+    # Frames about the session
+
+    def welcomed(self, frame: frames.Welcome) -> None:
+        """Begin the session."""
+        self.had_session = True
+        keepalive_ms = frame.options.get("keepalive_ms")
+        if isinstance(keepalive_ms, int) and keepalive_ms > 0:
+            self._keepalive_sec = keepalive_ms / 1000
+        most = frame.options.get("max_message_bytes")
+        if self._link is not None:
+            self._link.url = str(self.url)  # first: whoever waits for the session may read it
+            self._link.opened(self.channel, most if isinstance(most, int) else limits.MAX_MESSAGE_BYTES)
+
+    def turned_away(self, frame: frames.Error) -> None:
+        """Close: the broker says why it ends the connection."""
+        self.refusal = frame.text
+        if frame.code == ErrorCode.VERSION:
+            self.fatal = ProtocolError(ErrorCode.VERSION, frame.text)
+        self.close()
+
+    def fail(self, error: Exception) -> None:
+        """Close, because of an error that another attempt would meet, too."""
+        self.fatal = error
+        self.close()
+
+    # ChannelHandler
+
+    def opened(self) -> None:
+        """ChannelHandler: send the greeting."""
+        if self._link is not None:
+            self.channel.send(self._hello)
+
+    def frame_received(self, frame: Frame) -> None:
+        """ChannelHandler: dispatch one frame from the broker."""
+        link = self._link
+        if link is not None:
+            handler = DISPATCH.get(type(frame))
+            if handler is not None:
+                handler(self, link, frame)
+
+    def read_finished(self) -> None:
+        """ChannelHandler: nothing more to read for now."""
+        if self._link is not None:
+            self._link.read_finished()
+
+    def writable(self) -> None:
+        """ChannelHandler: the transport has space."""
+        if self._link is not None:
+            self._link.wake()
+
+    def failed(self, error: ProtocolError) -> None:
+        """ChannelHandler: the broker broke the protocol."""
+        if self._link is not None:
+            self._log.warning(f"Closing the link: the broker violated the protocol: {error}")
+
+    def closed(self, error: Exception | None) -> None:
+        """ChannelHandler: the connection is closed."""
+        del error  # the log line of the next attempt says what matters
+        self.end()
+
+    def descriptors(self) -> tuple[int, ...]:
+        """DescriptorOwner: the connection's."""
+        return self.channel.descriptors()
+
+    # The end
+
+    def end(self) -> None:
+        """Tell the link, once, that this is over."""
+        link, self._link = self._link, None
+        if link is not None:
+            self.ended.set()
+            link.lost()
+
+    def close(self) -> None:
+        """End the connection; what has been written is still sent."""
+        self.channel.close()
+        self.end()
+
+    def abort(self) -> None:
+        """End the connection now."""
+        self.channel.abort()
+        self.end()
+
+    def leave(self) -> None:
+        """Send GOODBYE behind everything written; then the broker closes.
+
+        To close first could discard what the broker has not read yet.
+        """
+        if self.is_open:
+            self.channel.send(frames.Goodbye("stopped"))
+            self.channel.flush()
+        elif not self.ended.is_set():
+            self.abort()

@@ -1,0 +1,72 @@
+"""Which method takes a frame from the broker: one table for all frame types.
+
+A frame for an id that is not known is ignored: it has crossed the endpoint's UNDECLARE.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.errors import NodeNameTaken
+from actors.session.endpoint import LinkEndpoint
+from proto import frames
+from proto.errors import ErrorCode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from actors.session.connection import BrokerConnection
+    from actors.session.link import Link
+
+_UNKNOWN: Final = LinkEndpoint()
+
+
+def _endpoint(link: Link, number: int) -> LinkEndpoint:
+    return link.endpoints.get(number, _UNKNOWN)
+
+
+def _refused(connection: BrokerConnection, link: Link, frame: frames.Refused) -> None:
+    if frame.code == ErrorCode.NAME_TAKEN:
+        connection.fail(NodeNameTaken(frame.text))
+    else:
+        _endpoint(link, frame.id).refused(frame.code, frame.text)
+
+
+def _matched(_: BrokerConnection, link: Link, frame: frames.Matched) -> None:
+    if frame.peers and frame.id in link.endpoints:
+        link.matched.add(frame.id)
+    else:
+        link.matched.discard(frame.id)
+    _endpoint(link, frame.id).matched(frame.peers, frame.total)
+
+
+DISPATCH: Final[Mapping[type[Any], Callable[[BrokerConnection, Link, Any], None]]] = {
+    # The session
+    frames.Welcome: lambda connection, _, frame: connection.welcomed(frame),
+    frames.Goodbye: lambda connection, _, __: connection.close(),
+    frames.Error: lambda connection, _, frame: connection.turned_away(frame),
+    frames.Pong: lambda _, link, frame: link.pong_received(frame.token),
+    # An endpoint, by its id
+    frames.Accepted: lambda _, link, frame: _endpoint(link, frame.id).accepted(frame.number),
+    frames.Refused: _refused,
+    frames.Matched: _matched,
+    frames.Notice: lambda _, link, frame: _endpoint(link, frame.id).notice(frame),
+    frames.Request: lambda _, link, frame: _endpoint(link, frame.endpoint).requested(frame.entries),
+    frames.Cancel: lambda _, link, frame: _endpoint(link, frame.endpoint).cancelled(frame.calls),
+    frames.Reply: lambda _, link, frame: _endpoint(link, frame.endpoint).replied(frame.entries),
+    # A publisher of this node, by the id that the broker gave it
+    frames.Credit: lambda _, link, frame: link.publishers.get(frame.publisher, _UNKNOWN).credit_received(
+        frame
+    ),
+    # Publishers of other nodes, attached to subscriptions of this one
+    frames.Batch: lambda _, link, frame: link.attachments.batch_received(frame),
+    frames.Replay: lambda _, link, frame: link.attachments.replay_received(frame),
+    frames.Attached: lambda _, link, frame: link.attachments.attached(frame),
+    frames.Detached: lambda _, link, frame: link.attachments.detached(frame),
+    frames.Assert: lambda _, link, frame: link.attachments.asserted(frame),
+    # An answer, by the query's key
+    frames.Graph: lambda _, link, frame: link.answer_received(frame.watch, frame),
+    frames.Definition: lambda _, link, frame: link.answer_received(frame.type_hash, frame),
+    frames.Stats: lambda _, link, frame: link.answer_received(frame.id, frame),
+}
+"""What to do with a frame: a function of the connection that it came on, the node's link, and the frame."""

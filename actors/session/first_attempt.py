@@ -1,0 +1,53 @@
+"""How long a node that is entered waits for its first attempt to connect.
+
+When one node has waited in vain, other nodes of the loop do not wait for the same brokers until these answer
+or some seconds have passed: many nodes that are entered one after the other wait once.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import weakref
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.session.link import Link
+    from proto.url import BrokerUrl
+
+FIRST_ANSWER_SEC: Final = 1.0
+"""How long to wait at most: a broker needs milliseconds to answer."""
+
+_silent: Final[weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[tuple[BrokerUrl, ...], float]]] = (
+    weakref.WeakKeyDictionary()
+)
+"""By loop and brokers: the loop time until which no node waits for their first answer."""
+
+
+async def wait(
+    link: Link, urls: tuple[BrokerUrl, ...], over: Callable[[], bool], *, again_after_sec: float
+) -> None:
+    """Wait until `over`, but at most `FIRST_ANSWER_SEC`; not at all if another node has waited in vain.
+
+    Args:
+        link: Its changes are waited for.
+        urls: The brokers.
+        over: Whether the attempt has ended.
+        again_after_sec: After a wait in vain no node waits for these brokers for so long.
+    """
+    loop = asyncio.get_running_loop()
+    silent = _silent.setdefault(loop, {})
+    if silent.get(urls, 0.0) > loop.time():
+        return
+    try:
+        async with asyncio.timeout(FIRST_ANSWER_SEC):
+            while not over():
+                await link.changed()
+    except TimeoutError:
+        silent[urls] = loop.time() + again_after_sec
+
+
+def answered(loop: asyncio.AbstractEventLoop, urls: tuple[BrokerUrl, ...]) -> None:
+    """Let nodes wait for these brokers again: one of them has answered."""
+    _silent.get(loop, {}).pop(urls, None)
