@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 TOPIC_TOTALS: Final = ("messages", "bytes", "delivered", "dropped", "abandoned", "lost_on_break")
 LINK_TOTALS: Final = ("dropped", "bytes_received", "bytes_sent")
-"""What only grows while a topic or a link is there."""
+"""Counts that only grow while a topic or a link exists."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -31,7 +31,11 @@ class BrokerReportRates:
     links: dict[int, dict[str, float]]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the same as dicts and numbers."""
+        """Return the rates as plain data.
+
+        Returns:
+            Dicts and numbers.
+        """
         return asdict(self)
 
 
@@ -50,7 +54,11 @@ class BrokerReport:
     links: dict[int, LinkStats]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the same as dicts, tuples, strings and numbers."""
+        """Return the report as plain data.
+
+        Returns:
+            Dicts, tuples, strings and numbers.
+        """
         return {
             "totals": self.totals.as_dict(),
             "topics": {name: topic._asdict() for name, topic in self.topics.items()},
@@ -60,7 +68,13 @@ class BrokerReport:
     def rates_since(self, earlier: BrokerReport) -> BrokerReportRates:
         """Return what has happened per second since an earlier report of the same broker.
 
-        A topic or a link that was not there then counts from zero; of those gone in between nothing is known.
+        A topic or a link that did not exist then counts from zero; those that are gone are not included.
+
+        Args:
+            earlier: The earlier report.
+
+        Returns:
+            Rates in all, by topic and by link.
 
         Raises:
             ValueError: `earlier` is not earlier, or another broker's.
@@ -78,14 +92,14 @@ def _rates(
 ) -> dict[Any, dict[str, float]]:
     rates: dict[Any, dict[str, float]] = {}
     for key, entry in later.items():
-        rise = increase(totals, earlier.get(key), entry)  # it may have gone and come again
+        rise = increase(totals, earlier.get(key), entry)  # its counts may have begun anew
         rates[key] = {total: change / seconds for total, change in rise.items()}
     return rates
 
 
 @dataclass(slots=True)
 class ReportParts:
-    """What has come of a broker's answer so far."""
+    """The parts of a broker's answer received so far."""
 
     complete: bool = False
     totals: frames.Options = field(default_factory=dict[str, frames.Scalar])
@@ -93,12 +107,12 @@ class ReportParts:
     links: dict[int, LinkStats] = field(default_factory=dict[int, LinkStats])
 
     def add(self, frame: frames.Stats) -> None:
-        """Take in a piece."""
+        """Add a part."""
         self.totals = {**self.totals, **frame.totals}
         self.topics.update((topic.name, topic) for topic in frame.topics)
         self.links.update((link.session, link) for link in frame.links)
         self.complete = not frame.more
 
     def report(self) -> BrokerReport:
-        """Return the whole, when it is complete."""
+        """Return the report, when it is complete."""
         return BrokerReport(totals=BrokerStats.from_map(self.totals), topics=self.topics, links=self.links)

@@ -1,11 +1,11 @@
-"""Looking at a graph from outside: no node, no event loop, an answer within milliseconds.
+"""Queries of a broker without a node and without an event loop, answered within milliseconds.
 
     with Inspector("callboard://127.0.0.1:7411") as inspector:
         print(inspector.graph().nodes())
 
-An inspector declares nothing, so nobody sees it in the graph. It speaks the same protocol as a node's link
-over a blocking socket, one question at a time: that is all that a command line's queries need, and it is
-ready in a third of the time that a node takes to be imported.
+An inspector declares nothing, so it is not in the graph. It uses the same protocol as a node's link over a
+blocking socket, one query at a time: the command line's queries need no more, and an inspector is ready in a
+third of the time that importing a node takes.
 """
 
 from __future__ import annotations
@@ -35,41 +35,38 @@ if TYPE_CHECKING:
     from proto.url import BrokerUrl
 
 AGENT: Final = agent("callboard-inspector")
-_QUESTION: Final = 1
-"""The id of each question: there is never more than one."""
+_QUERY: Final = 1
+"""The id of each query: there is one at a time."""
 
 FrameT = TypeVar("FrameT", bound="Frame")
 
 
 class Inspector:
-    """A blocking look at one broker. Enter it to connect.
+    """A blocking client for queries of one broker. Enter it to connect.
 
     Args:
-        url: Where the broker is: one URL, or several with commas, tried in order.
+        url: The broker: one URL, or several separated by commas, tried in order.
         domain: Which of the broker's graphs, 0 to 232.
-        timeout_sec: How long connecting may take, and each answer. Of the time for connecting each URL has an
-            equal share of what is left.
+        timeout_sec: How long connecting may take, and each answer, in seconds. Each URL has an equal share of
+            the time that is left for connecting.
 
     Raises:
         InvalidUrlError: The URL cannot be read.
 
-    Raises (on entry, and from every question):
-        BrokerUnreachable: There is no broker, or it has not answered in time.
-        ProtocolError: The broker refuses, or speaks something else; the text says what.
-
-    A question without a whole answer ends the connection, since what comes late would be taken for the next
-    one's: make another inspector.
+    Entering and every query raise BrokerUnreachable if no broker answers in time, and ProtocolError if the
+    broker refuses or violates the protocol. A query without a complete answer ends the connection, since a
+    late answer would be taken for the next query's: make another inspector.
 
     Attributes:
-        urls: Where it looks for the broker.
+        urls: The brokers to try.
         url: The one it is connected to.
-        listening: The first place where something took the connection and did not greet; None if there was
-            none. It has the port, so that no broker can be started there.
+        listening: The first URL where something took the connection without a greeting, so that no broker can
+            be started there; None if there was none.
         error: Why it has not reached the first of `urls`; None if it has, or has not tried.
-        welcome: What the broker has said about itself: agent, broker, keepalive_ms, max_message_bytes, …
+        welcome: The options of the broker's greeting: agent, broker, keepalive_ms, max_message_bytes, …
         round_trip_sec: How long the broker took to answer the greeting.
-        clock_ahead_sec: By how much the broker's wall clock is ahead of this machine's, give or take half a
-            round trip; None if it does not say.
+        clock_ahead_sec: By how many seconds the broker's wall clock is ahead of this machine's, with an error
+            of up to half a round trip; None if the broker does not report it.
     """
 
     def __init__(self, url: str, *, domain: int = 0, timeout_sec: float = 2.0) -> None:
@@ -93,9 +90,14 @@ class Inspector:
         return self
 
     def connect(self) -> None:
-        """Connect to the first broker that answers."""
+        """Connect to the first broker that answers.
+
+        Raises:
+            BrokerUnreachable: None answered within `timeout_sec`.
+            ProtocolError: The broker refuses, or violates the protocol.
+        """
         deadline = time.monotonic() + self._timeout_sec
-        strange = ""
+        unwelcoming = ""
         for left, url in zip(range(len(self.urls), 0, -1), self.urls, strict=True):
             now = time.monotonic()
             try:
@@ -103,59 +105,86 @@ class Inspector:
             except OSError as error:
                 if url == self.urls[0]:
                     self.error = error
-                if self._socket is not None and not strange:
-                    self.listening, strange = url, _strange(url, error)
-                self._hang_up()
+                if self._socket is not None and not unwelcoming:
+                    self.listening, unwelcoming = url, _unwelcoming(url, error)
+                self._disconnect()
             except BaseException:
-                self._hang_up()
+                self._disconnect()
                 raise
             else:
                 self.url = url
                 return
-        raise BrokerUnreachable(strange or f"No broker at {', '.join(map(str, self.urls))}")
+        raise BrokerUnreachable(unwelcoming or f"No broker at {', '.join(map(str, self.urls))}")
 
     def __exit__(self, *error: object) -> None:
         """Close."""
         self.close()
 
     def close(self) -> None:
-        """Say goodbye, and hang up. Again: nothing."""
+        """Send GOODBYE and close the connection. A second call does nothing."""
         if self._session.is_open and self._socket is not None:
-            with suppress(OSError):  # the broker has gone first
+            with suppress(OSError):  # the broker has closed it first
                 self._send(frames.Goodbye("done"))
-        self._hang_up()
+        self._disconnect()
 
-    def _hang_up(self) -> None:
+    def _disconnect(self) -> None:
         if self._socket is not None:
             self._socket.close()
             self._socket = None
 
-    # Questions
+    # Queries
 
     def graph(self) -> GraphSnapshot:
-        """Return the graph as it is now."""
+        """Return the graph as it is now.
+
+        Returns:
+            A snapshot of the domain.
+
+        Raises:
+            BrokerUnreachable: No answer within `timeout_sec`, or the link broke.
+            ProtocolError: The broker refuses, or violates the protocol.
+        """
         snapshot = GraphSnapshot()
 
         def take(frame: frames.Graph) -> bool:
             snapshot.apply(frame)
             return not frame.more
 
-        self._ask(frames.Watch(_QUESTION, keep=False), frames.Graph, take)
+        self._ask(frames.Watch(_QUERY, keep=False), frames.Graph, take)
         return snapshot
 
     def report(self) -> BrokerReport:
-        """Return what the broker has done and holds. Two reports give rates."""
+        """Return the broker's counts.
+
+        Returns:
+            A report. Two reports give rates: `later.rates_since(earlier)`.
+
+        Raises:
+            BrokerUnreachable: No answer within `timeout_sec`, or the link broke.
+            ProtocolError: The broker refuses, or violates the protocol.
+        """
         parts = ReportParts()
 
         def take(frame: frames.Stats) -> bool:
             parts.add(frame)
             return parts.complete
 
-        self._ask(frames.Inspect(_QUESTION), frames.Stats, take)
+        self._ask(frames.Inspect(_QUERY), frames.Stats, take)
         return parts.report()
 
     def definition(self, type_hash: str) -> bytes | None:
-        """Return the definition behind a type's hash; None if the broker has not seen it."""
+        """Return the definition of a type.
+
+        Args:
+            type_hash: The type's RIHS01 hash.
+
+        Returns:
+            The definition; None if the broker does not know it.
+
+        Raises:
+            BrokerUnreachable: No answer within `timeout_sec`, or the link broke.
+            ProtocolError: The broker refuses, or violates the protocol.
+        """
         found: list[bytes | None] = []
 
         def take(frame: frames.Definition) -> bool:
@@ -196,21 +225,21 @@ class Inspector:
         self.welcome = welcome.options
         self.clock_ahead_sec = _ahead(welcome.options.get("wall_time_ns"), self.round_trip_sec)
 
-    def _ask(self, question: Frame, kind: type[FrameT], take: Callable[[FrameT], bool]) -> None:
-        """Send a question, and give the answer's pieces to `take` until it is content."""
+    def _ask(self, query: Frame, kind: type[FrameT], take: Callable[[FrameT], bool]) -> None:
+        """Send a query, and give the parts of the answer to `take` until it returns True."""
         if self._socket is None:
             raise BrokerUnreachable("The inspector is not connected: use `with Inspector(url) as inspector:`")
         deadline = time.monotonic() + self._timeout_sec
         try:
-            self._send(question)
+            self._send(query)
             while not take(self._next(kind, deadline)):
                 pass
         except OSError as error:
-            self._hang_up()
+            self._disconnect()
             text = "No answer from" if isinstance(error, TimeoutError) else "The link broke to"
             raise BrokerUnreachable(f"{text} the broker at {self.url}") from error
         except BaseException:
-            self._hang_up()
+            self._disconnect()
             raise
 
     def _send(self, frame: Frame) -> None:
@@ -223,7 +252,7 @@ class Inspector:
 
         Raises:
             OSError: The connection is gone, or the deadline has passed (TimeoutError).
-            ProtocolError: The broker has said why not, or broke the protocol.
+            ProtocolError: The broker refuses, or violates the protocol.
         """
         while True:
             frame = self._next_frame(deadline)
@@ -250,7 +279,7 @@ class Inspector:
 
 
 def _known(code: int) -> ErrorCode:
-    """Return what an ERROR's code means; a later version's is taken for INTERNAL."""
+    """Return the code of an ERROR; that of a later version is taken for INTERNAL."""
     return ErrorCode(code) if code in set(ErrorCode) else ErrorCode.INTERNAL
 
 
@@ -261,8 +290,8 @@ def _ahead(wall_time_ns: object, round_trip_sec: float) -> float | None:
     return (wall_time_ns - time.time_ns()) / 1e9 + round_trip_sec / 2
 
 
-def _strange(url: BrokerUrl, error: OSError) -> str:
-    """Say what is wrong with what takes a connection and does not greet."""
+def _unwelcoming(url: BrokerUrl, error: OSError) -> str:
+    """Return the text about a listener that takes a connection without a greeting."""
     wrong = "does not answer" if isinstance(error, TimeoutError) else "is no callboard broker"
     return f"What listens at {url} {wrong}"
 

@@ -32,8 +32,8 @@ _ENDPOINT_TYPES: Final = {
 class EndpointInfo:
     """One publisher or subscription of a topic, or one server or client of a service.
 
-    rclpy's TopicEndpointInfo: `str` gives ROS 2's lines, which `topic info -v` prints. For a service read
-    service where it says topic.
+    rclpy's TopicEndpointInfo: `str` returns ROS 2's lines, which `topic info -v` prints. For a service the
+    attributes named after topics are the service's.
     """
 
     node_name: str
@@ -42,7 +42,7 @@ class EndpointInfo:
     topic_type_hash: str
     endpoint_type: EntryKind
     endpoint_id: int
-    """The broker's number for it; stands where ROS 2 has a GID."""
+    """The broker's number for it, in place of ROS 2's GID."""
     qos_profile: QoSProfile
 
     def __str__(self) -> str:
@@ -63,10 +63,10 @@ class EndpointInfo:
                 f"  Reliability: {qos.reliability.name}",
                 f"  History (Depth): {history}",
                 f"  Durability: {qos.durability.name}",
-                f"  Lifespan: {_shown(qos.lifespan)}",
-                f"  Deadline: {_shown(qos.deadline)}",
+                f"  Lifespan: {_duration(qos.lifespan)}",
+                f"  Deadline: {_duration(qos.deadline)}",
                 f"  Liveliness: {qos.liveliness.name}",
-                f"  Liveliness lease duration: {_shown(qos.liveliness_lease_duration)}",
+                f"  Liveliness lease duration: {_duration(qos.liveliness_lease_duration)}",
             ]
         )
 
@@ -77,10 +77,14 @@ class GraphSnapshot:
 
     entries: dict[int, GraphEntry] = field(default_factory=dict[int, GraphEntry])
     suspended: dict[int, GraphEntry] = field(default_factory=dict[int, GraphEntry])
-    """What has left because its link is silent, and may return."""
+    """Entries that left because their link is silent, and may return."""
 
     def apply(self, frame: frames.Graph) -> None:
-        """Take in a piece or a change."""
+        """Apply a part of the graph, or a change.
+
+        Args:
+            frame: The frame that the broker has sent.
+        """
         silent = set(frame.suspended)
         for key in frame.removed:
             entry = self.entries.pop(key, None)
@@ -92,15 +96,34 @@ class GraphSnapshot:
             self.suspended.pop(entry.key, None)
 
     def nodes(self) -> list[str]:
-        """Return the full names of all nodes, sorted."""
+        """Return the full names of all nodes.
+
+        Returns:
+            The names, sorted.
+        """
         return sorted(entry.node for entry in self.of_kind(EntryKind.NODE))
 
     def of_kind(self, *kinds: EntryKind) -> Iterable[GraphEntry]:
-        """Return the entries of these kinds."""
+        """Return the entries of some kinds.
+
+        Args:
+            kinds: The kinds.
+
+        Returns:
+            The entries, in no particular order.
+        """
         return [entry for entry in self.entries.values() if entry.kind in kinds]
 
     def names_and_types(self, *kinds: EntryKind, node: str | None = None) -> NamesAndTypes:
-        """Return each name with the sorted types seen on it, sorted by name."""
+        """Return the names that entries of some kinds have.
+
+        Args:
+            kinds: The kinds.
+            node: Only entries of the node with this full name.
+
+        Returns:
+            Pairs of a name and its sorted types, sorted by name.
+        """
         found: dict[str, set[str]] = {}
         for entry in self.of_kind(*kinds):
             if node is None or entry.node == node:
@@ -108,17 +131,33 @@ class GraphSnapshot:
         return sorted((name, sorted(types)) for name, types in found.items())
 
     def count(self, kind: EntryKind, name: str) -> int:
-        """Return how many endpoints of a kind a name has."""
+        """Return how many endpoints of a kind a name has.
+
+        Args:
+            kind: The kind.
+            name: The full name of a topic or service.
+
+        Returns:
+            The number; 0 if there is no such name.
+        """
         return sum(entry.name == name for entry in self.of_kind(kind))
 
     def endpoints(self, kind: EntryKind, name: str) -> list[EndpointInfo]:
-        """Return the endpoints of a kind on a topic or service, in the order of their declaration."""
+        """Return the endpoints of a kind on a topic or service.
+
+        Args:
+            kind: The kind.
+            name: The full name of the topic or service.
+
+        Returns:
+            One record for each, in the order of their declaration.
+        """
         found = [_endpoint(entry) for entry in self.of_kind(kind) if entry.name == name]
         return sorted(found, key=lambda endpoint: endpoint.endpoint_id)
 
 
 _SEND_GOAL: Final = "/_action/send_goal"
-"""What an action's name has behind it in the name of the service that takes its goals."""
+"""The suffix of an action's name in the name of the service that takes its goals."""
 
 
 def actions_among(services: NamesAndTypes) -> NamesAndTypes:
@@ -130,7 +169,7 @@ def actions_among(services: NamesAndTypes) -> NamesAndTypes:
     ]
 
 
-def _shown(limit: Duration) -> str:
+def _duration(limit: Duration) -> str:
     return str(INFINITE if limit == UNLIMITED else limit)
 
 

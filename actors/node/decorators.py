@@ -39,7 +39,18 @@ def subscription(
     concurrent: bool = False,
     raw: bool = False,
 ) -> Callable[[F], F]:
-    """Make the method the callback of a subscription; arguments as for `Node.create_subscription`."""
+    """Make the method the callback of a subscription.
+
+    Args:
+        msg_type: A message class.
+        topic: Relative to the namespace, absolute with `/`, private with `~/`.
+        qos: A profile, or a depth, which means KEEP_LAST of that depth.
+        concurrent: Do not wait for the node's other callbacks, nor for this one.
+        raw: Give each message as bytes (msgpack), and match publishers of every type.
+
+    Returns:
+        The decorator; the method stays as it is.
+    """
     return _mark(
         lambda node, callback: node.create_subscription(
             msg_type, topic, callback, qos, concurrent=concurrent, raw=raw
@@ -50,14 +61,30 @@ def subscription(
 def service(
     srv_type: type[ServiceType[Any, Any]], srv_name: str, *, concurrent: bool = False
 ) -> Callable[[F], F]:
-    """Make the method the callback of a service; arguments as for `Node.create_service`."""
+    """Make the method the callback of a service.
+
+    Args:
+        srv_type: A service class.
+        srv_name: Relative to the namespace, absolute with `/`, private with `~/`.
+        concurrent: Handle requests side by side, and beside the node's other callbacks.
+
+    Returns:
+        The decorator; the method stays as it is.
+    """
     return _mark(
         lambda node, callback: node.create_service(srv_type, srv_name, callback, concurrent=concurrent)
     )
 
 
 def timer(period_sec: float) -> Callable[[F], F]:
-    """Call the method every `period_sec` seconds."""
+    """Call the method periodically.
+
+    Args:
+        period_sec: The period in seconds.
+
+    Returns:
+        The decorator; the method stays as it is.
+    """
     return _mark(lambda node, callback: node.create_timer(period_sec, callback))
 
 

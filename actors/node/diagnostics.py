@@ -1,4 +1,4 @@
-"""Looks at all of a node's parts: what is behind `Node.diagnostics()`."""
+"""Collects `Node.diagnostics()` from all of a node's parts."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class Holder(Protocol):
     """A part of a node that holds maps or queues."""
 
     def sizes(self) -> Iterable[Size]:
-        """Say how full they are."""
+        """Return how full they are."""
         ...
 
 
 def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
-    """Look at a node: its core, and those of its parts that the core does not know."""
+    """Return a node's state and counts, given its context and the parts that the context does not have."""
     link = context.link
     outbox = None if link.channel is None else link.channel.outbox
     now = 0.0 if link.loop is None else link.loop.time()

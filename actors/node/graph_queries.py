@@ -19,7 +19,7 @@ TOPICS = (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
 
 
 class NodeGraph:
-    """What a node can ask about the graph.
+    """A node's queries of the graph.
 
     Every query asks the broker and raises BrokerUnreachable if none answers within 5 s. Names may be
     relative to the node; a malformed one raises InvalidNameError (a ValueError), another type TypeError.
@@ -30,62 +30,155 @@ class NodeGraph:
 
     @must_await
     async def get_graph(self) -> GraphSnapshot:
-        """Return the whole graph at this moment."""
+        """Return the whole graph at this moment.
+
+        Returns:
+            A snapshot of the node's domain, including everything that this node has declared.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         return await self._broker.snapshot()
 
     @must_await
     async def get_broker_stats(self) -> BrokerReport:
-        """Return what the broker has done and holds, in all and by topic and link. Two give rates."""
+        """Return the counts of the broker, in all and by topic and link.
+
+        Returns:
+            A report. Two reports give rates: `later.rates_since(earlier)`.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         return await self._broker.report()
 
     @must_await
     async def get_node_names(self) -> list[str]:
-        """Return the names of all nodes, without their namespaces."""
+        """Return the names of all nodes, without their namespaces.
+
+        Returns:
+            The names, sorted by full name; a name can occur once per namespace.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         return [name for name, _ in await self.get_node_names_and_namespaces()]
 
     @must_await
     async def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
-        """Return (name, namespace) of every node, sorted by full name."""
+        """Return the names and namespaces of all nodes.
+
+        Returns:
+            Pairs (name, namespace), sorted by full name.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         pairs = map(split_node_name, (await self._broker.snapshot()).nodes())
         return [(name, namespace) for namespace, name in pairs]
 
     @must_await
     async def get_fully_qualified_node_names(self) -> list[str]:
-        """Return the full names of all nodes, sorted."""
+        """Return the full names of all nodes.
+
+        Returns:
+            The names, such as "/ns/talker", sorted.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         return (await self._broker.snapshot()).nodes()
 
     @must_await
     async def get_topic_names_and_types(self) -> NamesAndTypes:
-        """Return (topic, types) of every topic that has a publisher or subscription."""
+        """Return all topics that have a publisher or subscription.
+
+        Returns:
+            Pairs of a name and its sorted types, sorted by name.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         return (await self._broker.snapshot()).names_and_types(*TOPICS)
 
     @must_await
     async def get_service_names_and_types(self) -> NamesAndTypes:
-        """Return (service, types) of every service that has a server."""
+        """Return all services that have a server.
+
+        Returns:
+            Pairs of a name and its sorted types, sorted by name.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         return (await self._broker.snapshot()).names_and_types(EntryKind.SERVICE)
 
     @must_await
     async def get_publisher_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> NamesAndTypes:
-        """Return (topic, types) of a node's publishers."""
+        """Return the topics of a node's publishers.
+
+        Args:
+            node_name: The node's name, without its namespace.
+            node_namespace: Its namespace, such as "/" or "/ns".
+
+        Returns:
+            Pairs of a name and its sorted types, sorted by name.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         return await self._by_node(EntryKind.PUBLISHER, node_name, node_namespace)
 
     @must_await
     async def get_subscriber_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> NamesAndTypes:
-        """Return (topic, types) of a node's subscriptions."""
+        """Return the topics of a node's subscriptions.
+
+        Args:
+            node_name: The node's name, without its namespace.
+            node_namespace: Its namespace, such as "/" or "/ns".
+
+        Returns:
+            Pairs of a name and its sorted types, sorted by name.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         return await self._by_node(EntryKind.SUBSCRIPTION, node_name, node_namespace)
 
     @must_await
     async def get_service_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
-        """Return (service, types) of a node's servers."""
+        """Return the services of a node's servers.
+
+        Args:
+            node_name: The node's name, without its namespace.
+            node_namespace: Its namespace, such as "/" or "/ns".
+
+        Returns:
+            Pairs of a name and its sorted types, sorted by name.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         return await self._by_node(EntryKind.SERVICE, node_name, node_namespace)
 
     @must_await
     async def get_client_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
-        """Return (service, types) of a node's clients."""
+        """Return the services of a node's clients.
+
+        Args:
+            node_name: The node's name, without its namespace.
+            node_namespace: Its namespace, such as "/" or "/ns".
+
+        Returns:
+            Pairs of a name and its sorted types, sorted by name.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+        """
         return await self._by_node(EntryKind.CLIENT, node_name, node_namespace)
 
     async def _by_node(self, kind: EntryKind, name: str, namespace: str) -> NamesAndTypes:
@@ -94,22 +187,66 @@ class NodeGraph:
 
     @must_await
     async def count_publishers(self, topic_name: str) -> int:
-        """Return how many publishers a topic has."""
+        """Return how many publishers a topic has.
+
+        Args:
+            topic_name: The topic; a relative name is expanded with the node's namespace.
+
+        Returns:
+            The number; 0 if there is no such topic.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+            InvalidNameError: The name breaks the naming rules.
+        """
         return await self._count(EntryKind.PUBLISHER, topic_name)
 
     @must_await
     async def count_subscribers(self, topic_name: str) -> int:
-        """Return how many subscriptions a topic has."""
+        """Return how many subscriptions a topic has.
+
+        Args:
+            topic_name: The topic; a relative name is expanded with the node's namespace.
+
+        Returns:
+            The number; 0 if there is no such topic.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+            InvalidNameError: The name breaks the naming rules.
+        """
         return await self._count(EntryKind.SUBSCRIPTION, topic_name)
 
     @must_await
     async def count_services(self, service_name: str) -> int:
-        """Return how many servers a service has."""
+        """Return how many servers a service has.
+
+        Args:
+            service_name: The service; a relative name is expanded with the node's namespace.
+
+        Returns:
+            The number; 0 if there is no such service.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+            InvalidNameError: The name breaks the naming rules.
+        """
         return await self._count(EntryKind.SERVICE, service_name)
 
     @must_await
     async def count_clients(self, service_name: str) -> int:
-        """Return how many clients a service has."""
+        """Return how many clients a service has.
+
+        Args:
+            service_name: The service; a relative name is expanded with the node's namespace.
+
+        Returns:
+            The number; 0 if there is no such service.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+            InvalidNameError: The name breaks the naming rules.
+        """
         return await self._count(EntryKind.CLIENT, service_name)
 
     async def _count(self, kind: EntryKind, name: str) -> int:
@@ -121,18 +258,43 @@ class NodeGraph:
 
     @must_await
     async def get_publishers_info_by_topic(self, topic_name: str) -> list[EndpointInfo]:
-        """Return every publisher of a topic, with node, type and QoS."""
+        """Return every publisher of a topic.
+
+        Args:
+            topic_name: The topic; a relative name is expanded with the node's namespace.
+
+        Returns:
+            One record for each: node, type and QoS.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+            InvalidNameError: The name breaks the naming rules.
+        """
         full = self._expand(topic_name)
         return (await self._broker.snapshot()).endpoints(EntryKind.PUBLISHER, full)
 
     @must_await
     async def get_subscriptions_info_by_topic(self, topic_name: str) -> list[EndpointInfo]:
-        """Return every subscription of a topic, with node, type and QoS."""
+        """Return every subscription of a topic.
+
+        Args:
+            topic_name: The topic; a relative name is expanded with the node's namespace.
+
+        Returns:
+            One record for each: node, type and QoS.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+            InvalidNameError: The name breaks the naming rules.
+        """
         full = self._expand(topic_name)
         return (await self._broker.snapshot()).endpoints(EntryKind.SUBSCRIPTION, full)
 
     def watch_graph(self) -> GraphWatch:
-        """Return the graph's changes, to be iterated over: `async for change in node.watch_graph()`.
+        """Watch the changes of the graph: `async for change in node.watch_graph()`.
+
+        Returns:
+            An iterator that begins with everything that exists, as APPEARED.
 
         Raises:
             NodeDestroyed: The node has been destroyed.
@@ -141,10 +303,18 @@ class NodeGraph:
 
     @must_await
     async def wait_for_node(self, fully_qualified_node_name: str, timeout_sec: float | None = None) -> bool:
-        """Wait until a node is there.
+        """Wait until a node is in the graph.
+
+        Args:
+            fully_qualified_node_name: Its full name, such as "/ns/talker".
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Returns:
-            True when it is; False when `timeout_sec` (None: no limit) has passed without.
+            True if it is; False if it was not within `timeout_sec`.
+
+        Raises:
+            RuntimeError: This node does not run.
+            NodeDestroyed: This node has been destroyed.
         """
         namespace, name = split_node_name(fully_qualified_node_name)
         full = full_node_name(namespace, name)

@@ -1,12 +1,12 @@
-"""A node's life: how it starts, what ends it, and how it stops.
+"""The lifecycle of a node: how it starts, what ends it, and how it stops.
 
-`begin` and `end` are what entering and leaving `async with node:` do. A node that stops begins no callback
-any more, but those that run may end, with calls and topics at work, so that their answers leave. Whatever
-callbacks do, `end` returns within `stop_timeout_sec` and two seconds:
+Entering and leaving `async with node:` call `begin` and `end`. A node that stops calls no further callbacks,
+but those that run may end, and calls and topics still work for them. Whatever callbacks do, `end` returns
+within `stop_timeout_sec` and two seconds:
 
-    callbacks that run end, what is queued leaves    stop_timeout_sec for both
-    callbacks that are left are cancelled            GRACE_SEC, and so long for what they have left behind
-    those that ignore that are named and left alone  at once
+    running callbacks end, queued messages are sent     stop_timeout_sec for both
+    remaining callbacks are cancelled                   GRACE_SEC, and as long for their remaining tasks
+    callbacks that ignore that are named and abandoned  at once
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ if TYPE_CHECKING:
     from actors.time.clock import Clock
 
 STOP_TIMEOUT_SEC: Final = 5.0
-"""What a stopping node gives its running callbacks to end and its queues to empty: longer than nearly all
-callbacks take, shorter than the ten seconds after which process managers kill."""
+"""How long a stopping node waits for running callbacks and for its queues: longer than nearly all callbacks
+take, shorter than the ten seconds after which process managers kill."""
 
 GRACE_SEC: Final = 1.0
-"""What cancelled callbacks, and then tasks that only have to notice, get to end."""
+"""How long to wait for cancelled callbacks, and then for the node's other tasks."""
 
 
 class Lifecycle:
-    """One node's.
+    """The lifecycle of one node.
 
     Args:
-        context: What the node's parts share.
+        context: Shared by the node's parts.
         clock: The node's clock, which is destroyed with it.
-        connector: Keeps the node's link.
+        connector: Keeps the node's link connected.
         connect_timeout_sec: How long `begin` waits for a broker before it fails; None: see `begin`.
-        stop_timeout_sec: What `end` gives running callbacks to end, and then queued messages to be sent.
+        stop_timeout_sec: How long `end` waits for running callbacks, and then for queued messages.
     """
 
     def __init__(
@@ -70,18 +70,18 @@ class Lifecycle:
         self._cancelling = 0
         """How often the body's task had been asked to cancel when it entered."""
         self._leaving: asyncio.Task[None] | None = None
-        """What takes a destroyed node out of the broker while its body goes on."""
+        """Takes a destroyed node out of the graph while its body goes on."""
         self._done: asyncio.Event | None = None
         self._failure: BaseException | None = None
         self._deadline = math.inf
         """Loop time of the end of the present wait in stopping; `_hurry` brings it forward."""
         self._letting_run = False
-        """Whether callbacks are waited for that have not been cancelled."""
+        """Whether it waits for callbacks that have not been cancelled."""
         self._hurried = False
         context.stop = self.fail
 
     async def begin(self) -> None:
-        """Connect, run callbacks as messages come.
+        """Connect, and run callbacks as messages arrive.
 
         Returns when the node is in the broker's graph; without a broker when the first attempt to connect has
         failed or `FIRST_ANSWER_SEC` has passed, and goes on trying in the background.
@@ -115,7 +115,7 @@ class Lifecycle:
             raise
 
     def _entered(self) -> bool:
-        """Whether the body need not wait any more: the node is in the graph, or at its end."""
+        """Whether the body need not wait any more: the node is in the graph, or it ends."""
         context, link = self._context, self._context.link
         lost = link.connections > 0 and not link.connected
         return context.declared or lost or context.destroyed or self._failure is not None
@@ -128,7 +128,7 @@ class Lifecycle:
 
     def _task_ended(self, task: asyncio.Task[None]) -> None:
         self._tasks.pop(task, None)
-        # SystemExit and KeyboardInterrupt have already gone through the loop to whoever runs it.
+        # SystemExit and KeyboardInterrupt have already ended the loop.
         if not task.cancelled() and isinstance(error := task.exception(), Exception):
             self._context.log.error("The node stops: a task of its own has failed", exc_info=error)
             self.fail(error)
@@ -140,11 +140,11 @@ class Lifecycle:
             self.fail(error)
 
     def sizes(self) -> Iterator[Size]:
-        """Say how many tasks it holds."""
+        """Return how many tasks it holds."""
         yield Size(name="tasks", size=len(self._tasks))
 
     def fail(self, error: BaseException) -> None:
-        """End the node with an error: whoever runs it gets it raised."""
+        """End the node with an error, which is raised where the node runs."""
         if self._failure is None:
             self._failure = error
             self._context.link.wake()
@@ -205,7 +205,7 @@ class Lifecycle:
             await self._end_tasks()
 
     async def _end_callbacks(self, stopped_by: float) -> None:
-        """Begin nothing new; let what runs end, or cancel it."""
+        """Call no further callbacks; wait for those that run, and cancel them in the end."""
         context, mailbox = self._context, self._context.mailbox
         context.stopping = True
         mailbox.begin_nothing(context.link.wake)
@@ -225,7 +225,7 @@ class Lifecycle:
         self._deadline = at_least if self._hurried else max(at_least, stopped_by)
 
     async def _let_run(self, until: float) -> None:
-        """Wait for callbacks; cancel those that have not ended by then, or when somebody hurries."""
+        """Wait for callbacks; cancel those that have not ended by then, or when it must hurry."""
         log, mailbox = self._context.log, self._context.mailbox
         log.info(
             f"Stopping: up to {self._stop_timeout_sec:g} s for callbacks that run: {self._running_names}"
@@ -238,7 +238,7 @@ class Lifecycle:
         self._letting_run = False
 
     async def _empty_queues(self) -> None:
-        """Let what is queued leave, and then the node."""
+        """Wait until everything queued has been sent, and then leave the broker."""
         context, link, connector = self._context, self._context.link, self._connector
 
         def sent() -> bool:
@@ -252,7 +252,7 @@ class Lifecycle:
         await self._until(lambda: connector.ended)
 
     async def _until(self, condition: Callable[[], bool]) -> bool:
-        """Wait until something holds that changes of the link bring about; False if the deadline is first."""
+        """Wait until a condition on the link holds; return False if the deadline passes first."""
         loop = asyncio.get_running_loop()
         while not condition():
             if loop.time() >= self._deadline:
@@ -263,16 +263,16 @@ class Lifecycle:
         return True
 
     def _hurry(self) -> None:
-        """Wait for nothing longer than it takes to cancel."""
+        """Wait no longer than cancelling takes."""
         self._hurried = True
         patience = 0.0 if self._letting_run else GRACE_SEC
         self._deadline = min(self._deadline, asyncio.get_running_loop().time() + patience)
         self._context.link.wake()
 
     async def _end_tasks(self) -> None:
-        """Cancel every task. A callback that ignores that has had its time: it is named, and left alone."""
+        """Cancel every task. Callbacks that ignore that are named, and abandoned."""
         mailbox = self._context.mailbox
-        had_their_time = {turn.task for turn in mailbox.running if turn.holding or turn.beside}
+        had_their_time = {each.task for each in mailbox.running if each.holding or each.beside}
         for task in tuple(self._tasks):
             task.cancel()
         rest = [task for task in self._tasks if task not in had_their_time]
@@ -285,12 +285,12 @@ class Lifecycle:
 
     @property
     def _running_names(self) -> str:
-        return ", ".join(sorted({turn.name for turn in self._context.mailbox.running}))
+        return ", ".join(sorted({each.name for each in self._context.mailbox.running}))
 
     def destroy(self) -> None:
-        """Take everything out of service and cancel what runs, at once. Twice is no error.
+        """Take everything out of service and cancel running callbacks at once. A second call does nothing.
 
-        A node that runs leaves the broker behind what it has published, whatever its body does then.
+        A node that runs leaves the broker after everything it has published, whatever its body does then.
         """
         context, loop = self._context, self._context.link.loop
         if context.destroyed:

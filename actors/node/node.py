@@ -1,7 +1,6 @@
-"""The node: wires its parts, starts them and stops them.
+"""The node: the composition root of publishers, subscriptions, services, clients, timers and parameters.
 
-A node is made without a running loop; it connects on `async with node:` or `await node.run()`. What it does
-is in its parts: publishers, subscriptions, services, clients, timers, parameters, the link and the mailbox.
+A node is made without a running loop; it connects on `async with node:` or `await node.run()`.
 """
 
 from __future__ import annotations
@@ -56,9 +55,9 @@ class Node(NodeGraph, NodeParameters):
         url: The broker, or several, separated by commas: whenever there is no link they are tried in this
             order, so that a node comes back to the first that answers, but leaves none that it is linked to.
             CALLBOARD_URL, the context in use (`actors.config.contexts`) and then callboard://127.0.0.1:7411
-            stand in.
+            are the defaults, in this order.
         domain: Which of a broker's disjoint graphs to join, 0 to 232. CALLBOARD_DOMAIN, the context's and
-            then 0 stand in.
+            then 0 are the defaults, in this order.
         cli_args: Arguments of this node alone: ["--ros-args", "-r", "a:=b"]. They win over the process's.
         use_global_arguments: Take what `actors.run` found on the command line.
         parameter_overrides: Values for parameters; they win over the command line and files.
@@ -137,26 +136,46 @@ class Node(NodeGraph, NodeParameters):
         for method, declare in declared(type(self)):
             declare(self, getattr(self, method))
 
-    # Who it is
+    # Identity and state
 
     def get_name(self) -> str:
-        """Return the node's name, without the namespace."""
+        """Return the node's name, without the namespace.
+
+        Returns:
+            The name after remapping.
+        """
         return self._context.name
 
     def get_namespace(self) -> str:
-        """Return the node's namespace, such as "/" or "/ns"."""
+        """Return the node's namespace, such as "/" or "/ns".
+
+        Returns:
+            The namespace after remapping.
+        """
         return self._context.namespace
 
     def get_fully_qualified_name(self) -> str:
-        """Return namespace and name, such as "/ns/talker"."""
+        """Return namespace and name, such as "/ns/talker".
+
+        Returns:
+            The full name after remapping.
+        """
         return self._context.full_name
 
     def get_logger(self) -> Logger:
-        """Return the node's logger."""
+        """Return the node's logger.
+
+        Returns:
+            The logger named after the node's full name.
+        """
         return self._context.log
 
     def get_clock(self) -> Clock:
-        """Return the node's clock; `.now()` is the time."""
+        """Return the node's clock.
+
+        Returns:
+            The clock; `.now()` is the time.
+        """
         return self._clock
 
     @property
@@ -170,21 +189,44 @@ class Node(NodeGraph, NodeParameters):
         return self._context.link.connected
 
     def diagnostics(self) -> NodeDiagnostics:
-        """Return what the node holds, drops and spends its time on, now; at any time, and cheap.
+        """Return what the node holds, drops and spends its time on. Works at any time, and is cheap.
 
-        Two looks give rates: `later.rates_since(earlier)`.
+        Returns:
+            The state and counts of now. Two give rates: `later.rates_since(earlier)`.
         """
         return diagnose(self._context, self._lifecycle)
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
-        """Return the full name of a topic, remapped unless `only_expand`."""
+        """Return the full name of a topic.
+
+        Args:
+            topic: Relative to the namespace, absolute with `/`, private with `~/`.
+            only_expand: Do not apply remap rules.
+
+        Returns:
+            The full name, such as "/ns/chatter".
+
+        Raises:
+            InvalidTopicNameError: The name breaks the rules.
+        """
         return self._names.resolve_topic(topic, only_expand=only_expand)
 
     def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
-        """Return the full name of a service, remapped unless `only_expand`."""
+        """Return the full name of a service.
+
+        Args:
+            service: Relative to the namespace, absolute with `/`, private with `~/`.
+            only_expand: Do not apply remap rules.
+
+        Returns:
+            The full name, such as "/ns/add".
+
+        Raises:
+            InvalidServiceNameError: The name breaks the rules.
+        """
         return self._names.resolve_service(service, only_expand=only_expand)
 
-    # What it has
+    # Endpoints and timers
 
     def create_publisher(
         self,
@@ -200,7 +242,10 @@ class Node(NodeGraph, NodeParameters):
             msg_type: A message class: generated, or a subclass of `actors.Message`.
             topic: Relative to the namespace, absolute with `/`, private with `~/`.
             qos_profile: A profile, or a depth, which means KEEP_LAST of that depth.
-            event_callbacks: What to call when it misses its deadline, is matched, and so on.
+            event_callbacks: Callbacks for its QoS events.
+
+        Returns:
+            The publisher.
 
         Raises:
             InvalidTopicNameError: The name breaks the rules.
@@ -260,7 +305,10 @@ class Node(NodeGraph, NodeParameters):
             qos: The same by keyword, for subscriptions without a callback.
             concurrent: Do not wait for the node's other callbacks, nor for this one.
             raw: Give each message as bytes (msgpack), and match publishers of every type.
-            event_callbacks: What to call when messages are lost, publishers come and go, and so on.
+            event_callbacks: Callbacks for its QoS events.
+
+        Returns:
+            The subscription.
 
         Raises:
             InvalidTopicNameError: The name breaks the rules.
@@ -298,6 +346,9 @@ class Node(NodeGraph, NodeParameters):
             callback: `(request, response)` or `(request)`, returns the response; `def` or `async def`.
             concurrent: Handle requests side by side, and beside the node's other callbacks.
 
+        Returns:
+            The service.
+
         Raises:
             InvalidServiceNameError: The name breaks the rules.
             RuntimeError: The callback takes neither one nor two arguments.
@@ -312,30 +363,86 @@ class Node(NodeGraph, NodeParameters):
     def create_client(
         self, srv_type: type[ServiceType[RequestT, ResponseT]], srv_name: str
     ) -> Client[RequestT, ResponseT]:
-        """Make a client of a service; arguments and errors as for `create_service`."""
+        """Make a client of a service.
+
+        Args:
+            srv_type: A service class: generated, or a subclass of `actors.Service`.
+            srv_name: Relative to the namespace, absolute with `/`, private with `~/`.
+
+        Returns:
+            The client.
+
+        Raises:
+            InvalidServiceNameError: The name breaks the rules.
+            TypeError: `srv_type` is no service class.
+            NodeDestroyed: The node has been destroyed.
+        """
         request, response = _parts(srv_type)
         return Client(self._context, srv_type, request, response, self._names.resolve_service(srv_name))
 
     def create_timer(
         self, timer_period_sec: float, callback: Callable[..., Any], *, autostart: bool = True
     ) -> Timer:
-        """Call `callback()` (or `callback(TimerInfo)`) every `timer_period_sec` seconds, without drift."""
+        """Call a function periodically, without drift.
+
+        Args:
+            timer_period_sec: The period in seconds, from 0 (as often as possible).
+            callback: `()` or `(TimerInfo)`, `def` or `async def`.
+            autostart: Whether to tick before `Timer.reset` is called.
+
+        Returns:
+            The timer.
+
+        Raises:
+            TypeError: The arguments are in the wrong order.
+            ValueError: The period is negative or infinite.
+            RuntimeError: The callback takes more than one argument.
+            NodeDestroyed: The node has been destroyed.
+        """
         return Timer(self._context, timer_period_sec, callback, autostart=autostart)
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
-        """Take a publisher back, after what it has published. False if it is not this node's."""
+        """Take a publisher out of service, after everything it has published has been sent.
+
+        Args:
+            publisher: The publisher.
+
+        Returns:
+            False if it is not this node's, or destroyed already.
+        """
         return self._destroy(publisher)
 
     def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
-        """Take a subscription back. False if it is not this node's."""
+        """Take a subscription out of service.
+
+        Args:
+            subscription: The subscription.
+
+        Returns:
+            False if it is not this node's, or destroyed already.
+        """
         return self._destroy(subscription)
 
     def destroy_service(self, service: Service[Any, Any]) -> bool:
-        """Take a service back. False if it is not this node's."""
+        """Take a service out of service; its handlers are cancelled.
+
+        Args:
+            service: The service.
+
+        Returns:
+            False if it is not this node's, or destroyed already.
+        """
         return self._destroy(service)
 
     def destroy_client(self, client: Client[Any, Any]) -> bool:
-        """Take a client back; its pending calls are cancelled. False if it is not this node's."""
+        """Take a client out of service; its pending calls are cancelled.
+
+        Args:
+            client: The client.
+
+        Returns:
+            False if it is not this node's, or destroyed already.
+        """
         return self._destroy(client)
 
     def _destroy(self, handle: Handle[Any]) -> bool:
@@ -345,20 +452,27 @@ class Node(NodeGraph, NodeParameters):
         return mine
 
     def destroy_timer(self, timer: Timer) -> bool:
-        """Stop a timer for good. False if it is not this node's."""
+        """Stop a timer for good.
+
+        Args:
+            timer: The timer.
+
+        Returns:
+            False if it is not this node's, or destroyed already.
+        """
         mine = any(source.id == timer.id for source in self._context.timers)
         if mine:
             timer.destroy()
         return mine
 
-    # Its life
+    # Lifecycle
 
     async def __aenter__(self) -> Self:
-        """Start: connect, run callbacks as messages come.
+        """Start: connect, and run callbacks as messages arrive.
 
         Returns when the node is in the graph: the first statement may publish, call and query. Without a
         broker it returns when all have refused, or after one second without an answer, and goes on trying in
-        the background; with `connect_timeout_sec` it raises BrokerUnreachable then.
+        the background; with `connect_timeout_sec` it raises BrokerUnreachable instead.
         """
         await self._lifecycle.begin()
         return self
@@ -369,10 +483,10 @@ class Node(NodeGraph, NodeParameters):
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> Literal[False]:
-        """Stop: let running callbacks end, send what is queued, take everything back.
+        """Stop: let running callbacks end, send what is queued, take everything out of service.
 
-        New messages, requests and ticks are not started; requests are answered with an error at once. To be
-        cancelled meanwhile hurries: callbacks are cancelled without waiting.
+        No further callbacks are called; requests are answered with an error at once. If the task is cancelled
+        meanwhile, callbacks are cancelled without waiting.
         """
         await self._lifecycle.end(error)
         return False
@@ -389,7 +503,7 @@ class Node(NodeGraph, NodeParameters):
             await self._lifecycle.destroyed()
 
     def destroy_node(self) -> None:
-        """Take the node and everything it has out of service at once; `run` returns. Twice is no error.
+        """Take the node and everything it has out of service at once; `run` returns. Idempotent.
 
         Callbacks that run are cancelled; callers of its services get ServiceUnavailable.
         """

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class NodeParameters:
-    """A node's parameters, under rclpy's names. What they do and raise is told in `ParameterStore`."""
+    """A node's parameters, under rclpy's names; `ParameterStore` does the work."""
 
     _parameters: ParameterStore
 
@@ -31,7 +31,22 @@ class NodeParameters:
         descriptor: ParameterDescriptor | None = None,
         ignore_override: bool = False,  # noqa: FBT001, FBT002 - rclpy's order
     ) -> Parameter:
-        """Declare a parameter; an override from the command line, a file or the constructor wins."""
+        """Declare a parameter; an override from the command line, a file or the constructor wins.
+
+        Args:
+            name: The parameter's name.
+            value: The default, or a type for a parameter without one.
+            descriptor: Constraints and description.
+            ignore_override: Use `value` also if there is an override.
+
+        Returns:
+            The parameter.
+
+        Raises:
+            ParameterAlreadyDeclaredError: It is declared already.
+            InvalidParameterError: The name is invalid.
+            InvalidParameterValueError: The value is not allowed.
+        """
         return self._parameters.declare(name, value, descriptor, ignore_override=ignore_override)
 
     def declare_parameters(
@@ -44,57 +59,171 @@ class NodeParameters:
         ],
         ignore_override: bool = False,  # noqa: FBT001, FBT002 - rclpy's order
     ) -> list[Parameter]:
-        """Declare several parameters below a namespace."""
+        """Declare several parameters below a namespace.
+
+        Args:
+            namespace: Put before each name, with a dot.
+            parameters: Tuples of name, value and descriptor; the last two may be missing.
+            ignore_override: As for `declare_parameter`.
+
+        Returns:
+            The parameters, in the same order.
+
+        Raises:
+            ParameterAlreadyDeclaredError: One is declared already.
+            InvalidParameterError: A name is invalid.
+            InvalidParameterValueError: A value is not allowed.
+        """
         return self._parameters.declare_many(namespace, parameters, ignore_override=ignore_override)
 
     def undeclare_parameter(self, name: str) -> None:
-        """Forget a parameter."""
+        """Forget a parameter.
+
+        Args:
+            name: The parameter's name.
+
+        Raises:
+            ParameterNotDeclaredError: It is not declared.
+            ParameterImmutableError: It is read-only.
+        """
         self._parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
-        """Tell whether a parameter is declared."""
+        """Tell whether a parameter is declared.
+
+        Args:
+            name: The parameter's name.
+
+        Returns:
+            True if it is declared.
+        """
         return self._parameters.has(name)
 
     def get_parameter(self, name: str) -> Parameter:
-        """Return a parameter; its value is `.value`."""
+        """Return a parameter; its value is `.value`.
+
+        Args:
+            name: The parameter's name.
+
+        Returns:
+            The parameter.
+
+        Raises:
+            ParameterNotDeclaredError: It is not declared.
+        """
         return self._parameters.get(name)
 
     def get_parameters(self, names: Sequence[str]) -> list[Parameter]:
-        """Return several parameters."""
+        """Return several parameters.
+
+        Args:
+            names: Their names.
+
+        Returns:
+            The parameters, in the same order.
+
+        Raises:
+            ParameterNotDeclaredError: One is not declared.
+        """
         return [self._parameters.get(name) for name in names]
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
-        """Return a parameter, or the alternative if it is not declared."""
+        """Return a parameter, or the alternative if it is not declared.
+
+        Args:
+            name: The parameter's name.
+            alternative_value: Returned if it is not declared.
+
+        Returns:
+            The parameter, or the alternative.
+        """
         return self._parameters.get_or(name, alternative_value)
 
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
-        """Return the parameters below a prefix, without it."""
+        """Return the parameters below a prefix, without it.
+
+        Args:
+            prefix: A part of the name that ends before a dot; "" for all.
+
+        Returns:
+            The parameters, by the rest of their names.
+        """
         return self._parameters.get_by_prefix(prefix)
 
     def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[SetParametersResult]:
-        """Set parameters one by one; each has its own result."""
+        """Set parameters one by one; each has its own result.
+
+        Args:
+            parameter_list: Names and values.
+
+        Returns:
+            One result for each, in the same order.
+
+        Raises:
+            ParameterNotDeclaredError: It is not declared.
+        """
         return self._parameters.set(parameter_list)
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
-        """Set all of the parameters, or none."""
+        """Set all of the parameters, or none.
+
+        Args:
+            parameter_list: Names and values.
+
+        Returns:
+            The result for all.
+
+        Raises:
+            ParameterNotDeclaredError: It is not declared.
+        """
         return self._parameters.set_atomically(parameter_list)
 
     def list_parameters(self, prefixes: Sequence[str], depth: int) -> ListParametersResult:
-        """List names below prefixes, `depth` levels deep (0: all)."""
+        """List the names of parameters.
+
+        Args:
+            prefixes: Only names below one of these; empty for all.
+            depth: How many levels deep; 0 for all.
+
+        Returns:
+            The names, and their prefixes.
+        """
         return self._parameters.list_names(prefixes, depth)
 
     def describe_parameter(self, name: str) -> ParameterDescriptor:
-        """Return what is allowed for a parameter."""
+        """Return the constraints of a parameter.
+
+        Args:
+            name: The parameter's name.
+
+        Returns:
+            The descriptor.
+
+        Raises:
+            ParameterNotDeclaredError: It is not declared.
+        """
         return self._parameters.describe(name)
 
     def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
-        """Let `callback` change what is about to be set."""
+        """Let `callback` change what is about to be set.
+
+        Args:
+            callback: Gets the parameters, and returns those to set.
+        """
         self._parameters.callbacks.add_pre_set(callback)
 
     def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
-        """Let `callback` accept or refuse what is about to be set."""
+        """Let `callback` accept or refuse what is about to be set.
+
+        Args:
+            callback: Gets the parameters, and returns the result.
+        """
         self._parameters.callbacks.add_on_set(callback)
 
     def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
-        """Tell `callback` what has been set."""
+        """Call `callback` after parameters have been set.
+
+        Args:
+            callback: Gets the parameters.
+        """
         self._parameters.callbacks.add_post_set(callback)

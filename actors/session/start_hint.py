@@ -1,4 +1,4 @@
-"""What to say when there is no broker: why, or the command that starts one at that place."""
+"""The hint when no broker answers: the reason, or the command that starts one."""
 
 from __future__ import annotations
 
@@ -17,9 +17,8 @@ def start_hint(url: BrokerUrl, error: BaseException | None = None) -> str:
     """Return "Start one with: callboard broker …"; on another machine it says "there".
 
     Args:
-        url: Where there is none.
-        error: What the attempt to connect raised. If it is that the host's name cannot be resolved, the hint
-            says that.
+        url: Where no broker answers.
+        error: The error of the attempt to connect. The hint says if the host name cannot be resolved.
     """
     if isinstance(error, socket.gaierror | UnicodeError):
         return f"The host name '{url.host}' cannot be resolved"
