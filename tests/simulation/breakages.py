@@ -421,7 +421,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "requests come once": (answers_twice, True),
     "deadlines end calls": (does_nothing(Deadlines, "_ring"), True),
     "handlers of callers that give up are cancelled": (does_nothing(ClientEndpoint, "_withdraw"), True),
-    "calls to a server that goes end": (does_nothing(Services, "_fail_pending"), True),
+    "calls to a server that goes end": (does_nothing(Calls, "server_left"), True),
     "the silent are noticed": (never_judges, False),
     "names are unique": (takes_any_name, True),
     "the graph is right": (does_nothing(Graph, "remove"), False),
