@@ -1,4 +1,4 @@
-"""What all tests share: no broker of the developer's reaches them, and processes start from bytecode."""
+"""Settings of all tests: no broker of the developer is used, and processes start from bytecode."""
 
 from __future__ import annotations
 
@@ -10,31 +10,32 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pytest
+
 from actors.config import environment
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    import pytest
-
 MEASURED = tuple(Path(__file__).parent / name for name in ("proto", "broker", "actors"))
 """Tests that run the code in this process and mirror it: `make test` measures what they cover."""
 
 
+@pytest.hookimpl(optionalhook=True)  # without pytest-xdist there is no such hook
 def pytest_xdist_auto_num_workers() -> int:
     """Return one and a half workers for each core, because many tests wait for processes most of the time."""
     return max(2, (os.cpu_count() or 1) * 3 // 2)
 
 
 def pytest_collection_modifyitems(items: Iterable[pytest.Item]) -> None:
-    """Leave the other tests out of the coverage figure."""
+    """Exclude tests outside of MEASURED from the coverage figure."""
     for item in items:
         if not any(folder in item.path.parents for folder in MEASURED):
             item.add_marker("no_cover")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Forget the variables that choose a broker, here and in children, the contexts, and earlier logs."""
+    """Remove variables, contexts and logs of the developer, here and in child processes."""
     for name in environment.VARIABLES:
         os.environ.pop(name, None)
     folder = tempfile.TemporaryDirectory(prefix="callboard-tests-")
@@ -45,7 +46,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _cache_bytecode(cache: Path) -> None:
-    """Keep bytecode in a folder, for this process, its workers and the programs that tests start.
+    """Keep bytecode in a folder for this process, its workers and the programs that tests start.
 
     PYTHONDONTWRITEBYTECODE wants no files beside the sources, but without bytecode each start of a program
     compiles callboard again, which takes longer than all else that the program does.

@@ -1,4 +1,4 @@
-"""The import contracts in pyproject.toml hold what they say, also through modules that they do not name."""
+"""The import contracts in pyproject.toml also hold through modules that they do not name."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PACKAGES = OPTIONS["root_packages"]
 
 @pytest.fixture(scope="module")
 def imports() -> grimp.ImportGraph:
-    """All imports of the product, those for types included."""
+    """Return all imports of the product, including those for type checking."""
     configuration.configure()
     return grimp.build_graph(*PACKAGES, include_external_packages=True, cache_dir=None)
 
@@ -31,7 +31,7 @@ def is_pure(imports: grimp.ImportGraph) -> bool:
 
 
 def test_nothing_that_the_router_imports_may_import_asyncio(imports: grimp.ImportGraph) -> None:
-    """However many imports lie between: one `import asyncio` in any of these modules breaks the contract."""
+    """One `import asyncio` in any module that the router reaches breaks the contract."""
     assert is_pure(imports)
     reached = {
         name for name in imports.find_upstream_modules("broker.router") if name.split(".")[0] in PACKAGES

@@ -1,4 +1,4 @@
-"""Tests of what people read: every snippet and command in the documents runs."""
+"""Every snippet, command and link in the documents works."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_every_callboard_command_in_the_documents_exists(verb: tuple[str, ...], 
 
 
 def test_the_launches_in_the_readme_can_be_carried_out() -> None:
-    """From the repository's root, as pasted; what then happens, the tests of the examples see."""
+    """Each `callboard launch` command is planned from the repository's root."""
     lines = [line for line in commands(README) if line.startswith("callboard launch")]
     assert lines
     for line in lines:
@@ -88,14 +88,14 @@ def test_the_launches_in_the_readme_can_be_carried_out() -> None:
         assert "minimal_publisher" in done.stdout
 
 
-def test_the_command_lines_reference_is_what_the_parsers_say() -> None:
-    """It is made from them; after a change: python -m actors.cli.reference > docs/reference/cli.md."""
+def test_the_command_line_reference_matches_the_parsers() -> None:
+    """After a change: python -m actors.cli.reference > docs/reference/cli.md."""
     text = document("reference/cli.md")
     assert text == reference()
 
 
 def test_the_program_about_diagnostics_runs() -> None:
-    """It says how many messages came, what the callback took, and how late the loop was."""
+    """It prints the rate of messages, the callback's durations, and the loop's lag."""
     text = document("how-to/diagnostics.md")
     program, _ = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     done = subprocess.run(
@@ -110,7 +110,7 @@ def test_the_program_about_diagnostics_runs() -> None:
 
 
 def test_the_program_about_the_broker_runs() -> None:
-    """It says what went through the broker, and what waits for whom."""
+    """It prints the broker's traffic, and what is queued for each node."""
     text = document("how-to/diagnostics.md")
     _, program = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     done = subprocess.run(
@@ -123,8 +123,8 @@ def test_the_program_about_the_broker_runs() -> None:
         assert f"{node}: 0 wait, 0 dropped, 0 calls owed\n" in done.stdout
 
 
-def test_the_table_of_limits_knows_the_code() -> None:
-    """Every constant that it names exists, and its value stands in the row."""
+def test_the_table_of_limits_matches_the_code() -> None:
+    """Every constant in it exists, and its row shows the value."""
     text = document("how-to/diagnostics.md").partition("## Limits")[2]
     rows = [row for row in text.splitlines() if row.startswith("| ")][1:]
     named = 0
@@ -141,7 +141,7 @@ def test_the_table_of_limits_knows_the_code() -> None:
 
 
 def test_the_programs_in_the_readme_work_together(tmp_path: Path) -> None:
-    """The node with its own types, the program that embeds it, and its test, as they are shown."""
+    """The node with its own types, the program that embeds it, and its test run as shown."""
     for name, source in re.findall(r"```python\n# (\w+\.py)\n(.*?)```", README, re.DOTALL):
         (tmp_path / name).write_text(source, encoding="utf-8")
     (shown,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
@@ -159,7 +159,7 @@ def test_the_programs_in_the_readme_work_together(tmp_path: Path) -> None:
         assert printed in done.stdout
 
 
-def test_the_picture_in_the_readme_is_what_its_script_draws(tmp_path: Path) -> None:
+def test_the_picture_in_the_readme_is_up_to_date(tmp_path: Path) -> None:
     """After a change: python docs/pictures.py. Only names are compared, so that colours may change."""
     subprocess.run(
         [sys.executable, str(ROOT / "docs" / "pictures.py"), str(tmp_path / "graph.svg")], check=True
@@ -171,7 +171,7 @@ def test_the_picture_in_the_readme_is_what_its_script_draws(tmp_path: Path) -> N
 
 
 def links(path: Path) -> dict[str, tuple[Path, str]]:
-    """Return a document's relative links, as written: the file that each leads to, and the heading in it."""
+    """Return a document's relative links, each with the file and heading that it leads to."""
     text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     found: dict[str, tuple[Path, str]] = {}
     for link in re.findall(r"\]\(([^)\s]+)\)", text):
@@ -182,14 +182,14 @@ def links(path: Path) -> dict[str, tuple[Path, str]]:
 
 
 def anchors(path: Path) -> set[str]:
-    """Return what GitHub makes of a document's headings."""
+    """Return GitHub's anchors for a document's headings."""
     headings = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", each.lower()).replace(" ", "-") for each in headings}
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
 def test_every_link_in_the_documents_resolves(path: Path) -> None:
-    """To a file that is there, and to a heading in it."""
+    """Each leads to an existing file, and to a heading in it."""
     for link, (file, heading) in links(path).items():
         assert file.exists(), link
         assert not heading or heading in anchors(file), link
@@ -203,15 +203,24 @@ def test_every_document_can_be_reached_from_the_readme() -> None:
     assert [str(path) for path in DOCUMENTS if path not in listed] == []
 
 
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
+def test_the_documents_import_only_public_paths(path: Path) -> None:
+    """Modules below them may move at any time."""
+    public = r"actors(\.(interfaces|launch|testing|tools)(\.\w+)*)?|broker"
+    imports = r"^ *(?:from|import) ((?:actors|broker|proto)\b[\w.]*)"
+    found = re.findall(imports, path.read_text(encoding="utf-8"), re.MULTILINE)
+    assert [module for module in found if not re.fullmatch(public, module)] == []
+
+
 def test_every_example_in_the_readme_exists() -> None:
-    """Its commands start files that are there."""
+    """Its commands start existing files."""
     names = {word for line in commands(README) for word in line.split() if word.startswith("examples/")}
     assert names
     assert [name for name in names if not (ROOT / name).exists()] == []
 
 
-def test_the_guide_to_environment_variables_knows_all_of_them() -> None:
-    """Its table has those that the code reads, and no others."""
+def test_the_guide_to_environment_variables_is_complete() -> None:
+    """Its table has exactly the variables that the code reads."""
     names = r'"(CALLBOARD_[A-Z_]+|XDG_[A-Z_]+|[A-Z]+_COLOR)"'
     sources = [path.read_text(encoding="utf-8") for path in (ROOT / "actors").rglob("*.py")]
     rows = re.findall(r"^\| `(\w+)`", document("how-to/environment.md"), re.MULTILINE)
@@ -228,15 +237,15 @@ def test_every_make_target_in_the_documents_exists() -> None:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
-def test_the_map_names_every_room() -> None:
-    """ARCHITECTURE.md knows every package of the distribution's top level."""
+def test_the_architecture_names_every_package() -> None:
+    """ARCHITECTURE.md names every top-level package."""
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
-    for room in ("proto", "broker", "actors", "tests", "examples", "benchmarks"):
-        assert f"`{room}/`" in text
+    for package in ("proto", "broker", "actors", "tests", "examples", "benchmarks"):
+        assert f"`{package}/`" in text
 
 
 def test_the_tests_in_the_testing_guide_pass(tmp_path: Path) -> None:
-    """The files in docs/how-to/test.md are a project's tests; they pass from its root without warnings."""
+    """The files in docs/how-to/test.md form a project whose tests pass without warnings."""
     text = document("how-to/test.md")
     files = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.DOTALL)
     files += [("pyproject.toml", block) for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL)]
@@ -278,8 +287,8 @@ def test_the_programs_in_the_supervision_guide_run(tmp_path: Path) -> None:
         assert (done.returncode, done.stdout) == (0, printed), done.stderr
 
 
-def test_the_programs_in_the_delivery_guide_print_what_it_says() -> None:
-    """Each program in docs/explanation/delivery.md runs by itself and prints the lines that follow it."""
+def test_the_programs_in_the_delivery_guide_print_what_it_shows() -> None:
+    """Each program in docs/explanation/delivery.md prints the lines that follow it."""
     text = document("explanation/delivery.md")
     programs = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", text, re.DOTALL)
     assert len(programs) == 2
@@ -295,7 +304,7 @@ def test_the_programs_in_the_delivery_guide_print_what_it_says() -> None:
 
 
 def test_the_command_line_guide_shows_what_is_printed(tmp_path: Path) -> None:
-    """Each command in it is understood; those about contexts are run and print what is shown."""
+    """Each command is accepted; those about contexts print what is shown."""
     text = document("how-to/command-line.md")
     environ = {name: value for name, value in os.environ.items() if not name.startswith("CALLBOARD_")}
     environ |= {"PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(tmp_path), "NO_COLOR": "1"}
@@ -321,7 +330,7 @@ def test_the_command_line_guide_shows_what_is_printed(tmp_path: Path) -> None:
 
 
 def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
-    """Its file is understood, its commands are, and those that start nothing print what is shown."""
+    """Its files and commands are accepted; those that start nothing print what is shown."""
     text = document("how-to/launch.md")
     files = re.findall(r"```(?:python|yaml|toml)\n# (\S+)\n(.*?)```", text, re.DOTALL)
     assert len(files) == 5
@@ -353,7 +362,7 @@ def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
 
 
 def test_the_launch_guides_own_nodes_are_planned(tmp_path: Path) -> None:
-    """Its file with node classes is understood."""
+    """Its file with node classes is accepted."""
     text = document("how-to/launch.md")
     (source,) = re.findall(r"```python\n([^#].*?node=Counter.*?)```", text, re.DOTALL)
     file = tmp_path / "own.launch.py"
@@ -370,8 +379,8 @@ def test_the_launch_guides_own_nodes_are_planned(tmp_path: Path) -> None:
     ], done.stderr
 
 
-def test_the_launch_guide_knows_all_that_documents_can_say() -> None:
-    """Each element and each substitution is in it, and its three files come to the same."""
+def test_the_launch_guide_lists_all_elements_and_substitutions() -> None:
+    """Its YAML and TOML files describe the same launch."""
     text = document("how-to/launch.md")
     assert [each.names[0] for each in ELEMENTS if f"`{each.names[0]}`" not in text] == []
     assert [name for name in known_substitutions() if not re.search(rf"`\$\({name}[ )]", text)] == []
@@ -380,8 +389,8 @@ def test_the_launch_guide_knows_all_that_documents_can_say() -> None:
     assert in_yaml.actions == in_toml.actions
 
 
-def test_the_program_in_the_launch_guide_prints_what_it_says(tmp_path: Path) -> None:
-    """The section about launches from programs has one, and what it prints."""
+def test_the_program_in_the_launch_guide_prints_what_it_shows(tmp_path: Path) -> None:
+    """The section about launches from programs has a program and its output."""
     text = document("how-to/launch.md")
     section = text.partition("## Launch from your own program")[2].partition("\n## ")[0]
     ((program, output),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", section, re.DOTALL)

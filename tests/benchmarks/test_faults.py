@@ -1,4 +1,4 @@
-"""The resilience script: its arithmetic, its verdicts, and each measurement once, small."""
+"""The resilience script: its arithmetic, its judgements, and a small run of each measurement."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from benchmarks.faults.figures import Section, milliseconds, peak, slope
 
 
 def a_restart(**totals: int) -> restart.Results:
-    """Two nodes that came back once, with these totals."""
+    """Return a restart of two nodes with these totals."""
     one = restart.Restart(
         pause=0.5, failed=[0.01, 0.03], heard=[0.2, 0.9], answered=[0.3, 0.4], attempts=[0.1, 0.15, 0.7]
     )
@@ -30,7 +30,7 @@ def a_restart(**totals: int) -> restart.Results:
 
 
 def samples(kib_per_life: float, *, files_left: int = 0) -> list[dict[str, Any]]:
-    """Samples of a thousand lives."""
+    """Return samples of a thousand lives."""
     return [
         {
             "lives": lives,
@@ -41,27 +41,27 @@ def samples(kib_per_life: float, *, files_left: int = 0) -> list[dict[str, Any]]
     ]
 
 
-def test_times_are_summed_up_in_ms() -> None:
-    """The median, the 95th percentile and the worst, whatever the order."""
+def test_times_are_summarized_in_ms() -> None:
+    """The median, the 95th percentile and the maximum, in any order of times."""
     found = milliseconds([0.004, 0.001, 0.002, 0.003, 0.100])
     assert found == {"p50_ms": 3.0, "p95_ms": 100.0, "max_ms": 100.0, "count": 5}
 
 
-def test_a_storm_is_found_wherever_it_begins() -> None:
-    """The most events in any window, not in fixed slots; the window's end does not belong to it."""
+def test_the_peak_is_found_wherever_its_window_begins() -> None:
+    """The most events in any window, whose end is excluded."""
     assert peak([0.95, 1.0, 1.04, 2.0], 0.1) == 3
     assert peak([0.0, 0.5, 1.0], 0.5) == 1
     assert peak([], 0.1) == 0
 
 
-def test_a_slope_is_that_of_the_best_line() -> None:
-    """Exact on a line, and 0 where there is only one place."""
+def test_the_slope_is_that_of_the_least_squares_line() -> None:
+    """It is exact on a line, and 0 if all x are equal."""
     assert slope([(0, 5), (10, 25), (20, 45)]) == pytest.approx(2.0)
     assert slope([(3, 1), (3, 9)]) == 0.0
 
 
-def test_a_restart_is_over_when_the_last_node_hears_and_is_answered() -> None:
-    """The later of the two counts for each node; the table has a row for each restart."""
+def test_a_node_is_back_after_its_first_message_and_reply() -> None:
+    """The later of the two counts; the table has a row per restart."""
     found = restart.section(a_restart())
     assert found.failures == []
     assert found.rows == [["0.5 s", "20 / 30 ms", "0.60 s", "0.90 s", "3", "2"]]
@@ -70,13 +70,13 @@ def test_a_restart_is_over_when_the_last_node_hears_and_is_answered() -> None:
 
 @pytest.mark.parametrize("what", ["unaccounted", "duplicates", "hung"])
 def test_a_broken_promise_is_a_failure(what: str) -> None:
-    """Messages that nobody counted, repeats and hanging calls are named."""
+    """Unaccounted messages, duplicates and hanging calls are reported."""
     (failure,) = restart.section(a_restart(**{what: 3})).failures
     assert failure.startswith("3 ")
 
 
 def test_files_left_open_are_a_failure() -> None:
-    """A descriptor more than before has leaked."""
+    """One descriptor more than before is reported."""
     found = a_restart()
     found.after["files"] += 1
     assert restart.section(found).failures == ["1 files were left open"]
@@ -91,8 +91,8 @@ def test_files_left_open_are_a_failure() -> None:
         ([0.3], ["p50", "max"]),
     ],
 )
-def test_a_death_heard_of_late_is_a_failure(errors: list[float], failures: list[str]) -> None:
-    """The median and the worst are judged, on an idle machine and on a busy one."""
+def test_a_death_noticed_late_is_a_failure(errors: list[float], failures: list[str]) -> None:
+    """Median and maximum are judged, idle and busy."""
     for load in ("idle", "busy"):
         found = presence.presence_section({load: presence.Rounds(errors=errors)}).failures
         assert [re.findall(rf"{load}: .* \((\w+)\)", failure)[0] for failure in found] == failures
@@ -100,15 +100,15 @@ def test_a_death_heard_of_late_is_a_failure(errors: list[float], failures: list[
 
 @pytest.mark.parametrize(("kib_per_life", "files_left", "failures"), [(0.1, 0, 0), (1.0, 0, 1), (0.1, 2, 1)])
 def test_growth_is_a_failure(kib_per_life: float, files_left: int, failures: int) -> None:
-    """Memory that grows with the lives, and files that stay open."""
+    """Growing memory and files left open are reported."""
     points = samples(kib_per_life, files_left=files_left)
     found = churn.section(churn.Results(lives=1000, resets=7, seconds=9, samples=points))
     assert len(found.failures) == failures
     assert [row[0] for row in found.rows] == ["broker", "nodes"]
 
 
-def test_the_page_keeps_what_is_around_the_markers() -> None:
-    """New tables stand between them; a part that was not measured again stays."""
+def test_the_page_keeps_its_text_around_the_markers() -> None:
+    """New tables replace the old ones; sections that were not measured again stay."""
     section = Section(
         key="k", title="new title", text="How.", heading=["a", "b"], rows=[["1", "2"]], figures={}
     )
@@ -127,8 +127,8 @@ def test_the_page_keeps_what_is_around_the_markers() -> None:
         page.update_page("nothing", report)
 
 
-def test_every_command_in_the_documents_is_understood() -> None:
-    """What the page and the script's help show can be typed."""
+def test_every_command_in_the_documents_is_accepted() -> None:
+    """The commands of the page and of the script's help can be parsed."""
     assert resilience.__doc__
     text = resilience.PAGE.read_text("utf-8") + resilience.__doc__
     shown = re.findall(r"^    python benchmarks/resilience.py(.*?)(?:   .*)?$", text, re.MULTILINE)
@@ -137,16 +137,16 @@ def test_every_command_in_the_documents_is_understood() -> None:
         assert resilience.parse(arguments.split()).what in {*resilience.MEASUREMENTS, "all"}
 
 
-def test_the_page_is_made_from_the_results_beside_it() -> None:
-    """Nobody has edited a figure by hand, and all that is measured stands there."""
+def test_the_page_matches_the_results() -> None:
+    """Its figures are those of docs/resilience.json, with every measurement."""
     report = msgspec.json.decode(resilience.JSON.read_bytes(), type=page.Report)
     text = resilience.PAGE.read_text("utf-8")
     assert page.update_page(text, report) == text
     assert {*report.sections} == {*resilience.MEASUREMENTS}
 
 
-async def test_a_round_measures_a_death_and_a_birth() -> None:
-    """One process that is waited for, called and killed."""
+async def test_a_round_measures_a_death_and_a_start() -> None:
+    """One process is waited for, called and killed."""
     found = await presence.measure(1, busy=False)
     assert len(found.errors) == len(found.waits) == len(found.starts) == 1
     assert 0 < found.waits[0] < found.starts[0]
@@ -155,7 +155,7 @@ async def test_a_round_measures_a_death_and_a_birth() -> None:
 
 
 async def test_a_frozen_server_is_measured_both_ways() -> None:
-    """Out after the keepalive limit, and back; being late is a failure."""
+    """Suspension after the keepalive limit and return are measured; lateness is a failure."""
     (found,) = await freeze.measure(1, [0.3])
     assert len(found.errors) == len(found.returns) == 1
     assert found.errors[0] > 0.1
@@ -164,7 +164,7 @@ async def test_a_frozen_server_is_measured_both_ways() -> None:
 
 
 async def test_a_small_ring_survives_its_broker(capsys: pytest.CaptureFixture[str]) -> None:
-    """Four nodes in two processes: all come back, every message is accounted for, no call hangs."""
+    """All nodes return, every message is accounted for, and no call hangs."""
     plan = restart.Plan(nodes=4, processes=2, rate=20, pauses_s=[0.0], settle_s=0.1)
     found = restart.section(await restart.measure(plan))
     assert found.failures == []
@@ -172,8 +172,8 @@ async def test_a_small_ring_survives_its_broker(capsys: pytest.CaptureFixture[st
     assert found.figures["totals"]["published"] > 4
 
 
-async def test_a_short_churn_is_sampled_and_told(capsys: pytest.CaptureFixture[str]) -> None:
-    """Every link that was reset is up again in the end, so that open files can be compared."""
+async def test_a_short_churn_is_sampled(capsys: pytest.CaptureFixture[str]) -> None:
+    """All reset connections are restored at the end, so that open files can be compared."""
     options = argparse.Namespace(what="churn", lives=40)
     (section,) = await resilience.measure(options)
     assert section.figures["resets"] > 0
