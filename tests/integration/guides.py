@@ -29,7 +29,7 @@ COUNT: Final = '0123456789"'
 """What log lines that count end with. Who starts first decides the count."""
 PIP: Final = """
     import runpy, sys
-    # What comes from the network otherwise is here already.
+    # Packages that would come from the network are installed already.
     sys.argv[2:2] = ["--no-index", "--no-deps", "--no-build-isolation"]
     runpy.run_module("pip", run_name="__main__")
 """

@@ -460,7 +460,7 @@ signal.signal(signal.SIGINT, note)
             pids = pids_in(started)
             assert all(map(is_alive, pids))
             os.close(window)
-            # It ends by itself; whether it noticed first that nobody reads is a matter of luck.
+            # It ends by itself; it may notice the closed terminal or the closed pipe first.
             assert await process.wait() in {OK, BROKEN_PIPE}
         assert asked.exists()
         await wait_until_dead(*pids)

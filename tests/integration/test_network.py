@@ -74,7 +74,7 @@ async def test_a_cut_in_one_direction_is_noticed_and_the_counts_add_up(
 ) -> None:
     """The call fails, the publisher continues, and after the repair every message is counted."""
     far.publish(99)
-    assert (await far.counted()).received == 100  # a call's reply would not say so: calls overtake messages
+    assert (await far.counted()).received == 100  # a reply does not prove it, as calls overtake messages
     far.proxy.black_hole(direction=direction)
     far.publish(100)
     with pytest.raises(actors.ServiceUnavailable):
@@ -91,7 +91,7 @@ async def test_a_cut_in_one_direction_is_noticed_and_the_counts_add_up(
 
 async def test_a_late_reply_does_not_answer_another_call(far: RemoteCounter) -> None:
     """The late reply of a disconnected server is dropped; the next call gets its own reply."""
-    far.proxy.black_hole(direction=Direction.TO_BROKER)  # the call comes through, its reply does not
+    far.proxy.black_hole(direction=Direction.TO_BROKER)  # the call arrives, its reply does not
     call = far.client.call_async(AddTwoInts.Request(a=7), timeout_sec=1000)
     await far.counter.wait_for_line("blocking")
     with pytest.raises(actors.ServiceUnavailable):

@@ -244,7 +244,7 @@ async def test_a_guard_that_was_killed_is_replaced(tmp_path: Path) -> None:
     children = [Child(pipe.name, command=["/bin/sh", "-c", says.format(pipe)]) for pipe in pipes]
     async with Supervisor(children) as supervisor, asyncio.timeout(DEADLINE_SEC):
         await supervisor.wait_for("b", ChildState.RUNNING)
-        for pipe in pipes:  # what says something has told the guard of itself before
+        for pipe in pipes:  # a child that writes has been registered with the guard before
             await asyncio.to_thread(pipe.read_bytes)
         a, _ = supervisor.children()
         assert a.pid is not None

@@ -41,7 +41,7 @@ async def partition(world: World, member: Member, lasting: float) -> None:
 
 
 async def slow(world: World, member: Member, lasting: float) -> None:
-    """Let the member, or the broker, read a few bytes at a time."""
+    """Slow down the reads of the member or the broker."""
     host = world.random.choice([member.host, member.host, BROKER])
     read, pause = world.random.choice([50, 1000]), world.random.choice([0.05, 0.3])
     world.network.slow_down(host, read=read, pause=pause)
@@ -65,7 +65,7 @@ async def stop(world: World, member: Member, lasting: float) -> None:
 
 
 async def freeze(world: World, member: Member, lasting: float) -> None:
-    """Stop a process, as SIGSTOP does: its kernel takes bytes, and nobody reads them."""
+    """Freeze a process like SIGSTOP: its kernel accepts bytes, and they are not read."""
     host = world.random.choice([member.host, member.host, BROKER])
     world.freeze(host)
     if host == BROKER:
@@ -95,7 +95,7 @@ async def intrude(world: World, member: Member, lasting: float) -> None:
 
 
 async def usurp(world: World, member: Member, lasting: float) -> None:
-    """Start a process that has the name of one that is stopped, and suspended if somebody relies on it."""
+    """Start a process with the name of a frozen one, which is suspended if another node depends on it."""
     world.freeze(member.host)
     await asyncio.sleep(5.0)
     await intrude(world, member, lasting)
@@ -103,7 +103,7 @@ async def usurp(world: World, member: Member, lasting: float) -> None:
 
 
 async def _connected(world: World, member: Member) -> None:
-    """In calm weather: wait until the member has its name."""
+    """Wait until the member has its name, in a calm history."""
     while world.calm and not member.node.connected:
         await asyncio.sleep(0.1)
     await asyncio.sleep(1.0)
@@ -125,7 +125,7 @@ async def restart_broker(world: World, member: Member, lasting: float) -> None:
 
 
 async def stall(world: World, member: Member, lasting: float) -> None:
-    """Freeze everybody."""
+    """Freeze all processes."""
     world.stall(min(lasting, 8.0))
 
 
@@ -136,7 +136,7 @@ histories that want nothing else (`breakages.py`)."""
 
 
 async def strike(world: World, faults: tuple[Fault, ...]) -> None:
-    """Strike one fault, and heal it."""
+    """Start one fault, and heal it."""
     fault = world.random.choice(faults)
     member = world.random.choice(world.members)
     lasting = world.random.choice([0.1, 1.0, 2.9, 3.5, 8.0, 35.0])

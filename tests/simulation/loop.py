@@ -32,7 +32,7 @@ MAX_SECONDS = 5000.0
 
 
 class Stuck(Exception):  # noqa: N818 - it is a verdict, not an error of the loop
-    """Nothing is ready, nothing is scheduled, and somebody still waits; or the loop spins."""
+    """No callback is ready or scheduled although a task still waits, or the loop spins."""
 
 
 class SimulatedLoop(BaseEventLoop):
@@ -59,7 +59,7 @@ class SimulatedLoop(BaseEventLoop):
         self._timers: list[tuple[float, int, asyncio.TimerHandle]] = []
         self._timer_numbers = count()
         self._frozen: dict[str, list[asyncio.Handle]] = {}
-        """Hosts that run nothing, and what waits for them."""
+        """Frozen hosts, and the callbacks that wait for them."""
         self.after_turn: Callable[[], None] | None = None
         self.network = Network(self, seed)
         self.errors: list[dict[str, Any]] = []
@@ -72,7 +72,7 @@ class SimulatedLoop(BaseEventLoop):
     def call_at(  # type: ignore[override]
         self, when: float, callback: Callable[..., object], *args: Any, context: Context | None = None
     ) -> asyncio.TimerHandle:
-        """Part of BaseEventLoop. Timers of the same time come in the order in which they were set."""
+        """Part of BaseEventLoop. Timers of the same time fire in order of creation."""
         timer = asyncio.TimerHandle(when, callback, args, self, context)
         heapq.heappush(self._timers, (when, next(self._timer_numbers), timer))
         return timer
@@ -99,7 +99,7 @@ class SimulatedLoop(BaseEventLoop):
             self.after_turn()
 
     def _jump(self) -> None:
-        """Nothing is ready: go to the time of the next timer."""
+        """Advance the clock to the next timer, as nothing is ready."""
         timers = self._timers
         while timers and timers[0][2].cancelled():
             heapq.heappop(timers)
@@ -111,19 +111,19 @@ class SimulatedLoop(BaseEventLoop):
             raise Stuck(f"at {self._now:.6f} s there still run {waiting}")
 
     def stall(self, seconds: float) -> None:
-        """Let time pass in which nobody in the process runs: every timer comes late."""
+        """Advance the clock without running anything, so that timers are late."""
         self._now += seconds
 
     def freeze(self, host: str) -> None:
-        """Stop a host: it neither reads nor writes, and its timers do not fire. Its kernel goes on."""
+        """Freeze a host: it neither reads nor writes, and its timers do not fire. Its kernel continues."""
         self._frozen.setdefault(host, [])
 
     def thaw(self, host: str) -> None:
-        """Let a host go on: it finds everything that has become due meanwhile."""
+        """Continue a host; everything that has become due meanwhile runs."""
         self._ready.extend(self._frozen.pop(host, ()))
 
     def thaw_all(self) -> None:
-        """Let every host go on."""
+        """Continue every host."""
         for host in tuple(self._frozen):
             self.thaw(host)
 
@@ -150,7 +150,7 @@ class SimulatedLoop(BaseEventLoop):
 
 
 class _Ticks:
-    """A clock for callback budgets that advances with each look: the same in each run of a program."""
+    """A clock for callback budgets that advances with each reading, the same in each run of a program."""
 
     def __init__(self, look_sec: float) -> None:
         self._now = 0.0
@@ -201,7 +201,7 @@ def simulate(
 
 
 def _cancel_all(loop: SimulatedLoop) -> None:
-    """After a failure: end what is left, so that nothing is destroyed pending."""
+    """Cancel the remaining tasks after a failure, so that none is destroyed pending."""
     loop.thaw_all()
     left = asyncio.all_tasks(loop)
     for task in left:

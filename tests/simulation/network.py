@@ -34,13 +34,13 @@ _KERNEL: Final = Context()
 
 
 def host_in(context: Context) -> str:
-    """Return the host that what runs in a context is on."""
+    """Return the host of a context."""
     return context.get(_host, "nowhere")
 
 
 @contextmanager
 def on_host(name: str) -> Iterator[None]:
-    """What connects or listens inside (tasks started inside, too) does so on this host."""
+    """Connect and listen on this host in the block, and in tasks started in it."""
     token = _host.set(name)
     try:
         yield
@@ -57,7 +57,7 @@ class LinkFaults:
     segment: int = 64 * 1024
     window: int = 128 * 1024
     read: int = 512 * 1024
-    """Most that one read takes."""
+    """Largest size of one read."""
     read_pause: float = 0.0
     """Pause between two reads: a slow reader."""
 
@@ -100,7 +100,7 @@ class Pipe:
         self._ended: str | None = None
 
     def write(self, data: bytes) -> None:
-        """Take bytes from the sender: into the window as far as there is room, the rest waits."""
+        """Take bytes from the sender into the window; bytes beyond it wait."""
         self.unsent += data
         self.pump()
 
@@ -119,7 +119,7 @@ class Pipe:
             self._send(segment)
 
     def end(self, kind: str) -> None:
-        """The sender has closed: FIN behind what the kernel holds, or RST instead of it."""
+        """Close the sender: FIN after the bytes in the kernel, or RST instead of them."""
         if self._ended == kind or self._ended == _RESET:
             return
         if kind == _RESET and self._ended is None:
@@ -139,7 +139,7 @@ class Pipe:
         self._loop.call_at(self._last_arrival, self.arrive, context=_KERNEL)
 
     def arrive(self) -> None:
-        """What has travelled long enough arrives, unless the way is blocked: then later, as TCP would."""
+        """Deliver bytes whose travel time is over, unless the path is blocked: then later, like TCP."""
         # A loop runs a timer up to its clock's resolution early.
         now = self._loop.time() + 1e-6
         while self._due and self._due[0] <= now and not self._network.blocked(self):
@@ -190,16 +190,16 @@ class Pipe:
 
     @property
     def unread(self) -> int:
-        """Bytes that have arrived and were not read."""
+        """Number of bytes that have arrived and are unread."""
         return len(self._arrived)
 
     def discard(self) -> None:
-        """The receiver has closed: what has arrived is nobody's."""
+        """Close the receiver and discard its unread bytes."""
         self._arrived.clear()
 
 
 class MemoryTransport(asyncio.Transport):
-    """One end of a connection, with the manners of asyncio's socket transport.
+    """One end of a connection, which behaves like asyncio's socket transport.
 
     Attributes:
         context: In which its protocol is called: that of whoever connected or listened, as a loop's readers.
@@ -320,11 +320,11 @@ class MemoryTransport(asyncio.Transport):
 
     @property
     def waits(self) -> bool:
-        """Whether somebody must be told when there is room in the write buffer."""
+        """Whether the protocol must be notified when the write buffer has space."""
         return self._paused or (self._closing and not self.closed)
 
     def drained(self) -> None:
-        """The pipe has taken something out of the write buffer."""
+        """Handle that the pipe has taken bytes from the write buffer."""
         if self._paused and len(self._out.unsent) <= self._low and not self.closed:
             self._paused = False
             self._protocol.resume_writing()
@@ -332,23 +332,23 @@ class MemoryTransport(asyncio.Transport):
             self._lose(None)
 
     def refused(self) -> None:
-        """The listener was closed before it took this connection: its kernel answers with a reset."""
+        """Reset a connection whose listener was closed before it accepted it."""
         self.closed = self._closing = True
         self._out.end(_RESET)
         self._network.ended(self)
 
     def refuse(self) -> None:
-        """Bytes came for a closed end: its kernel answers with a reset."""
+        """Answer bytes for a closed end with a reset, as its kernel does."""
         self._out.end(_RESET)
 
     def reset_arrived(self) -> None:
-        """Writing fails from now on."""
+        """Let writing fail from now on."""
         self._reset = True
         if self._closing:
             self._lose(_reset_error())
 
     def end_arrived(self, kind: str) -> None:
-        """Everything has been read."""
+        """Handle that everything has been read."""
         if self.closed:
             return
         if kind == _RESET:
@@ -361,7 +361,7 @@ class MemoryTransport(asyncio.Transport):
     # The end
 
     def cut(self) -> None:
-        """The connection breaks, for both ends: a reset comes from each."""
+        """Break the connection for both ends: each gets a reset."""
         self._out.end(_RESET)
 
     def _lose(self, error: Exception | None) -> None:
@@ -380,7 +380,7 @@ def _reset_error() -> ConnectionResetError:
 
 
 class _Socket:
-    """What a server's `sockets` hold here: a name."""
+    """A server's socket in this network: a name."""
 
     family = 0
 
@@ -397,7 +397,7 @@ class _Socket:
 
 
 class MemoryServer:
-    """A listener, with asyncio.Server's manners (of 3.12: `wait_closed` waits for the connections)."""
+    """A listener that behaves like asyncio.Server (of 3.12: `wait_closed` waits for the connections)."""
 
     def __init__(self, network: Network, address: str, name: object, factory: Callable[[], Any]) -> None:
         self.context = copy_context()
@@ -426,7 +426,7 @@ class MemoryServer:
 
 
 class Network:
-    """Everything that is connected, and what can go wrong.
+    """All connections, and the faults that can be applied to them.
 
     Attributes:
         open: The transports that are not closed.
@@ -482,7 +482,7 @@ class Network:
     async def connect(
         self, factory: Callable[[], Any], address: str
     ) -> tuple[MemoryTransport, asyncio.BaseProtocol]:
-        """Connect from the current host; OSError as a kernel would have it."""
+        """Connect from the current host; raise the OSError that a kernel would."""
         here = _host.get()
         await asyncio.sleep(0.0001 + 0.002 * self._random.random())
         while True:
@@ -521,7 +521,7 @@ class Network:
         return client, accepted
 
     def ended(self, transport: MemoryTransport) -> None:
-        """A transport has closed."""
+        """Handle that a transport has closed."""
         self.open.pop(transport, None)
         self._changed()
 
@@ -540,30 +540,30 @@ class Network:
     # What goes wrong
 
     def blocked(self, pipe: Pipe) -> bool:
-        """Whether nothing arrives through a pipe."""
+        """Return whether a pipe is blocked."""
         return (pipe.source.host, pipe.target.host) in self._holes
 
     def block(self, source: str, target: str) -> None:
-        """A black hole in one direction: bytes are held, until `heal`."""
+        """Hold the bytes of one direction until `heal`."""
         self.note("block", source, target)
         self._holes.add((source, target))
 
     def partition(self, host: str) -> None:
-        """Black holes between a host and all others, new connections included."""
+        """Hold the bytes between a host and all others, including new connections."""
         others = {pipe.source.host for pipe in self._pipes} | {BROKER}
         for other in sorted(others - {host}):
             self.block(host, other)
             self.block(other, host)
 
     def drop(self, host: str) -> None:
-        """Break every connection of a host; it may connect again at once."""
+        """Break every connection of a host, which may connect again at once."""
         self.note("drop", host)
         for transport in tuple(self.open):
             if host in {transport.host, transport.peer}:
                 transport.cut()
 
     def crash(self, host: str, *, silent: bool = False) -> None:
-        """The host is gone, with a reset to its peers or (power cut) without a sign."""
+        """Remove the host, with a reset to its peers or (power failure) without one."""
         self.note("crash", host, silent)
         if silent:
             self.partition(host)
@@ -575,14 +575,14 @@ class Network:
         self._changed()
 
     def slow_down(self, host: str, *, read: int, pause: float) -> None:
-        """The host reads at most so many bytes in so many seconds."""
+        """Limit the size and rate of a host's reads."""
         self.note("slow", host)
         for pipe in self._pipes:
             if pipe.target.host == host:
                 pipe.link_faults.read, pipe.link_faults.read_pause = read, pause
 
     def heal(self) -> None:
-        """No more black holes, no more slow readers."""
+        """Remove all black holes and slow readers."""
         self.note("heal")
         self._holes.clear()
         for pipe in self._pipes:
