@@ -1,4 +1,4 @@
-"""A service client and its pending calls.
+"""A service client, as users and as the runtime hold it, and its pending calls.
 
 Imports what `actors.endpoints` may.
 """
