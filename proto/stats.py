@@ -161,7 +161,11 @@ class BrokerStats:
 
     @classmethod
     def from_map(cls, totals: Mapping[str, object]) -> BrokerStats:
-        """Return the statistics in a STATS frame's `totals`; ignore unknown names, default missing ones."""
+        """Return the statistics in a STATS frame.
+
+        Args:
+            totals: The frame's `totals`; unknown names are ignored, missing ones get their default.
+        """
         known: dict[str, Any] = {
             field.name: totals[field.name]
             for field in fields(cls)

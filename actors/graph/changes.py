@@ -49,7 +49,7 @@ class GraphChange(NamedTuple):
 
 
 class GraphWatch(Handle["_WatchEndpoint"]):
-    """Iterate over the changes of the graph: `async for change in node.watch_graph()`. One consumer.
+    """Iterates over the changes of the graph, for one consumer. Made by `Node.watch_graph`.
 
     It begins with everything that exists, as APPEARED. It continues across reconnects: endpoints that still
     exist then are no change. It ends when it is destroyed, or its node.

@@ -1,4 +1,4 @@
-"""The driver carries out the steps of a plan in order, wakes it when it asks for that, and ends at an error."""
+"""The driver carries out a plan's steps in order, wakes the plan when it asks, and ends at an error."""
 
 from __future__ import annotations
 
