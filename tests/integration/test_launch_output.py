@@ -162,7 +162,7 @@ async def test_force_color_is_set_for_programs(
     file = launch_file(
         tmp_path,
         "Node(script='tell.py')",
-        notify="import os; print('color', os.environ.get('FORCE_COLOR'), '!')",
+        tell="import os; print('color', os.environ.get('FORCE_COLOR'), '!')",
     )
     async with on_terminal("launch", file, "--url", system.url, *options, term="xterm", **given) as terminal:
         await terminal.wait_for_text(f"color {expected} !")
