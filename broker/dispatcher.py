@@ -8,6 +8,7 @@ from broker.link import logger
 from broker.presence_log import log_change
 from broker.router import Router
 from proto.errors import ErrorCode
+from proto.outbox import Outbox
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -142,8 +143,12 @@ class Dispatcher:
         most, most_bulk = self.options.max_queue_bytes, self.options.max_bulk_bytes
         for delivery in deliveries:
             link = joined.get(delivery.peer)
-            if link is None or not (channel := link.channel).connected:
+            if link is None:
                 delivery.lose()
+                continue
+            if not (channel := link.channel).connected:
+                delivery.lose()
+                channel.outbox = Outbox()  # nothing of it is sent any more, and its queues may be empty now
                 continue
             unflushed[link] = None
             delivery.deliver(channel)

@@ -1,0 +1,41 @@
+"""Deliveries for links that cannot send any more."""
+
+from __future__ import annotations
+
+import asyncio
+
+from broker.capacity import Capacity
+from broker.deliveries import Discard
+from broker.dispatcher import Dispatcher
+from broker.link import Link
+from broker.options import BrokerOptions
+from proto.aio.channel import Channel
+from proto.codec import encode
+from proto.frames import Undeclare
+from proto.publisher_queue import PublisherQueue
+from proto.session import Role
+
+
+class Silent:
+    """A ChannelHandler that does nothing."""
+
+    def __getattr__(self, name: str) -> object:
+        return lambda *_: None
+
+
+async def test_a_link_that_is_closing_counts_nothing_that_is_gone() -> None:
+    """A queue discarded between the end of the channel and that of the link leaves no bytes in the outbox."""
+    options = BrokerOptions()
+    dispatcher = Dispatcher(options, Capacity(10), 10)
+    channel = Channel(Role.BROKER, Silent(), loop=asyncio.get_running_loop())  # type: ignore[arg-type]
+    channel.connected = True
+    link = Link(channel, options, 0.0)
+    dispatcher.join(link, 0, b"instance", b"token")
+    assert link.router is not None
+    queue = PublisherQueue(1, 10)
+    channel.outbox.enqueue(queue, encode(Undeclare(1)))
+    assert channel.outbox.undroppable_bytes
+    channel.connected = False
+    dispatcher.deliver(link.router, [Discard(link.peer, queue)])
+    assert queue.empty
+    assert not channel.outbox.undroppable_bytes
