@@ -159,7 +159,9 @@ class BrokerConnection:
 
     def opened(self) -> None:
         """ChannelHandler: send the greeting."""
-        if self._link is not None:
+        if self._link is None:  # it was aborted while it connected
+            self.channel.abort()
+        else:
             self.channel.send(self._hello)
 
     def frame_received(self, frame: Frame) -> None:

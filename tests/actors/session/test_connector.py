@@ -48,3 +48,19 @@ async def test_another_program_that_has_the_port_is_named() -> None:
             async with Node("node", url=url, connect_timeout_sec=0.2):
                 pass
     assert str(caught.value) == f"No broker at {url}. Something listens at {url} and has not let this node in"
+
+
+async def test_a_connection_aborted_while_it_connects_is_closed() -> None:
+    """A node destroyed at that moment leaves no connection, although its body goes on."""
+    received: asyncio.Queue[bytes] = asyncio.Queue()
+
+    async def take(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        received.put_nowait(await reader.read())
+        writer.close()
+
+    async with await asyncio.start_server(take, "127.0.0.1", 0) as server:
+        url = f"callboard://127.0.0.1:{server.sockets[0].getsockname()[1]}"
+        node = Node("node", url=url, use_global_arguments=False)
+        asyncio.get_running_loop().call_soon(node.destroy_node)
+        async with node, asyncio.timeout(5):
+            assert await received.get() == b""
