@@ -11,6 +11,7 @@ from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
 from broker.errors import address_in_use_error, listen_error
+from broker.link import logger
 from broker.probe import find_broker
 from proto.aio.forks import drop_in_children
 from proto.url import BrokerUrl
@@ -39,8 +40,12 @@ class SocketFile:
 
     def remove(self) -> None:
         """Remove the file, unless it is gone or somebody else has put another in its place."""
-        if _identity(self._path) == self._identity:
+        if _identity(self._path) != self._identity:
+            return
+        try:
             self._path.unlink(missing_ok=True)
+        except OSError as error:  # such as a folder that has become read-only; the next broker replaces it
+            logger.warning("Cannot remove %s: %s", self._path, error.strerror or error)
 
 
 def _identity(path: Path) -> tuple[int, int] | None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import fcntl
 import os
+import pathlib
 import socket
 import subprocess
 import sys
@@ -146,6 +148,24 @@ async def test_a_broker_removes_only_its_own_socket_file(tmp_path: Path) -> None
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as other:
             other.bind(str(path))
     assert path.is_socket()
+
+
+async def test_a_broker_stops_although_its_socket_file_cannot_be_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It says so, and listens no more: the next broker replaces the file."""
+    path = tmp_path / "s"
+
+    def refuse(self: pathlib.Path, *, missing_ok: bool = False) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    async with Broker(BrokerOptions(unix=path)):
+        monkeypatch.setattr(pathlib.Path, "unlink", refuse)
+    monkeypatch.undo()
+    assert f"Cannot remove {path}: Permission denied" in caplog.text
+    async with Broker(BrokerOptions(unix=path)):
+        pass
+    assert not path.exists()
 
 
 @pytest.mark.parametrize("new_loop", [asyncio.new_event_loop, new_event_loop])
