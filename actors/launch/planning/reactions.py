@@ -119,7 +119,9 @@ def call_function(
     """
     try:
         given = function(*args, **kwargs)
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # also CancelledError, and those of pytest.fail and pytest.skip
         raise of_function(function, error, file) from error
     if given is None:
         return ()
@@ -127,7 +129,9 @@ def call_function(
         actions = (given,) if isinstance(given, Action) else tuple(given)
     except TypeError:
         actions = (None,)
-    except (Exception, SystemExit) as error:  # it is a generator
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # it is a generator
         raise of_function(function, error, file) from error
     if not all(isinstance(each, Action) for each in actions):
         raise of_result(function, f"must return actions or None, not {excerpt(given)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -188,6 +189,14 @@ def _leave(*args: object) -> None:
     raise SystemExit(4)
 
 
+def _assert(*args: object) -> None:
+    pytest.fail("no map")
+
+
+def _cancel(*args: object) -> None:
+    raise asyncio.CancelledError
+
+
 def _two_lines(*args: object) -> None:
     raise ValueError("no such\nmap")
 
@@ -212,6 +221,8 @@ def test_functions_may_be_generators() -> None:
         (_raise, "_raise(): ValueError: no such map"),
         (_two_lines, "_two_lines(): ValueError: no such map"),
         (_leave, "_leave(): SystemExit: 4"),
+        (_assert, "_assert(): Failed: no map"),
+        (_cancel, "_cancel(): CancelledError"),
         (_of_nothing, f"{__file__}, line {_of_nothing.__code__.co_firstlineno}: _of_nothing(): TypeError"),
         (lambda event: 7, "must return actions or None, not 7"),
         (lambda event: [7], "must return actions or None, not [7]"),
