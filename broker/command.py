@@ -79,13 +79,14 @@ async def _serve(options: BrokerOptions, url_file: Path | None, *, json_logs: bo
         _announce(broker.url)
         if json_logs:
             logger.info("Listening on %s", broker.url)
+        url = broker.url + "\n"
         if url_file is not None:
-            _write_atomically(url_file, broker.url + "\n")
+            _write_atomically(url_file, url)
         try:
             await broker.serve_forever()
         finally:
             if url_file is not None:
-                _remove(url_file)
+                _remove(url_file, url)
 
 
 def _announce(url: str) -> None:
@@ -99,8 +100,15 @@ def _announce(url: str) -> None:
         raise CallboardError(f"Cannot write to stdout: {reason}") from error
 
 
-def _remove(path: Path) -> None:
-    path.unlink(missing_ok=True)
+def _remove(path: Path, text: str) -> None:
+    """Remove the URL's file, unless it is gone or another broker has written its own URL there."""
+    try:
+        if path.read_bytes() == text.encode():
+            path.unlink()
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        logger.warning("Cannot remove %s: %s", path, error.strerror or error)
 
 
 def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], object]) -> None:

@@ -144,6 +144,18 @@ async def test_the_url_file_lives_as_long_as_the_broker(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == []  # noqa: PTH208 - tells of a forgotten temporary file as well
 
 
+async def test_a_broker_removes_only_its_own_url_file(tmp_path: Path) -> None:
+    """What another broker has written there since stays."""
+    path = tmp_path / "url"
+    async with started("--port", "0", "--url-file", str(path)) as process:
+        await first_line(process)
+        await until(path.exists)
+        path.write_text("callboard://127.0.0.1:1\n")
+        process.terminate()
+        assert (await end(process))[0] == 0
+    assert path.read_text() == "callboard://127.0.0.1:1\n"
+
+
 async def test_a_unix_socket_has_a_url_too(tmp_path: Path) -> None:
     """With --unix the line has the socket's URL, and the socket is removed at the exit."""
     path = tmp_path / "s"
