@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias, cast
 
-from actors.launch.description.shapes import Part
 from actors.launch.description.substitutions import Substitution, Text
+from actors.launch.description.validation import Part
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

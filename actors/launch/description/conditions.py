@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Final
 
-from actors.launch.description.shapes import Part
 from actors.launch.description.substitutions import resolve
+from actors.launch.description.validation import Part
 from actors.launch.errors import LaunchError
 from proto.errors import escape
 

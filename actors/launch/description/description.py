@@ -7,8 +7,8 @@ from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.description.actions import Action, DeclareLaunchArgument
-from actors.launch.description.shapes import excerpt
 from actors.launch.description.summaries import said
+from actors.launch.description.validation import excerpt
 from actors.launch.errors import LaunchError
 
 if TYPE_CHECKING:

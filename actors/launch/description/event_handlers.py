@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from actors.launch.description.actions import Action, Launched, Node
-from actors.launch.description.shapes import Part
+from actors.launch.description.validation import Part
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
-from actors.launch.description.shapes import MAX_DEPTH, Part, excerpt
+from actors.launch.description.validation import MAX_DEPTH, Part, excerpt
 from actors.launch.errors import LaunchError
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from dataclasses import MISSING, fields, is_dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from actors.launch.description.shapes import Part
 from actors.launch.description.substitutions import TextSubstitution
+from actors.launch.description.validation import Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -18,8 +18,8 @@ from actors.launch.description.event_handlers import (
     OnTopicPublished,
     ProcessHandler,
 )
-from actors.launch.description.shapes import excerpt
 from actors.launch.description.substitutions import resolve
+from actors.launch.description.validation import excerpt
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import presence
 from actors.launch.planning.events import (

@@ -21,8 +21,8 @@ from actors.launch.description.actions import (
     TimerAction,
 )
 from actors.launch.description.event_handlers import OnNodeUp, OnProcessExit
-from actors.launch.description.shapes import MAX_SHOWN, SHAPES, Part, excerpt
 from actors.launch.description.substitutions import LaunchConfiguration, PathJoinSubstitution
+from actors.launch.description.validation import MAX_SHOWN, SHAPES, Part, excerpt
 from actors.launch.errors import LaunchError
 
 if TYPE_CHECKING:
