@@ -1,8 +1,8 @@
-"""Shapes: what the arguments of a description's parts must look like.
+"""Checks the types of the arguments that launch files give to the parts of a description.
 
-Launch files are seldom checked for types, and a text where a list belongs would be taken letter by letter. So
-each part looks at its arguments when it is made, where the line of the launch file is known. What it looks
-for is what its fields are annotated with: `SHAPES` has each annotation, and the words for what is wanted.
+Launch files are seldom type-checked, and a string in place of a list would be read letter by letter. So each
+part checks its arguments when it is created, while the line of the launch file is known. The annotations of
+its fields say what to check: `ARGUMENT_TYPES` has a check for each, and a text for the error.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from proto.errors import escape
 MAX_DEPTH: Final = 50
 """Lists in lists; a list that contains itself is no text."""
 MAX_SHOWN: Final = 100
-"""Characters of what is wrong."""
+"""Characters of a wrong value that an error shows."""
 
 
 class Part:
@@ -33,10 +33,10 @@ class Part:
     place: Callable[[], str] | None = None
 
     def __post_init__(self) -> None:
-        """Look at the arguments.
+        """Check the arguments.
 
         Raises:
-            LaunchError: One of them cannot be what it is meant to be.
+            LaunchError: An argument has the wrong type.
         """
         for each in fields(cast("Any", self)):
             value: object = getattr(self, each.name)
@@ -44,20 +44,20 @@ class Part:
                 # Descriptions are looked at more than once; an iterator would be empty the second time.
                 value = tuple(cast("Iterator[object]", value))
                 object.__setattr__(self, each.name, value)
-            shape = SHAPES.get(str(each.type))
-            if shape is not None and not shape.fits(value):
+            expected = ARGUMENT_TYPES.get(str(each.type))
+            if expected is not None and not expected.fits(value):
                 raise LaunchError(
-                    f"{type(self).__name__}: {each.name} must be {shape.wanted}, not {excerpt(value)}"
+                    f"{type(self).__name__}: {each.name} must be {expected.wanted}, not {excerpt(value)}"
                 )
 
 
 @dataclass(frozen=True)
-class Shape:
-    """What a value must look like.
+class ArgumentType:
+    """A type of argument.
 
     Attributes:
-        wanted: In words.
-        fits: Whether a value does.
+        wanted: Describes it in an error.
+        fits: Tells whether a value has it.
     """
 
     wanted: str
@@ -140,74 +140,78 @@ def _is_plain(value: object) -> bool:
     return isinstance(value, str)
 
 
-_TEXT: Final = Shape("a text or a substitution", is_text)
-_TEXTS: Final = Shape("a list of texts, such as ['echo', 'hello']", lambda value: _is_list(value, is_text))
-_MAPPING: Final = Shape("a mapping of names to texts, such as {'NAME': 'value'}", _is_mapping)
+_TEXT: Final = ArgumentType("a text or a substitution", is_text)
+_TEXTS: Final = ArgumentType(
+    "a list of texts, such as ['echo', 'hello']", lambda value: _is_list(value, is_text)
+)
+_MAPPING: Final = ArgumentType("a mapping of names to texts, such as {'NAME': 'value'}", _is_mapping)
 _ACTION: Final = "an action such as LogInfo(…), a list of actions, or a function"
 
 
-def _optional(shape: Shape) -> Shape:
-    return Shape(f"{shape.wanted}, or None", lambda value: value is None or shape.fits(value))
+def _optional(base: ArgumentType) -> ArgumentType:
+    return ArgumentType(f"{base.wanted}, or None", lambda value: value is None or base.fits(value))
 
 
-_TRUTH: Final = Shape("True or False, or a text that says so", _is_truth)
-_NUMBER: Final = Shape("a number, or a text that says one", _is_number)
-_REACTION: Final = Shape(_ACTION, _is_reaction)
+_TRUTH: Final = ArgumentType("True or False, or a text that says so", _is_truth)
+_NUMBER: Final = ArgumentType("a number, or a text that says one", _is_number)
+_REACTION: Final = ArgumentType(_ACTION, _is_reaction)
 
-SHAPES: Final[Mapping[str, Shape]] = {
-    "str": Shape("a text", _is_plain),
-    "bool": Shape("True or False", lambda value: isinstance(value, bool)),
+ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
+    "str": ArgumentType("a text", _is_plain),
+    "bool": ArgumentType("True or False", lambda value: isinstance(value, bool)),
     "Text": _TEXT,
     "Text | None": _optional(_TEXT),
     "bool | Text": _TRUTH,
     "Truth": _TRUTH,
-    "Value": Shape("a text, a number, or True or False", lambda value: _is_truth(value) or _is_number(value)),
+    "Value": ArgumentType(
+        "a text, a number, or True or False", lambda value: _is_truth(value) or _is_number(value)
+    ),
     "int | Text": _NUMBER,
     "float | Text": _NUMBER,
     "float | Text | None": _optional(_NUMBER),
     "Sequence[Text]": _TEXTS,
-    "Sequence[str] | None": Shape(
+    "Sequence[str] | None": ArgumentType(
         "a list of texts, or None", lambda value: value is None or _is_list(value, _is_plain)
     ),
     "Mapping[str, Text]": _MAPPING,
     "Mapping[str, Text] | None": _optional(_MAPPING),
-    "Mapping[str, Text] | Iterable[tuple[str, Text]]": Shape(
+    "Mapping[str, Text] | Iterable[tuple[str, Text]]": ArgumentType(
         "a mapping of names to texts, or pairs of them",
         lambda value: _is_mapping(value) or _is_list(value, _is_named_pair),
     ),
-    "Iterable[tuple[Text, Text]]": Shape(
+    "Iterable[tuple[Text, Text]]": ArgumentType(
         "a list of pairs, such as [('chatter', 'news')]", lambda value: _is_list(value, _is_pair)
     ),
-    "Sequence[Parameters]": Shape(
+    "Sequence[Parameters]": ArgumentType(
         "a list of mappings and of paths of YAML files, such as [{'speed': 1.5}]",
         lambda value: _is_list(value, _is_parameters),
     ),
-    "Mapping[str, Any]": Shape("a mapping", lambda value: isinstance(value, Mapping)),
-    "Iterable[Any]": Shape(
+    "Mapping[str, Any]": ArgumentType("a mapping", lambda value: isinstance(value, Mapping)),
+    "Iterable[Any]": ArgumentType(
         "a list", lambda value: isinstance(value, Iterable) and not isinstance(value, str)
     ),
-    "Callable[..., Any]": Shape("a function", callable),
-    "Condition | None": Shape(
+    "Callable[..., Any]": ArgumentType("a function", callable),
+    "Condition | None": ArgumentType(
         "a condition, such as IfCondition('true'), or None",
         lambda value: value is None or is_part(value, "condition"),
     ),
-    "Sequence[Action]": Shape(
+    "Sequence[Action]": ArgumentType(
         "a list of actions, such as [LogInfo(…)]", lambda value: _is_list(value, _is_action)
     ),
-    "Shutdown": Shape("Shutdown()", lambda value: _is_action(value) and hasattr(value, "reason")),
+    "Shutdown": ArgumentType("Shutdown()", lambda value: _is_action(value) and hasattr(value, "reason")),
     "Reaction": _REACTION,
     "Reaction | None": _optional(_REACTION),
-    "EventHandler": Shape(
+    "EventHandler": ArgumentType(
         "an event handler, such as OnProcessExit(…)", lambda value: is_part(value, "event handler")
     ),
-    "Node | Text | Sequence[Node | Text]": Shape(
+    "Node | Text | Sequence[Node | Text]": ArgumentType(
         "a Node, a text such as 'topic chatter', or a list of these",
         lambda value: _is_dependency(value) or _is_list(value, _is_dependency),
     ),
-    "Launched | str | None": Shape(
+    "Launched | str | None": ArgumentType(
         "a Node, an ExecuteProcess, the name of one, or None",
         lambda value: value is None or isinstance(value, str) or _is_process(value),
     ),
-    "Text | Node": Shape("a text or a Node", _is_dependency),
+    "Text | Node": ArgumentType("a text or a Node", _is_dependency),
 }
 """What each annotation wants. Others are not looked at here."""

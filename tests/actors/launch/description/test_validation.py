@@ -22,7 +22,7 @@ from actors.launch.description.actions import (
 )
 from actors.launch.description.event_handlers import OnNodeUp, OnProcessExit
 from actors.launch.description.substitutions import LaunchConfiguration, PathJoinSubstitution
-from actors.launch.description.validation import MAX_SHOWN, SHAPES, Part, excerpt
+from actors.launch.description.validation import ARGUMENT_TYPES, MAX_SHOWN, Part, excerpt
 from actors.launch.errors import LaunchError
 
 if TYPE_CHECKING:
@@ -42,11 +42,11 @@ def parts() -> Iterator[type]:
                 yield value
 
 
-def test_each_argument_of_each_part_has_a_shape() -> None:
+def test_each_argument_of_each_part_is_checked() -> None:
     """So that a new one is not forgotten, and none is left over."""
     said = {str(each.type) for part in parts() for each in fields(part)}
-    assert said - set(SHAPES) == FREE
-    assert set(SHAPES) <= said
+    assert said - set(ARGUMENT_TYPES) == FREE
+    assert set(ARGUMENT_TYPES) <= said
 
 
 @pytest.mark.parametrize(
