@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
-from actors.launch.planning.events import Level, Message
+from actors.launch.planning.events import Level, Message, ProcessIO
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -19,6 +19,10 @@ MAX_HANDLERS: Final = 10_000
 """Only a launch that makes them as it runs has so many."""
 MAX_WAITING_EVENTS: Final = 10_000
 """How many events may wait for their reactions while a function runs; events beyond it are only counted."""
+MAX_WAITING_BYTES: Final = 16 * 1024 * 1024
+"""How many bytes of output these events may hold together, for the same reason."""
+LINE_BYTES: Final = 64
+"""What a line takes beside its text, about."""
 ABANDONED: Final = "a function of the description has not returned; going on without it"
 
 
@@ -57,7 +61,9 @@ class ReactionQueue:
     def __init__(self, emit: Callable[[Ask], None], notify: Callable[[Event], None]) -> None:
         self._emit = emit
         self._notify = notify
-        self._reactions: deque[Reaction] = deque()
+        self._reactions: deque[tuple[Reaction, int]] = deque()
+        """Those that wait, with the bytes of output that each holds."""
+        self._waiting_bytes = 0
         self._asked: tuple[Ask, Reaction] | None = None
         self._abandoned = False
         self._unhandled = 0
@@ -69,16 +75,21 @@ class ReactionQueue:
 
     def add(self, reaction: Reaction) -> None:
         """Carry out a reaction after all earlier ones: at once, unless a function runs."""
-        self._reactions.append(reaction)
-        if self._asked is None:
-            self._resume(None)
+        self._add(reaction, 0)
 
-    def add_for_event(self, reaction: Reaction) -> None:
-        """Carry out the reaction to an event; if too many are waiting, only count it."""
-        if len(self._reactions) < MAX_WAITING_EVENTS:
-            self.add(reaction)
+    def add_for_event(self, reaction: Reaction, event: Event) -> None:
+        """Carry out the reaction to an event; if too much is waiting, only count it."""
+        size = sum(len(line) + LINE_BYTES for line in event.lines) if isinstance(event, ProcessIO) else 0
+        if len(self._reactions) < MAX_WAITING_EVENTS and self._waiting_bytes + size <= MAX_WAITING_BYTES:
+            self._add(reaction, size)
         else:
             self._unhandled += 1
+
+    def _add(self, reaction: Reaction, size: int) -> None:
+        self._reactions.append((reaction, size))
+        self._waiting_bytes += size
+        if self._asked is None:
+            self._resume(None)
 
     def answered(self, ask: Ask, answer: Answer) -> None:
         """Take the answer of a function; ignore it if nothing waits for it any more."""
@@ -97,7 +108,9 @@ class ReactionQueue:
         reaction = None if self._asked is None else self._asked[1]
         self._asked = None
         while reaction is not None or self._reactions:
-            reaction = reaction or self._reactions.popleft()
+            if reaction is None:
+                reaction, size = self._reactions.popleft()
+                self._waiting_bytes -= size
             try:
                 ask = next(reaction) if answer is None else reaction.send(answer)
             except StopIteration:

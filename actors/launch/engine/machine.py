@@ -217,7 +217,7 @@ class Machine:
         self._notify(event)
         if not self._handlers.matching(event):
             return
-        self._reactions.add_for_event(self._respond(event))
+        self._reactions.add_for_event(self._respond(event), event)
 
     # Reactions
 

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.launch.engine.effects import Ask, HurryAll, Notify, Run, Stop, StopAll
-from actors.launch.engine.handlers import ABANDONED, MAX_HANDLERS, MAX_WAITING_EVENTS, ask
+from actors.launch.engine.handlers import (
+    ABANDONED,
+    LINE_BYTES,
+    MAX_HANDLERS,
+    MAX_WAITING_BYTES,
+    MAX_WAITING_EVENTS,
+    ask,
+)
 from actors.launch.engine.machine import (
     HURRY_AFTER_SEC,
     LAST_FUNCTION_SEC,
@@ -521,6 +528,19 @@ def test_what_waits_for_a_slow_function_has_a_limit() -> None:
     assert len(play.told(ProcessIO)) == MAX_WAITING_EVENTS + 5
     play.answer()
     assert play.said[-1].startswith("WARN launch: 5 events were not handled: functions")
+
+
+def test_output_that_waits_for_a_slow_function_has_a_limit() -> None:
+    """In bytes, too, as events may have many lines; once they have been handled there is space again."""
+    play = Play(start("a"), start("b"), start("c"), function("late"), whenever(ProcessIO))
+    play.answers = False
+    line = b"x" * (MAX_WAITING_BYTES // 2 - LINE_BYTES)
+    for label in ("a-1", "b-1"):
+        play.ends(label)
+        for each in (line, line, b""):
+            play.does(play.machine.wrote, "c-1", Stream.OUTPUT, [each])
+        play.answer()
+        assert play.said[-1].startswith("WARN launch: 1 events were not handled: functions")
 
 
 def test_streams_are_split_when_somebody_must_know() -> None:
