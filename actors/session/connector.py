@@ -104,6 +104,8 @@ class Connector:
             await self._keep_connected(connect_timeout_sec)
         finally:
             self._stop_trying()
+            if self._link.loop is not None:
+                first_attempt.wait_again(self._link.loop, self._urls)
 
     def _stop_trying(self) -> None:
         self.trying = False
@@ -177,7 +179,7 @@ class Connector:
         self._warned = False
         self._refusal = ""
         self._unwelcoming = self._error = None
-        first_attempt.answered(loop, self._urls)
+        first_attempt.wait_again(loop, self._urls)
 
     def _note_failure(self, connection: BrokerConnection) -> None:
         """Note why a connection ended; raise what makes further attempts useless."""

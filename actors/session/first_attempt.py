@@ -1,7 +1,7 @@
 """How long a node that is entered waits for its first attempt to connect.
 
-When one node has waited in vain, other nodes of the loop do not wait for the same brokers until these answer
-or some seconds have passed: many nodes that are entered one after the other wait once.
+When one node has waited in vain, other nodes of the loop do not wait for the same brokers until these answer,
+a node that tries them ends, or some seconds have passed: many nodes entered one after the other wait once.
 """
 
 from __future__ import annotations
@@ -48,6 +48,6 @@ async def wait(
         silent[urls] = loop.time() + again_after_sec
 
 
-def answered(loop: asyncio.AbstractEventLoop, urls: tuple[BrokerUrl, ...]) -> None:
-    """Let nodes wait for these brokers again: one of them has answered."""
+def wait_again(loop: asyncio.AbstractEventLoop, urls: tuple[BrokerUrl, ...]) -> None:
+    """Let nodes wait for these brokers again: one has answered, or a node that tries them has ended."""
     _silent.get(loop, {}).pop(urls, None)

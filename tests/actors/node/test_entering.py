@@ -12,6 +12,7 @@ import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.session.first_attempt import FIRST_ANSWER_SEC
+from broker import Broker, BrokerOptions
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.stage import play
 from tests.simulation.test_alone import Mute
@@ -120,6 +121,21 @@ def test_many_nodes_wait_once() -> None:
                 for number in range(20):
                     await stack.enter_async_context(make(f"n{number}", url=MUTE))
                 assert stage.loop.time() < FIRST_ANSWER_SEC + 0.1
+
+    play(scene)
+
+
+def test_a_wait_in_vain_counts_only_while_its_node_runs() -> None:
+    """A later node enters connected to the broker that has come meanwhile."""
+
+    async def scene(stage: Stage) -> None:
+        async for _ in mute(stage):
+            async with make(url=MUTE) as node:
+                assert not node.connected
+        with on_host(BROKER):
+            late = Broker(BrokerOptions(port=MUTE_PORT))
+            async with late, make("two", url=MUTE) as node:
+                assert node.connected
 
     play(scene)
 
