@@ -11,7 +11,6 @@ from proto import frames, limits
 from proto.aio.channel import Channel
 from proto.errors import ErrorCode, ProtocolError, escape
 from proto.identity import agent
-from proto.outbox import Outbox
 from proto.session import Role
 
 if TYPE_CHECKING:
@@ -142,11 +141,7 @@ class Connection:
         self._dispatcher.note_ending(self._link, f"{error.code.name}: {reason}")
         # The connection may last until the peer has read why, but nobody should wait for the peer that long.
         # Not now: this may be called in the midst of deliveries.
-        self._loop.call_soon(self._leave_after_failure)
-
-    def _leave_after_failure(self) -> None:
-        self._dispatcher.leave(self._link)
-        self.channel.outbox = Outbox()  # nothing of it is sent any more
+        self._loop.call_soon(self._dispatcher.leave, self._link)
 
     def closed(self, error: Exception | None) -> None:
         """ChannelHandler: the connection has ended."""

@@ -101,6 +101,7 @@ class Dispatcher:
             self.deliver(router, deliveries)
             self.flush()
         link.channel.close()
+        link.channel.outbox = Outbox()  # nothing of it is sent any more
 
     def note_ending(self, link: Link, reason: str, *, left: bool = False) -> None:
         """Record why a link ends; only the first reason counts.
