@@ -1,6 +1,6 @@
-"""A turn: a coroutine callback on its way through the mailbox, which it lets go of while it waits for a call.
+"""A callback task: a coroutine callback that runs in the mailbox and releases it while it waits for a call.
 
-The calls find their turn through a context variable, which child tasks inherit.
+Calls find their callback task through a context variable, which child tasks inherit.
 """
 
 from __future__ import annotations
@@ -17,20 +17,22 @@ if TYPE_CHECKING:
     from actors.callbacks.mailbox import Mailbox
     from actors.callbacks.timing import CallbackTiming
 
-current_callback_task: Final[ContextVar[CallbackTask | None]] = ContextVar("callboard_turn", default=None)
+current_callback_task: Final[ContextVar[CallbackTask | None]] = ContextVar(
+    "callboard_callback_task", default=None
+)
 
 
 class CallbackTask:
-    """One coroutine callback on its way through the mailbox.
+    """One coroutine callback, from its start in the mailbox to its end.
 
-    It runs in a copy of the context in which it is made, whatever task it runs in.
+    It runs in a copy of the context in which it is created, whatever asyncio task runs it.
 
     Args:
-        mailbox: Where it runs.
+        mailbox: The mailbox of the node.
         coroutine: What the callback returned.
         ended: Called with the result, or with the exception that the callback raised.
-        timing: Gets what its steps take.
-        beside: Run whether or not the mailbox is free (`concurrent=True`).
+        timing: Counts the duration of each step.
+        concurrent: Run whether or not the mailbox is free (`concurrent=True`).
     """
 
     __slots__ = (
@@ -43,7 +45,7 @@ class CallbackTask:
         "_suspended",
         "_task",
         "_timing",
-        "beside",
+        "concurrent",
         "holding",
     )
 
@@ -54,13 +56,13 @@ class CallbackTask:
         ended: Callable[[Any, BaseException | None], None],
         *,
         timing: CallbackTiming,
-        beside: bool = False,
+        concurrent: bool = False,
     ) -> None:
         self._mailbox = mailbox
         self._coroutine = coroutine
         self._ended = ended
         self._timing = timing
-        self.beside = beside
+        self.concurrent = concurrent
         self._context = copy_context()
         self._context.run(current_callback_task.set, self)
         self._calls = 0
@@ -70,13 +72,13 @@ class CallbackTask:
         self.holding = False
 
     def call_started(self) -> None:
-        """A callboard call made in this turn is in flight."""
+        """Count a callboard call of this callback that is in flight now."""
         self._calls += 1
         if self._suspended:
-            self._let_go()
+            self._release()
 
     def call_ended(self) -> None:
-        """That call is over."""
+        """Count such a call as ended."""
         self._calls -= 1
 
     def cancel(self) -> None:
@@ -88,7 +90,7 @@ class CallbackTask:
 
     @property
     def task(self) -> asyncio.Task[Any] | None:
-        """The task it runs in; None before and after."""
+        """The asyncio task that runs it; None before and after."""
         return self._task
 
     @property
@@ -98,16 +100,16 @@ class CallbackTask:
 
     @property
     def cancelled(self) -> bool:
-        """Whether `cancel` was called: a CancelledError without it is an error of the callback's."""
+        """Whether `cancel` was called: without it, CancelledError is an error of the callback."""
         return self._cancelled
 
     def discard(self) -> None:
-        """The turn will never run."""
+        """Close the coroutine without running it."""
         self._cancelled = True
         self._coroutine.close()
-        self._mailbox.turn_ended(self)
+        self._mailbox.task_ended(self)
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         if self.holding:
             self.holding = False
             self._mailbox.release()
@@ -126,8 +128,8 @@ class CallbackTask:
         except asyncio.CancelledError as error:
             if task.cancelling() and self._mailbox.closed:
                 raise
-            # Otherwise the callback was to be cancelled, or something that it awaited was, or it cancelled
-            # the task it found itself in: all end the callback, none the worker.
+            # Otherwise the callback or something that it awaited was cancelled, or the callback cancelled its
+            # own asyncio task: each ends the callback, not the worker.
             failure = error
         except SystemExit as error:
             if not self._mailbox.exited(error):
@@ -140,20 +142,20 @@ class CallbackTask:
         finally:
             self._task = None
             del self._context  # it refers to this object: no work for the garbage collector
-            self._mailbox.turn_ended(self)
+            self._mailbox.task_ended(self)
         while task.cancelling() and not self._mailbox.closed:
             task.uncancel()
         self._ended(result, failure)
 
     def __await__(self) -> Generator[Any, Any, Any]:
-        """Drive the coroutine, letting go of the mailbox at each suspension with a call in flight."""
+        """Drive the coroutine, and release the mailbox at each suspension with a call in flight."""
         error: BaseException | None = None
         value: Any = None
         timing, budget, run = self._timing, self._mailbox.budget, self._context.run
         clock = budget.clock
         first = began = clock()
-        # The mailbox starts turns beside it in order and within the budget.
-        if budget.exhausted and not self.beside:
+        # The mailbox itself starts concurrent callback tasks in order and within the budget.
+        if budget.exhausted and not self.concurrent:
             error = yield from self._before_step(error)
             began = clock()
         while True:
@@ -170,7 +172,7 @@ class CallbackTask:
                 budget.spend_step(now - began)
             self._suspended = True
             if self._calls:
-                self._let_go()
+                self._release()
             value = error = None
             try:
                 value = yield waiting
@@ -180,20 +182,20 @@ class CallbackTask:
             except BaseException as thrown:  # noqa: BLE001 - handed on to the coroutine unchanged
                 error = thrown
             self._suspended = False
-            if budget.exhausted or not (self.holding or self.beside):
+            if budget.exhausted or not (self.holding or self.concurrent):
                 error = yield from self._before_step(error)
             began = clock()
 
     def _before_step(self, error: BaseException | None) -> Generator[Any, Any, BaseException | None]:
         """Wait for the mailbox and the callback budget; return what to throw into the coroutine.
 
-        A cancellation does not let it go on beside another callback: it waits for its turn, too. As in any
-        task, it outranks what was awaited.
+        A cancelled callback, too, waits for the mailbox, so that it never runs at the same time as another.
+        As in any task, the cancellation replaces the result of what was awaited.
         """
         mailbox = self._mailbox
         while not mailbox.closed:
             try:
-                if not (self.holding or self.beside):
+                if not (self.holding or self.concurrent):
                     yield from mailbox.take(self).__await__()
                 elif mailbox.budget.exhausted:
                     yield from mailbox.budget.wait().__await__()

@@ -1,4 +1,4 @@
-"""Many deadlines, one timer: the loop sees only the earliest."""
+"""Many deadlines with one loop timer, which is set to the earliest."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class Deadlines:
             self._arm()
 
     def remove(self, key: int) -> None:
-        """The key is done; unknown ones are ignored."""
+        """Remove a deadline; unknown keys are ignored."""
         self._live.discard(key)
         if len(self._heap) > 2 * len(self._live) + _SLACK:
             self._heap = [entry for entry in self._heap if entry[1] in self._live]
             heapq.heapify(self._heap)
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Remove all deadlines."""
         self._live.clear()
         self._heap.clear()
         if self._timer is not None:
@@ -50,9 +50,9 @@ class Deadlines:
     def _arm(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        self._timer = asyncio.get_running_loop().call_at(self._heap[0][0], self._ring)
+        self._timer = asyncio.get_running_loop().call_at(self._heap[0][0], self._expire_due)
 
-    def _ring(self) -> None:
+    def _expire_due(self) -> None:
         self._timer = None
         now = asyncio.get_running_loop().time()
         try:

@@ -1,4 +1,4 @@
-"""What a callback may look like, found out once when it is given."""
+"""Check the signature of a callback when it is registered, and name and await callbacks."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ if TYPE_CHECKING:
 
 
 ENDS_PROGRAM: Final = (KeyboardInterrupt, SystemExit)
-"""What a callback may raise to end the program. Everything else is an error of the callback's."""
+"""Exceptions of a callback that end the program. All others are errors of the callback."""
 
 exit_ends_node: Final[ContextVar[bool]] = ContextVar("callboard_exit_ends_node", default=False)
-"""Whether a node that is started here is one program among others in this process: SystemExit in a callback
-ends the node then, and is raised to whoever runs it, instead of going through the loop."""
+"""Whether nodes started in this context are programs among others in this process.
+
+If so, SystemExit in a callback ends its node and is raised by whatever runs the node, not by the loop.
+"""
 
 
 def positional_limits(callback: Callable[..., Any]) -> tuple[int, float]:
@@ -35,10 +37,10 @@ def takes(callback: Callable[..., Any], choices: tuple[int, ...], what: str) -> 
     """Return the greatest of `choices` that the callback can be called with.
 
     Raises:
-        RuntimeError: None of them fits (rclpy's type for it); says what does.
+        RuntimeError: None of them fits (the exception type is rclpy's).
     """
     least, most = positional_limits(callback)
-    # Optional parameters are the callback's own business: `def f(msg, seen=[])` wants one argument.
+    # Optional parameters need no argument: `def f(msg, seen=[])` gets one.
     fitting = [number for number in choices if least <= number <= most]
     if not fitting:
         numbers = " or ".join(map(str, choices))
@@ -48,7 +50,7 @@ def takes(callback: Callable[..., Any], choices: tuple[int, ...], what: str) -> 
 
 
 def as_coroutine(result: object) -> Coroutine[Any, Any, Any] | None:
-    """Return what a callback returned as a coroutine to run; None if it is nothing to await."""
+    """Return the result of a callback as a coroutine to run; None if it is not awaitable."""
     if asyncio.iscoroutine(result):
         return result
     if inspect.isawaitable(result):
@@ -61,5 +63,5 @@ async def _await(awaitable: Awaitable[Any]) -> Any:
 
 
 def name_of(callback: Callable[..., Any]) -> str:
-    """Return a name for messages."""
+    """Return the callback's name for logs and errors."""
     return getattr(callback, "__qualname__", None) or repr(callback)

@@ -2,9 +2,9 @@
 
 A *source* (subscription, service, timer) posts itself when it has something to run. While the mailbox is
 free, plain functions run at once, where the message arrives: no task, no await, no wake-up. A coroutine runs
-as a *turn* in a worker task; the mailbox stays taken until it ends.
+as a *callback task* in a worker; the mailbox stays taken until it ends.
 
-Callbacks run as far as the loop's callback budget goes (`callback_budget.py`). A source that has used its
+Callbacks run as far as the loop's callback budget goes (`budget.py`). A source that has used its
 share goes to the end of the mailbox's queue, and a mailbox that finds the budget exhausted continues in a
 later loop turn.
 
@@ -12,10 +12,10 @@ Each callback runs in a context (`contextvars`) of its own, a copy of the one in
 Plain callbacks share one copy for as long as none of them changes it, because comparing an unchanged copy
 with its original costs a fraction of making another and calling through it.
 
-There is one point of interleaving. A turn that is suspended while a callboard call of its own is in flight
-(a service call, a wait for a peer) lets go of the mailbox, and takes it again before it goes on. So a
-callback may call any service, its own node's too, in circles, through `gather` or in tasks it starts, and
-nothing can deadlock.
+There is one point of interleaving. A callback task that is suspended while a callboard call of its own is in
+flight (a service call, a wait for a peer) releases the mailbox and takes it again before it continues. So a
+callback may call any service, including those of its own node, in circles, through `gather` or in tasks it
+starts, and nothing can deadlock.
 """
 
 from __future__ import annotations
@@ -35,22 +35,22 @@ if TYPE_CHECKING:
     from actors.callbacks.timing import CallbackTiming
 
 IDLE_WORKERS: Final = 16
-"""Workers kept for the next turns; more end as soon as they have nothing to do."""
+"""Workers kept for the next callback tasks; further ones end as soon as they have nothing to do."""
 
-BESIDE_STARTS: Final = 16
-"""Turns of `concurrent=True` sources that start in one loop turn, as long as a step is short: ..."""
+CONCURRENT_STARTS: Final = 16
+"""Callback tasks of `concurrent=True` sources that start in one loop turn while steps are short."""
 
-SHORT_STEP_SEC: Final = BUDGET_SEC / BESIDE_STARTS
-"""... shorter than this. Otherwise they start one by one."""
+SHORT_STEP_SEC: Final = BUDGET_SEC / CONCURRENT_STARTS
+"""A step shorter than this is short. While steps are longer, concurrent callback tasks start one by one."""
 
 
 class Source(Protocol):
     """Something with callbacks to run."""
 
     posted: bool
-    """Whether it stands in the mailbox's queue; kept by the mailbox."""
+    """Whether it is in the mailbox's queue; set by the mailbox."""
     timing: CallbackTiming
-    """How long its callback takes; kept by the mailbox and the turns."""
+    """How long its callback takes; updated by the mailbox and by callback tasks."""
     calls: int
     """How often its callback has been called so far."""
 
@@ -58,10 +58,10 @@ class Source(Protocol):
         """Run queued callbacks until the share is used or one of them returns a coroutine.
 
         Args:
-            share: Must be asked between two callbacks.
+            share: Check `share.used` between two callbacks, and return when it is true.
 
         Returns:
-            The coroutine as a turn; None if there was none.
+            The coroutine as a callback task; None if there was none.
         """
         ...
 
@@ -75,10 +75,10 @@ class Share:
 
     Attributes:
         clock: The budget's.
-        until: The time on that clock after which the source must leave off.
+        until: The time on that clock after which the source must return.
         context: The context that the callbacks run in.
         original: What the context is a copy of. After a callback that has changed the context the source
-            must leave off.
+            must return.
     """
 
     __slots__ = ("clock", "context", "original", "until")
@@ -91,14 +91,14 @@ class Share:
 
     @property
     def used(self) -> bool:
-        """Whether the source must leave off."""
+        """Whether the source must return."""
         return self.clock() >= self.until or changed(self.context, self.original)
 
 
 def changed(context: Context, original: Context) -> bool:
-    """Tell whether a copy of a context has been changed.
+    """Return whether a copy of a context has been changed.
 
-    Cheap while it has not: then both are one object inside. Values that cannot be compared have changed.
+    Cheap while it has not: both then share their contents. Values that cannot be compared count as changed.
     """
     try:
         return context != original
@@ -109,16 +109,16 @@ def changed(context: Context, original: Context) -> bool:
 class Mailbox:
     """Runs the callbacks of one node, one at a time.
 
-    Bounded: the queue holds each source once; there are as many workers as turns at the same time, and a few
-    that wait for the next one. How many turns there may be is the sources' business.
+    Bounded: the queue holds each source once; there are as many workers as callback tasks at the same time,
+    and a few idle ones. The sources limit the number of callback tasks.
 
     Attributes:
-        workers: Tasks that run turns, or wait for one.
-        running: The turns that have begun, or are about to.
+        workers: Asyncio tasks that run callback tasks, or wait for one.
+        running: The callback tasks that have begun, or are about to.
         budget: The callback budget of the loop that the node runs on.
-        cancelling: Whether all turns have been cancelled: their CancelledErrors are no errors of theirs.
-        on_exit: Takes a callback's SystemExit, after which nothing new begins; None: it is raised where the
-            callback runs, and ends the program.
+        cancelling: Whether all callback tasks are cancelled, so that CancelledError in them is no error.
+        on_exit: Called with a callback's SystemExit, after which no callback begins. With None, SystemExit is
+            raised where the callback runs, and ends the program.
     """
 
     def __init__(self) -> None:
@@ -126,23 +126,23 @@ class Mailbox:
         self.running: dict[CallbackTask, None] = {}
         self.cancelling = False
         self.on_exit: Callable[[SystemExit], None] | None = None
-        self._tell: Callable[[], None] | None = None
-        """Set when nothing new is to begin; called as the last turn ends."""
+        self._on_drained: Callable[[], None] | None = None
+        """Set by `drain`: called when the last callback task ends."""
         self._ready: deque[Source] = deque()
         self._resuming: deque[tuple[CallbackTask, asyncio.Future[None]]] = deque()
-        self._given: deque[CallbackTask] = deque()
-        self._beside: dict[CallbackTask, None] = {}
-        """Turns whose task has not begun yet, oldest first."""
+        self._assigned: deque[CallbackTask] = deque()
+        self._not_begun: dict[CallbackTask, None] = {}
+        """Concurrent callback tasks that have not begun yet, oldest first."""
         self._to_start: deque[CallbackTask] = deque()
-        """Those of them without a task."""
+        """Those of them that have no asyncio task yet."""
         self._start_deferred = False
-        """Whether these wait for the callback budget."""
+        """Whether they wait for the callback budget."""
         self._idle: deque[asyncio.Future[None]] = deque()
         self._busy = False
-        self._pumping = False
+        self._running_ready = False
         self._returning = False
         self._deferred = False
-        """Whether it waits for the callback budget."""
+        """Whether the mailbox waits for the callback budget."""
         self.budget = CallbackBudget()
         self._share = Share(self.budget.clock, Context())
         self._spawn: Callable[[Coroutine[Any, Any, None]], object] | None = None
@@ -157,54 +157,53 @@ class Mailbox:
         self._spawn = spawn
         self.budget = budget
         original = copy_context()
-        original.run(
-            current_callback_task.set, None
-        )  # callbacks of a node entered in a turn are no part of that
+        # Callbacks of a node that is entered in a callback do not belong to that callback.
+        original.run(current_callback_task.set, None)
         self._share = Share(budget.clock, original)
-        self._pump()
+        self._run_ready()
 
-    def begin_nothing(self, tell: Callable[[], None]) -> None:
-        """Let the turns that have begun go on to their ends, and begin no others.
+    def drain(self, on_drained: Callable[[], None]) -> None:
+        """Let the callback tasks that have begun run to their ends, and begin no others.
 
         Args:
-            tell: Called when the last one has ended.
+            on_drained: Called when the last one has ended.
         """
-        self._tell = tell
+        self._on_drained = on_drained
         self._ready.clear()
 
     def exited(self, error: SystemExit) -> bool:
-        """A callback wants the end of its program; return whether that is the node."""
+        """Handle SystemExit of a callback; return whether it ends the node only, not the program."""
         if self.on_exit is None:
             return False
-        self.begin_nothing(_nothing)
+        self.drain(_nothing)
         self.on_exit(error)
         return True
 
     def cancel_all(self) -> None:
-        """Cancel every turn."""
+        """Cancel every callback task."""
         self.cancelling = True
         for callback_task in tuple(self.running):
             callback_task.cancel()
 
-    def turn_ended(self, callback_task: CallbackTask) -> None:
-        """A turn is over, whatever way."""
+    def task_ended(self, callback_task: CallbackTask) -> None:
+        """Forget a callback task that has ended or was discarded."""
         self.running.pop(callback_task, None)
-        if self._tell is not None and not self.running:
-            self._tell()
+        if self._on_drained is not None and not self.running:
+            self._on_drained()
 
     def close(self) -> None:
-        """Run nothing more. Tasks that still run belong to the owner of `spawn`."""
+        """Run nothing more. The owner of `spawn` ends the tasks that still run."""
         self._spawn = None
         self._ready.clear()
-        while self._given:
-            self._given.popleft().discard()
+        while self._assigned:
+            self._assigned.popleft().discard()
         self._to_start.clear()
-        while self._beside:
-            self._beside.popitem()[0].discard()
+        while self._not_begun:
+            self._not_begun.popitem()[0].discard()
 
     @property
     def closed(self) -> bool:
-        """Whether it runs nothing (any more)."""
+        """Whether it runs nothing: not opened yet, or closed."""
         return self._spawn is None
 
     @property
@@ -219,31 +218,32 @@ class Mailbox:
 
     @property
     def idle_workers(self) -> int:
-        """Workers that wait for a turn."""
+        """Workers that wait for a callback task."""
         return len(self._idle)
 
     @property
     def suspended(self) -> int:
-        """Turns that have let go of the mailbox: they wait for a call, or to have the mailbox back."""
+        """Callback tasks that have released the mailbox and wait for a call, or for the mailbox."""
         return max(0, self.workers - len(self._idle) - self._busy)
 
     @property
     def free(self) -> bool:
         """Whether a callback posted now would run at once."""
-        waits = self._busy or self._pumping or self._ready or self.budget.exhausted
+        waits = self._busy or self._running_ready or self._ready or self.budget.exhausted
         return not waits and self._spawn is not None
 
     def post(self, source: Source) -> None:
         """Run the source's callbacks as soon as the mailbox is free: now, if it is."""
-        if not source.posted and self._tell is None:
+        if not source.posted and self._on_drained is None:
             source.posted = True
             self._ready.append(source)
-            self._pump()
+            self._run_ready()
 
-    def _pump(self) -> None:
-        if self._pumping:
+    def _run_ready(self) -> None:
+        """Run what waits, until the mailbox is taken, empty or out of budget."""
+        if self._running_ready:
             return
-        self._pumping = True
+        self._running_ready = True
         try:
             while not self._busy and self._spawn is not None:
                 if self._resuming:
@@ -257,19 +257,19 @@ class Mailbox:
                 source = self._ready.popleft()
                 source.posted = False
                 try:
-                    turn_or_none = self._dispatch(source)
+                    callback_task = self._dispatch(source)
                 except SystemExit as error:
                     if not self.exited(error):
                         raise
                     return
-                if turn_or_none is not None:
+                if callback_task is not None:
                     self._busy = True
-                    self._give(turn_or_none)
-                if source.has_work() and not source.posted and self._tell is None:
+                    self._assign(callback_task)
+                if source.has_work() and not source.posted and self._on_drained is None:
                     source.posted = True
                     self._ready.append(source)
         finally:
-            self._pumping = False
+            self._running_ready = False
 
     def _resume_next(self) -> None:
         callback_task, waiter = self._resuming.popleft()
@@ -285,7 +285,7 @@ class Mailbox:
 
     def _continue(self) -> None:
         self._deferred = False
-        self._pump()
+        self._run_ready()
 
     def _dispatch(self, source: Source) -> CallbackTask | None:
         share, timing = self._share, source.timing
@@ -297,7 +297,7 @@ class Mailbox:
             callback_task = context.run(source.dispatch, share)
         finally:
             # Calling one `async def` takes no time worth measuring; its steps count.
-            if callback_task is None or not timing.only_turns:
+            if callback_task is None or not timing.only_steps:
                 seconds = clock() - began
                 self.budget.spend(seconds)
                 timing.dispatched(seconds, source.calls)
@@ -305,10 +305,10 @@ class Mailbox:
                 share.context = share.original.copy()
         return callback_task
 
-    def _give(self, callback_task: CallbackTask) -> None:
+    def _assign(self, callback_task: CallbackTask) -> None:
         callback_task.holding = True
         self.running[callback_task] = None
-        self._given.append(callback_task)
+        self._assigned.append(callback_task)
         if self._returning:
             return
         while self._idle:
@@ -321,7 +321,7 @@ class Mailbox:
         self._spawn(self._work())
 
     async def _work(self) -> None:
-        """Run turns until closed. A few idle workers wait for the next turn."""
+        """Run callback tasks until closed. A few idle workers wait for the next one."""
         try:
             await self._work_on()
         finally:
@@ -330,62 +330,65 @@ class Mailbox:
     async def _work_on(self) -> None:
         loop = asyncio.get_running_loop()
         while True:
-            while self._given:
-                callback_task = self._given.popleft()
+            while self._assigned:
+                callback_task = self._assigned.popleft()
                 await callback_task.run()
                 if callback_task.holding:
                     callback_task.holding = False
                     self._busy = False
-                    # This worker goes on with what the mailbox gives out now, so none is woken for it.
+                    # This worker runs what the mailbox assigns now, so no other is woken for it.
                     self._returning = True
-                    self._pump()
+                    self._run_ready()
                     self._returning = False
-            # Closed meanwhile (the cancellation that came with it may have ended the turn), or not needed.
+            # Closed meanwhile (which may have cancelled the callback task), or not needed.
             if self._spawn is None or len(self._idle) >= IDLE_WORKERS:
                 return
             waiter: asyncio.Future[None] = loop.create_future()
             self._idle.append(waiter)
             await waiter
 
-    def run_beside(self, callback_task: CallbackTask) -> None:
-        """Run a turn of a `concurrent=True` source soon, whoever holds the mailbox. They start in order."""
+    def run_concurrently(self, callback_task: CallbackTask) -> None:
+        """Run a callback task of a `concurrent=True` source soon, even if the mailbox is taken.
+
+        Such tasks start in order.
+        """
         if self._spawn is None:
             callback_task.discard()
         else:
-            self.running[callback_task] = self._beside[callback_task] = None
+            self.running[callback_task] = self._not_begun[callback_task] = None
             self._to_start.append(callback_task)
-            self._start_beside()
+            self._start_concurrent()
 
-    def _start_beside(self) -> None:
-        """Start turns until as many as allowed wait for their first step."""
+    def _start_concurrent(self) -> None:
+        """Start concurrent callback tasks until as many as allowed wait for their first step."""
         budget, to_start = self.budget, self._to_start
-        most = BESIDE_STARTS if budget.step_sec < SHORT_STEP_SEC else 1
-        while to_start and len(self._beside) - len(to_start) < most and self._spawn is not None:
+        most = CONCURRENT_STARTS if budget.step_sec < SHORT_STEP_SEC else 1
+        while to_start and len(self._not_begun) - len(to_start) < most and self._spawn is not None:
             if budget.exhausted:
                 if not self._start_deferred:
                     self._start_deferred = True
                     budget.continue_later(self._continue_starting)
                 return
-            self._spawn(self._run_beside(to_start.popleft()))
+            self._spawn(self._run_concurrent(to_start.popleft()))
 
     def _continue_starting(self) -> None:
         self._start_deferred = False
-        self._start_beside()
+        self._start_concurrent()
 
-    async def _run_beside(self, callback_task: CallbackTask) -> None:
-        self._beside.pop(callback_task, None)
-        if self._to_start and len(self._beside) == len(self._to_start):
-            asyncio.get_running_loop().call_soon(self._start_beside)
+    async def _run_concurrent(self, callback_task: CallbackTask) -> None:
+        self._not_begun.pop(callback_task, None)
+        if self._to_start and len(self._not_begun) == len(self._to_start):
+            asyncio.get_running_loop().call_soon(self._start_concurrent)
         await callback_task.run()
 
     def release(self) -> None:
-        """The holder lets go."""
+        """Free the mailbox and run what waits for it."""
         self._busy = False
-        self._pump()
+        self._run_ready()
 
     async def take(self, callback_task: CallbackTask) -> None:
-        """Wait until the turn holds the mailbox again."""
-        if not self._busy and not self._pumping and not self._resuming:
+        """Wait until the callback task holds the mailbox again."""
+        if not self._busy and not self._running_ready and not self._resuming:
             self._busy = callback_task.holding = True
             return
         waiter: asyncio.Future[None] = asyncio.get_running_loop().create_future()

@@ -1,4 +1,4 @@
-"""Coroutines that are not mistaken for results: what rclpy returns at once is to be awaited here."""
+"""Coroutines that raise a clear error if a caller forgets `await` and uses them as results, as with rclpy."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ CoroutineFunction = TypeVar("CoroutineFunction", bound=Callable[..., Coroutine[A
 class MustAwait(Coroutine[Any, Any, T_co]):
     """A coroutine without a truth value, that can neither be iterated over nor compared with values.
 
-    So `while not client.wait_for_service(1.0)` raises a TypeError that says what is missing, where a plain
-    coroutine would be true. Tasks, `gather` and `wait_for` take it as any coroutine.
+    So `while not client.wait_for_service(1.0)` raises a TypeError that asks for `await`, whereas a plain
+    coroutine would be true. `create_task`, `gather` and `wait_for` accept it like any coroutine.
 
     Args:
-        coroutine: The coroutine.
+        coroutine: The coroutine to wrap.
     """
 
     def __init__(self, coroutine: Coroutine[Any, Any, T_co]) -> None:
@@ -32,15 +32,15 @@ class MustAwait(Coroutine[Any, Any, T_co]):
         return self._coroutine.__await__()
 
     def send(self, value: Any) -> Any:
-        """Part of Coroutine."""
+        """Implement Coroutine."""
         return self._coroutine.send(value)
 
     def throw(self, *exception: Any) -> Any:
-        """Part of Coroutine."""
+        """Implement Coroutine."""
         return self._coroutine.throw(*exception)
 
     def close(self) -> None:
-        """Part of Coroutine."""
+        """Implement Coroutine."""
         self._coroutine.close()
 
     def _refuse(self, *_: object) -> NoReturn:
@@ -58,7 +58,7 @@ class MustAwait(Coroutine[Any, Any, T_co]):
 
 
 def must_await(function: CoroutineFunction) -> CoroutineFunction:
-    """Let a coroutine function return `MustAwait`s. To type checkers it stays what it is."""
+    """Make a coroutine function return `MustAwait`. Its type stays the same for type checkers."""
 
     @wraps(function)
     def call(*args: Any, **options: Any) -> MustAwait[Any]:

@@ -1,8 +1,8 @@
-"""How long each callback of a node holds the loop, and who holds it too long.
+"""Measure how long each callback of a node blocks the event loop, and warn about slow ones.
 
-What is timed is a *step*: what runs between two looks of the event loop at its other work. For plain
-callbacks that is a dispatch, many messages together; for coroutines each stretch between two awaits. Time
-spent waiting does not count.
+The unit is a *step*: what runs before the event loop can do other work. A step of plain callbacks is one
+dispatch, which may be many messages; a step of a coroutine is what runs between two awaits. Time spent
+waiting does not count.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 SLOW_CALLBACK_SEC: Final = 0.1
-"""A step longer than this is reported, unless the node says otherwise: everything else waits meanwhile."""
+"""Default duration above which a step is reported, because everything else on the loop waits for it."""
 
 QUIET_SEC: Final = 10.0
-"""After a report about a callback the next one waits for this long. What is not reported is counted."""
+"""Seconds between two reports about one callback. Slow steps in between are counted, not reported."""
 
 
 class Stopwatch:
-    """Times the callbacks of one node.
+    """Measures the callbacks of one node.
 
     Args:
-        warn: Gets a line about each slow step.
-        slow_sec: From when on a step is slow; None never.
-        clock: Steady seconds. Durations are for people: no decision depends on them.
+        warn: Called with a line about a slow step.
+        slow_sec: A longer step is slow; None: no step is.
+        clock: A monotonic clock, in seconds. Only reports depend on it, no decisions.
     """
 
     def __init__(
@@ -49,27 +49,32 @@ class Stopwatch:
         self._began = self.clock()
 
     def of(self, callback: Callable[..., Any] | None, whose: str) -> CallbackTiming:
-        """Return the timing of a callback of `whose`: "the service '/add'". None is a callback not given."""
+        """Return a timing for a callback.
+
+        Args:
+            callback: The callback; None if the owner has none.
+            whose: Its owner, for messages, such as "the service '/add'".
+        """
         name = "" if callback is None else name_of(callback)
-        return CallbackTiming(self, name, whose, only_turns=inspect.iscoroutinefunction(callback))
+        return CallbackTiming(self, name, whose, only_steps=inspect.iscoroutinefunction(callback))
 
     @property
     def elapsed_sec(self) -> float:
-        """Seconds since it was made."""
+        """Seconds since the stopwatch was created."""
         return self.clock() - self._began
 
 
 class CallbackTiming:
-    """What is known about one callback.
+    """The measurements of one callback.
 
     Attributes:
         name: The callback's name.
-        what: The callback and whose it is, for messages.
-        only_turns: It is an `async def`: its steps count, calling it does not.
-        busy_sec: Seconds for which it has held the loop, in all.
+        what: The callback and its owner, for messages.
+        only_steps: Whether it is an `async def`: then its steps are measured, not the call that creates it.
+        busy_sec: Seconds for which it has blocked the loop, in total.
         longest_sec: The longest step.
-        longest_elapsed_sec: For coroutines, the longest time since one began, waiting included.
-        slow: Steps that were slow.
+        longest_elapsed_sec: For coroutines, the longest time from start to end, waiting included.
+        slow: The number of slow steps.
     """
 
     __slots__ = (
@@ -80,15 +85,15 @@ class CallbackTiming:
         "longest_elapsed_sec",
         "longest_sec",
         "name",
-        "only_turns",
+        "only_steps",
         "slow",
         "what",
     )
 
-    def __init__(self, watch: Stopwatch, name: str, whose: str, *, only_turns: bool) -> None:
+    def __init__(self, watch: Stopwatch, name: str, whose: str, *, only_steps: bool) -> None:
         self.name = name
         self.what = f"Callback {name} of {whose}"
-        self.only_turns = only_turns
+        self.only_steps = only_steps
         self.slow = 0
         self._calls = 0
         self.busy_sec = self.longest_sec = self.longest_elapsed_sec = 0.0
@@ -96,8 +101,8 @@ class CallbackTiming:
         self._quiet_until = -math.inf
 
     def dispatched(self, seconds: float, calls: int) -> None:
-        """A dispatch has ended; `calls` is how often the callback has been called so far, in all."""
-        if self.only_turns:
+        """Count a dispatch after which the callback has been called `calls` times in total."""
+        if self.only_steps:
             return
         count, self._calls = calls - self._calls, calls
         self.busy_sec += seconds
@@ -107,7 +112,7 @@ class CallbackTiming:
             self._report(seconds, count)
 
     def stepped(self, seconds: float, elapsed: float) -> None:
-        """A coroutine has run to its next await, or to its end, `elapsed` seconds after it began."""
+        """Count a step of a coroutine that ended `elapsed` seconds after the coroutine began."""
         self.busy_sec += seconds
         if seconds > self.longest_sec:  # noqa: PLR1730 - max() takes longer, and this is the hot path
             self.longest_sec = seconds
@@ -117,7 +122,7 @@ class CallbackTiming:
             self._report(seconds, 1)
 
     def diagnostics(self, calls: int) -> CallbackDiagnostics:
-        """Say what is known; `calls` is how often the callback has been called so far."""
+        """Return the measurements; the callback has been called `calls` times in total."""
         return CallbackDiagnostics(
             name=self.name,
             calls=calls,

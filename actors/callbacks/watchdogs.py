@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 STALL_SEC: Final = 0.01
 """If a timer fires this late, the loop was busy, and a reset may wait in a socket that was not read yet."""
 
-SECOND_LOOK_SEC: Final = 0.05
+SECOND_CHECK_SEC: Final = 0.05
 """Seconds after such a stall until the watchdog checks again."""
 
 
@@ -29,7 +29,7 @@ class Watchdog:
         once: Expire once, and then only after another reset.
     """
 
-    __slots__ = ("_handle", "_looked_twice", "_loop", "_on_expired", "_once", "_reset_at", "period_s")
+    __slots__ = ("_checked_twice", "_handle", "_loop", "_on_expired", "_once", "_reset_at", "period_s")
 
     def __init__(
         self,
@@ -44,14 +44,14 @@ class Watchdog:
         self._on_expired = on_expired
         self._once = once
         self._reset_at = 0.0
-        self._looked_twice = False
+        self._checked_twice = False
         self._handle: asyncio.TimerHandle | None = None
 
     def reset(self) -> None:
         """Begin a new period; the first reset starts the watchdog."""
         self._reset_at = self._loop.time()
         if self._handle is None:
-            self._look_at(self._reset_at + self.period_s)
+            self._check_at(self._reset_at + self.period_s)
 
     def stop(self) -> None:
         """Stop until the next reset."""
@@ -59,22 +59,22 @@ class Watchdog:
             self._handle.cancel()
             self._handle = None
 
-    def _look_at(self, when: float) -> None:
-        self._handle = self._loop.call_at(when, self._look)
+    def _check_at(self, when: float) -> None:
+        self._handle = self._loop.call_at(when, self._check)
 
-    def _look(self) -> None:
+    def _check(self) -> None:
         now, due = self._loop.time(), self._reset_at + self.period_s
         self._handle = None
         if now < due:
-            self._looked_twice = False
-            self._look_at(due)
-        elif now - due > STALL_SEC and not self._looked_twice:
-            self._looked_twice = True
-            self._look_at(now + min(SECOND_LOOK_SEC, self.period_s))
+            self._checked_twice = False
+            self._check_at(due)
+        elif now - due > STALL_SEC and not self._checked_twice:
+            self._checked_twice = True
+            self._check_at(now + min(SECOND_CHECK_SEC, self.period_s))
         else:
-            self._looked_twice = False
+            self._checked_twice = False
             periods = max(1, int((now - self._reset_at) / self.period_s))
             if not self._once:
                 self._reset_at += periods * self.period_s
-                self._look_at(self._reset_at + self.period_s)
+                self._check_at(self._reset_at + self.period_s)
             self._on_expired(periods)

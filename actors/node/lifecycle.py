@@ -208,7 +208,7 @@ class Lifecycle:
         """Call no further callbacks; wait for those that run, and cancel them in the end."""
         context, mailbox = self._context, self._context.mailbox
         context.stopping = True
-        mailbox.begin_nothing(context.link.wake)
+        mailbox.drain(context.link.wake)
         for timer in tuple(context.timers):
             timer.cancel()
         for endpoint in tuple(context.endpoints):
@@ -272,7 +272,7 @@ class Lifecycle:
     async def _end_tasks(self) -> None:
         """Cancel every task. Callbacks that ignore that are named, and abandoned."""
         mailbox = self._context.mailbox
-        had_their_time = {each.task for each in mailbox.running if each.holding or each.beside}
+        had_their_time = {each.task for each in mailbox.running if each.holding or each.concurrent}
         for task in tuple(self._tasks):
             task.cancel()
         rest = [task for task in self._tasks if task not in had_their_time]

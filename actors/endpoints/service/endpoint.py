@@ -106,7 +106,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
             if callback_task is not None:
                 if not self._concurrent:
                     return callback_task
-                self.context.mailbox.run_beside(callback_task)
+                self.context.mailbox.run_concurrently(callback_task)
             if self.waiting.entries and share.used:
                 break
         return None
@@ -160,7 +160,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
                 self._leave_if_done()
 
         callback_task = CallbackTask(
-            self.context.mailbox, coroutine, ended, timing=self.timing, beside=self._concurrent
+            self.context.mailbox, coroutine, ended, timing=self.timing, concurrent=self._concurrent
         )
         self.running[call] = callback_task
         self._suspended += 1

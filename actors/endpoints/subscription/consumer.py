@@ -1,4 +1,4 @@
-"""Where a subscription's messages go: to its callback, through the node's mailbox, or to `async for`.
+"""Hands a subscription's messages to its callback, through the node's mailbox, or to `async for`.
 
 An idle consumer takes a whole batch. A busy one keeps its backlog to the depth: the oldest messages are
 dropped and counted, as well as what the callback has not taken when the callback budget is exhausted.
@@ -26,10 +26,10 @@ MAX_CONCURRENT: Final = 1000
 """Callbacks of one `concurrent=True` subscription that run at the same time; more messages wait."""
 
 CHECK_EVERY: Final = 8
-"""Callbacks between two readings of the clock, which may cost more than a callback does: as long as ..."""
+"""Cheap callbacks between two readings of the clock, which may cost more than such a callback."""
 
 CHEAP_SEC: Final = 0.00005
-"""... those since the last reading took less than this in all. Otherwise the clock is read after each one."""
+"""Callbacks that took longer since the last reading are not cheap: the clock is read after each one."""
 
 
 class Consumer:
@@ -42,13 +42,13 @@ class Consumer:
         depth: Messages that may wait; None for no limit, as credit limits them.
         message_lost: Counts dropped messages.
         finished: Called with each batch that has been taken, in order; None if not needed.
-        concurrent: Whether callbacks run beside the node's others.
+        concurrent: Whether callbacks run at the same time as each other and as the node's others.
 
     Attributes:
         backlog: Messages that wait.
         calls: Messages handed to the callback or the iterator.
         dropped: Messages dropped here because the consumer was slower than the depth allows.
-        expired: Messages not handed over because they were older than their publisher's lifespan.
+        expired: Messages dropped because they were older than their publisher's lifespan.
         running: Callbacks that are suspended.
         waiter: Set while an idle iterator waits.
         posted, timing: See `Source`.
@@ -124,11 +124,15 @@ class Consumer:
             if coroutine is not None:
                 self.running += 1
                 callback_task = CallbackTask(
-                    self.context.mailbox, coroutine, self._ended, timing=self.timing, beside=self._concurrent
+                    self.context.mailbox,
+                    coroutine,
+                    self._ended,
+                    timing=self.timing,
+                    concurrent=self._concurrent,
                 )
                 if not self._concurrent:
                     return callback_task
-                self.context.mailbox.run_beside(callback_task)
+                self.context.mailbox.run_concurrently(callback_task)
             if not batches or share.used:
                 break
         return None
@@ -199,7 +203,7 @@ class Consumer:
                 self.waiter = None
 
     def _next_is_fresh(self) -> bool:
-        """Drop expired messages; tell whether there is a message to take."""
+        """Drop expired messages; return whether there is a message to take."""
         batches = self.backlog.batches
         if batches and batches[0].expires_at < math.inf:
             self.expired += self.backlog.expire(self.context.require_loop().time())

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.callbacks.budget import BUDGET_SEC, SHARE_SEC, CallbackBudget
-from actors.callbacks.mailbox import BESIDE_STARTS, Mailbox
+from actors.callbacks.mailbox import CONCURRENT_STARTS, Mailbox
 from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.subscription.consumer import CHECK_EVERY
 from actors.interfaces.std_msgs.msg import Int64
@@ -192,7 +192,7 @@ async def test_concurrent_callbacks_leave_time_for_timers_and_tasks(meeting: Mee
 
     await slowed(meeting, hands, callback, concurrent=True)
     assert heard == list(range(CROWD))
-    assert hands.most <= BESIDE_STARTS * SLOW_SEC + 1e-9  # the first, before anything is known of them
+    assert hands.most <= CONCURRENT_STARTS * SLOW_SEC + 1e-9  # the first, before anything is known of them
     assert sum(count > 2 for count in steps.values()) <= 2
 
 

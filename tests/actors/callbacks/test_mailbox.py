@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def timing() -> CallbackTiming:
-    """Return a stopwatch's face that nobody reads."""
+    """Return a timing whose measurements are not used."""
     return Stopwatch(lambda text: None).of(print, "a test")
 
 
@@ -157,7 +157,7 @@ async def test_a_burst_of_coroutines_needs_one_worker() -> None:
 
 
 async def test_a_call_in_flight_lets_others_run() -> None:
-    """A turn that waits with a call in flight frees the mailbox, and takes it again before it goes on."""
+    """A callback that waits with a call in flight releases the mailbox, and takes it again afterwards."""
     mailbox = Mailbox()
     async with opened(mailbox):
         reply: asyncio.Future[int] = asyncio.get_running_loop().create_future()
@@ -271,7 +271,7 @@ async def test_cancelling_a_turn_spares_the_worker() -> None:
 
 
 async def test_cancelling_a_turn_before_it_starts() -> None:
-    """A turn cancelled before its first step never runs its callback."""
+    """A callback task cancelled before its first step never runs its callback."""
     mailbox = Mailbox()
     async with opened(mailbox):
         source = Recorder(mailbox)
@@ -287,7 +287,7 @@ async def test_cancelling_a_turn_before_it_starts() -> None:
 
 
 async def test_cancelling_a_turn_that_waits_for_the_mailbox() -> None:
-    """It ends when it is its turn again, not beside the one that runs, and the mailbox is not lost."""
+    """A cancelled callback waits for the mailbox, ends after the one that runs, and releases it."""
     mailbox = Mailbox()
     async with opened(mailbox):
         reply: asyncio.Future[int] = asyncio.get_running_loop().create_future()
@@ -318,7 +318,7 @@ async def test_cancelling_a_turn_that_waits_for_the_mailbox() -> None:
 
 
 async def test_a_cancellation_outranks_the_error_of_the_call() -> None:
-    """A turn that is cancelled after its call has failed, before it could go on, is cancelled."""
+    """A callback task that is cancelled after its call has failed, before it continues, is cancelled."""
     mailbox = Mailbox()
     async with opened(mailbox):
         reply: asyncio.Future[int] = asyncio.get_running_loop().create_future()
@@ -350,7 +350,7 @@ async def test_a_cancellation_outranks_the_error_of_the_call() -> None:
 
 
 async def test_a_closed_mailbox_holds_nobody_up() -> None:
-    """A turn that waits for the mailbox as that closes ends with its task."""
+    """A callback task that waits for the mailbox when it closes ends with its asyncio task."""
     mailbox = Mailbox()
     ended: list[str] = []
     async with opened(mailbox):
@@ -376,8 +376,8 @@ async def test_a_closed_mailbox_holds_nobody_up() -> None:
     assert ended == ["call"]
 
 
-async def test_beside_runs_while_the_mailbox_is_taken() -> None:
-    """A turn of a concurrent source does not wait for the holder, and does not take the mailbox."""
+async def test_concurrent_callback_runs_while_the_mailbox_is_taken() -> None:
+    """A concurrent callback does not wait for the mailbox, and does not take it."""
     mailbox = Mailbox()
     async with opened(mailbox):
         source = Recorder(mailbox)
@@ -387,18 +387,18 @@ async def test_beside_runs_while_the_mailbox_is_taken() -> None:
         async def hold() -> None:
             await gate.wait()
 
-        async def beside() -> str:
+        async def concurrent() -> str:
             with in_flight():
                 await asyncio.sleep(0)
-            return "beside"
+            return "concurrent"
 
         source.add(hold)
         await asyncio.sleep(0)
         callback_task = CallbackTask(
-            mailbox, beside(), lambda result, _: done.append(result), timing=timing(), beside=True
+            mailbox, concurrent(), lambda result, _: done.append(result), timing=timing(), concurrent=True
         )
-        mailbox.run_beside(callback_task)
-        await until(lambda: done == ["beside"])
+        mailbox.run_concurrently(callback_task)
+        await until(lambda: done == ["concurrent"])
         assert not source.results
         gate.set()
         await until(lambda: source.results == [None])
@@ -421,7 +421,7 @@ async def test_timeout_inside_a_callback_works() -> None:
 
 
 async def test_one_source_does_not_starve_another() -> None:
-    """A source with much to do lets another have its turn."""
+    """A source with much to do lets another one run in between."""
     mailbox = Mailbox()
     async with opened(mailbox):
         order: list[str] = []
@@ -467,7 +467,7 @@ async def test_a_callback_that_cancels_its_own_task_ends_alone() -> None:
 
 
 async def test_a_burst_leaves_few_idle_workers_behind() -> None:
-    """A hundred turns suspended in calls at once need a hundred workers; afterwards most of them end."""
+    """A hundred suspended callback tasks need a hundred workers; afterwards most of these end."""
     mailbox = Mailbox()
     async with opened(mailbox) as tasks:
         source = Recorder(mailbox)
@@ -491,7 +491,7 @@ async def test_a_burst_leaves_few_idle_workers_behind() -> None:
 
 
 async def test_the_mailbox_says_what_it_does() -> None:
-    """Its properties tell a turn that holds it from sources that wait."""
+    """Its properties distinguish a callback task that holds it from sources that wait."""
     mailbox = Mailbox()
     async with opened(mailbox):
         source, other = Recorder(mailbox), Recorder(mailbox)

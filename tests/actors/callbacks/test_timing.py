@@ -43,7 +43,7 @@ class Bench:
         self.hands = Hands()
         self.warnings: list[str] = []
         self.watch = Stopwatch(self.warnings.append, slow_sec=slow_sec, clock=self.hands)
-        self.timing = CallbackTiming(self.watch, "f", "the subscription to '/t'", only_turns=False)
+        self.timing = CallbackTiming(self.watch, "f", "the subscription to '/t'", only_steps=False)
 
     def source(self, mailbox: Mailbox) -> Recorder:
         """Return a source whose durations are measured here."""
@@ -128,7 +128,7 @@ async def test_only_what_holds_the_loop_counts() -> None:
 
 
 async def test_waiting_for_the_mailbox_is_no_load() -> None:
-    """A turn that has let go pays nothing for the callbacks that run meanwhile."""
+    """Callbacks that run while a callback task has released the mailbox do not count for it."""
     bench, mailbox = Bench(), Mailbox()
     async with opened(mailbox, CallbackBudget(bench.hands)):
         source, gate = bench.source(mailbox), asyncio.Event()
@@ -176,7 +176,7 @@ class Slow(actors.Node):
         self._context.watch.warn = warnings.append
         self.create_subscription(String, "plain", self.on_plain, KEEP_ALL)
         self.create_subscription(String, "async", self.on_async, KEEP_ALL)
-        self.create_subscription(String, "beside", self.on_beside, KEEP_ALL, concurrent=True)
+        self.create_subscription(String, "concurrent", self.on_concurrent, KEEP_ALL, concurrent=True)
         self.create_service(Empty, "serve", self.on_request)
         self.ticker = self.create_timer(0.001, self.on_tick)
 
@@ -187,7 +187,7 @@ class Slow(actors.Node):
         await asyncio.sleep(0)
         self.hands.take(0.5)
 
-    async def on_beside(self, msg: String) -> None:
+    async def on_concurrent(self, msg: String) -> None:
         self.hands.take(0.5)
 
     def on_request(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
@@ -206,7 +206,7 @@ async def test_every_kind_of_callback_is_named(meeting: Meeting) -> None:
     node = Slow(hands, warnings, url=meeting.url, use_global_arguments=False)
     async with node:
         other = await meeting.node("other")
-        for topic in ("plain", "async", "beside"):
+        for topic in ("plain", "async", "concurrent"):
             publisher = other.create_publisher(String, topic, KEEP_ALL)
             await matched(publisher)
             publisher.publish(String(data="x"))
@@ -218,7 +218,7 @@ async def test_every_kind_of_callback_is_named(meeting: Meeting) -> None:
     assert named == {
         "Callback Slow.on_plain of the subscription to '/plain'",
         "Callback Slow.on_async of the subscription to '/async'",
-        "Callback Slow.on_beside of the subscription to '/beside'",
+        "Callback Slow.on_concurrent of the subscription to '/concurrent'",
         "Callback Slow.on_request of the service '/serve'",
         "Callback Slow.on_tick of a timer",
     }
