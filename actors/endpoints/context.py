@@ -26,14 +26,14 @@ DEFAULT_CALL_TIMEOUT_SEC: Final = 60.0
 
 
 class NodeContext(LinkEndpoint):
-    """The node as its parts see it. It is also the node's own endpoint on the link.
+    """What the parts of a node share. It is also the node's own endpoint on the link.
 
     Attributes:
         callback_errors: Callbacks that have raised so far.
-        watch: Times the node's callbacks.
-        stopping: Whether the node stops and begins nothing new.
-        unread: Messages that had been received when the node stopped, and were not taken.
-        declared: Whether the broker of this session has answered the node's declaration.
+        watch: Measures the node's callbacks.
+        stopping: Whether the node is stopping and begins nothing new.
+        unread: Messages received but not taken by callbacks when the node stopped.
+        declared: Whether the broker of this session has accepted or refused the node.
         endpoints: The node's publishers, subscriptions, services, clients and graph watches.
         departing: The queues of destroyed publishers.
         stop: Ends the node with an error; set by the node.

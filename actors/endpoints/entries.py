@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from actors.session.link import FlushSource, Link
 
 ENTRY_OVERHEAD_BYTES: Final = 24
-"""Bytes of an entry's fields beside its body, at most."""
+"""The most bytes that an entry needs in addition to its body."""
 
 E = TypeVar("E", RequestEntry, ReplyEntry)
 
@@ -51,7 +51,7 @@ class EntryBatch(Generic[E]):
         return False
 
     def take(self) -> tuple[E, ...]:
-        """Return the collected entries, and start anew."""
+        """Remove and return the collected entries."""
         entries, self._entries = tuple(self._entries), []
         self._bytes = 0
         return entries

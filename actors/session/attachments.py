@@ -1,4 +1,4 @@
-"""Which subscriptions of this link get which publisher's batches.
+"""The publishers that the subscriptions of a link are attached to.
 
 The broker sends a publisher's batch to a link once; the link hands it to each of its subscriptions that is
 attached to the publisher. An `Attachment` is one such pair.
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Reader(Protocol):
-    """A subscription, as its link sees it. The end of a session ends its attachments without these calls."""
+    """What the link calls on a subscription. At the end of a session only `session_ended` is called."""
 
     def receive(self, attachment: Attachment, batch: Batch | Replay) -> None:
         """Take a batch of an attached publisher."""
@@ -46,13 +46,13 @@ class Attachment:
     Attributes:
         reader: The subscription.
         publisher: The publisher's id on this broker.
-        gid: The publisher's id for good, also across reconnects.
+        gid: The publisher's permanent id, the same across reconnects.
         node: The publisher's node.
         lifespan_s: Seconds after which the publisher's messages expire; 0 for no limit.
-        lease_s: Seconds within which a MANUAL_BY_TOPIC publisher asserts itself; 0 for any other.
-        current: Whether it is its publisher's newest attachment; kept by the reader.
-        watched: Whether a deadline or a lease depends on its batches; kept by the reader.
-        first_sequence: Live batches are for this subscription from this number on.
+        lease_s: Seconds within which a MANUAL_BY_TOPIC publisher must assert its liveliness; 0 for others.
+        current: Whether it is its publisher's newest attachment; set by the reader.
+        watched: Whether a deadline or a lease depends on its batches; set by the reader.
+        first_sequence: The first live sequence number for this subscription.
         expected: The next sequence number; anything below has been received.
         due: The number of the first message that was for this subscription, over all attachments.
         received: The number after the last message received, latched ones included.
@@ -127,7 +127,7 @@ class Attachments:
         self._readers[subscription] = reader
 
     def remove_reader(self, subscription: int) -> None:
-        """Hand nothing more to a subscription."""
+        """Remove a subscription; it gets nothing more."""
         reader = self._readers.pop(subscription, None)
         publishers = self._publishers.pop(subscription, ())
         if reader is not None:
@@ -140,7 +140,7 @@ class Attachments:
         for subscription in frame.subscriptions:
             reader = self._readers.get(subscription)
             if reader is not None:
-                # A broker that took this node for frozen attaches again without a DETACHED.
+                # A broker that had suspended this node attaches again without a DETACHED.
                 self._detach(frame.publisher, reader)
                 self._end_suspension(frame.publisher, reader)
                 attachment = Attachment(reader, frame)
@@ -171,7 +171,7 @@ class Attachments:
             reader.suspension_ended()
 
     def batch_received(self, batch: Batch) -> None:
-        """Handle BATCH. One for a publisher without attachments has crossed an UNDECLARE."""
+        """Handle BATCH; ignore one for a publisher without attachments, which crossed an UNDECLARE."""
         for attachment in tuple(self._attachments.get(batch.publisher, ())):
             attachment.reader.receive(attachment, batch)
 

@@ -1,6 +1,6 @@
 """One connection to a broker: from the attempt to open it, through its session, to its end.
 
-Each attempt has an object of its own, so that a connection that closes slowly is not taken for the next one.
+Each attempt has its own object, so that late events of an old connection cannot affect the next one.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class LinkLog(Protocol):
-    """Where a link reports to: a node's logger."""
+    """What a link logs to: a node's logger."""
 
     def info(self, message: str, /) -> object:
         """Report progress."""
@@ -39,20 +39,20 @@ class BrokerConnection:
     """One connection: a ChannelHandler.
 
     Args:
-        link: Takes what the broker sends, until `end`.
+        link: Gets what the broker sends, until `end`.
         url: The broker.
-        hello: The greeting.
-        log: Takes warnings.
+        hello: The HELLO to send.
+        log: Gets warnings.
 
     Attributes:
         url: The broker.
         channel: The connection.
-        ended: Set when it is over, whichever side ended it.
-        reached: Whether something took the connection.
+        ended: Set when it has ended, whichever side ended it.
+        reached: Whether something accepted the connection.
         had_session: Whether the broker has sent WELCOME.
-        error: Why nothing could be reached; None after a timeout, or if something was reached.
+        error: The error of connecting; None after a timeout, or if something accepted the connection.
         refusal: The broker's text, if it answered with ERROR.
-        fatal: What makes further attempts useless.
+        fatal: An error that further attempts would repeat; None if there is none.
     """
 
     def __init__(self, link: Link, url: BrokerUrl, hello: frames.Hello, log: LinkLog) -> None:
@@ -80,7 +80,7 @@ class BrokerConnection:
         """Connect and wait for the WELCOME.
 
         Args:
-            link: The link, whose changes are waited for.
+            link: The link; its changes wake this coroutine.
             deadline: Loop time of the end of the attempt.
 
         Returns:
@@ -144,21 +144,21 @@ class BrokerConnection:
             self._link.opened(self.channel, most if isinstance(most, int) else limits.MAX_MESSAGE_BYTES)
 
     def turned_away(self, frame: frames.Error) -> None:
-        """Close: the broker says why it ends the connection."""
+        """Handle ERROR: note the broker's reason, and close."""
         self.refusal = frame.text
         if frame.code == ErrorCode.VERSION:
             self.fatal = ProtocolError(ErrorCode.VERSION, frame.text)
         self.close()
 
     def fail(self, error: Exception) -> None:
-        """Close, because of an error that another attempt would meet, too."""
+        """Close because of an error that further attempts would repeat."""
         self.fatal = error
         self.close()
 
     # ChannelHandler
 
     def opened(self) -> None:
-        """ChannelHandler: send the greeting."""
+        """ChannelHandler: send HELLO."""
         if self._link is None:  # it was aborted while it connected
             self.channel.abort()
         else:
@@ -189,7 +189,7 @@ class BrokerConnection:
 
     def closed(self, error: Exception | None) -> None:
         """ChannelHandler: the connection is closed."""
-        del error  # the log line of the next attempt says what matters
+        del error  # the next attempt logs what matters
         self.end()
 
     def descriptors(self) -> tuple[int, ...]:
@@ -199,7 +199,7 @@ class BrokerConnection:
     # The end
 
     def end(self) -> None:
-        """Tell the link, once, that this is over."""
+        """Mark the connection as ended, and report its loss to the link once."""
         link, self._link = self._link, None
         if link is not None:
             self.ended.set()
@@ -216,9 +216,9 @@ class BrokerConnection:
         self.end()
 
     def leave(self) -> None:
-        """Send GOODBYE behind everything written; then the broker closes.
+        """Send GOODBYE after everything written; then the broker closes.
 
-        To close first could discard what the broker has not read yet.
+        Closing first could discard what the broker has not read yet.
         """
         if self.is_open:
             self.channel.send(frames.Goodbye("stopped"))

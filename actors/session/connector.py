@@ -1,6 +1,6 @@
-"""Keeps a link connected: tries its brokers in order, and begins again after every loss.
+"""Connects a link to one of its brokers, tried in order, and reconnects it after every loss.
 
-Pauses between attempts grow, and are random, so that many nodes do not come back at the same moment.
+Pauses between attempts grow and are random, so that many nodes do not reconnect at the same moment.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Connector:
         jitter: Returns a random factor between 0 and 1 for the pauses between attempts.
 
     Attributes:
-        trying: Whether an attempt is under way; False once every broker has been tried in vain.
+        trying: Whether an attempt is under way; False once all brokers have been tried without success.
         closing: Whether it makes no more attempts.
     """
 
@@ -73,9 +73,9 @@ class Connector:
         self._connection: BrokerConnection | None = None
         self._warned = False
         self._refusal = ""
-        """The last text of an ERROR: each is logged once in a row."""
+        """The text of the last ERROR; a repetition is not logged."""
         self._unwelcoming: BrokerUrl | None = None
-        """Where something took a connection without a WELCOME, so that no broker can be started there."""
+        """A URL where something accepts connections but sends no WELCOME: no broker can start there."""
         self._error: Exception | None = None
         """Why the first broker could not be reached."""
 
@@ -146,8 +146,8 @@ class Connector:
         Args:
             loop: The running loop.
             deadline: When the last of them must have answered; None: each has `CONNECT_TIMEOUT_SEC`.
-            share_until: Until then each has an equal share of the time that is left, so that one that takes
-                connections and sends nothing leaves some to the others. None: no sharing.
+            share_until: Until then each has an equal share of the time left, so that a broker that accepts
+                connections and sends nothing leaves time for the others. None: no sharing.
         """
         for left, url in zip(range(len(self._urls), 0, -1), self._urls, strict=True):
             now = loop.time()
@@ -182,7 +182,7 @@ class Connector:
         first_attempt.wait_again(loop, self._urls)
 
     def _note_failure(self, connection: BrokerConnection) -> None:
-        """Note why a connection ended; raise what makes further attempts useless."""
+        """Note why a connection ended; raise its error if further attempts would repeat it."""
         url, error = connection.url, connection.error
         if connection.refusal and connection.refusal != self._refusal:
             self._refusal = connection.refusal

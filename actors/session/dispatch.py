@@ -1,6 +1,6 @@
-"""Which method takes a frame from the broker: one table for all frame types.
+"""Dispatch of the broker's frames: one table from frame types to methods.
 
-A frame for an id that is not known is ignored: it has crossed the endpoint's UNDECLARE.
+A frame for an unknown id is ignored: it crossed the endpoint's UNDECLARE.
 """
 
 from __future__ import annotations
@@ -69,4 +69,4 @@ DISPATCH: Final[Mapping[type[Any], Callable[[BrokerConnection, Link, Any], None]
     frames.Definition: lambda _, link, frame: link.answer_received(frame.type_hash, frame),
     frames.Stats: lambda _, link, frame: link.answer_received(frame.id, frame),
 }
-"""What to do with a frame: a function of the connection that it came on, the node's link, and the frame."""
+"""By frame type, a function of the connection that received the frame, the node's link, and the frame."""

@@ -1,4 +1,4 @@
-"""What has an id on a link: the node itself and its publishers, subscriptions, services and clients."""
+"""The base of everything with an id on a link: the node, publishers, subscriptions, services, clients."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class LinkEndpoint:
-    """One of them, as its link sees it. Each kind overrides the methods for the frames that it gets.
+    """What the link calls on an endpoint. Each kind overrides the methods for the frames that it gets.
 
     Attributes:
         id: Its number on the link.

@@ -1,4 +1,4 @@
-"""How long a node that is entered waits for its first attempt to connect.
+"""The wait of a node, when it is entered, for its first attempt to connect.
 
 When one node has waited in vain, other nodes of the loop do not wait for the same brokers until these answer,
 a node that tries them ends, or some seconds have passed: many nodes entered one after the other wait once.
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from proto.url import BrokerUrl
 
 FIRST_ANSWER_SEC: Final = 1.0
-"""How long to wait at most: a broker needs milliseconds to answer."""
+"""The longest wait; a broker needs milliseconds to answer."""
 
 _silent: Final[weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[tuple[BrokerUrl, ...], float]]] = (
     weakref.WeakKeyDictionary()
@@ -28,13 +28,13 @@ _silent: Final[weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[tuple[B
 async def wait(
     link: Link, urls: tuple[BrokerUrl, ...], over: Callable[[], bool], *, again_after_sec: float
 ) -> None:
-    """Wait until `over`, but at most `FIRST_ANSWER_SEC`; not at all if another node has waited in vain.
+    """Wait until `over`, at most `FIRST_ANSWER_SEC`; not at all after a vain wait of another node.
 
     Args:
-        link: Its changes are waited for.
+        link: Its changes wake this coroutine.
         urls: The brokers.
         over: Whether the attempt has ended.
-        again_after_sec: After a wait in vain no node waits for these brokers for so long.
+        again_after_sec: Seconds after a failed wait in which no node waits for these brokers.
     """
     loop = asyncio.get_running_loop()
     silent = _silent.setdefault(loop, {})

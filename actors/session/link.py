@@ -1,7 +1,7 @@
-"""What endpoints use of a node's link to its broker: declaring themselves, sending and waiting.
+"""A node's link to its broker, for endpoints: they declare themselves, send and wait through it.
 
 Everything that an endpoint sends goes through `Link.channel`, which is None while there is no open session.
-The connector opens sessions; `dispatch.py` says which method takes a frame that arrives.
+The connector opens sessions; `dispatch.py` has the method for each frame that arrives.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from actors.session.endpoint import LinkEndpoint
     from proto.aio.channel import Channel
 
-HEADER_ROOM_BYTES: Final = 256
-"""Bytes that a frame around one message, request or reply may need beside it, here and at the broker."""
+HEADER_BYTES: Final = 256
+"""Bytes reserved for the rest of a frame with one message, request or reply, here and at the broker."""
 
 
 class FlushSource(Protocol):
@@ -42,12 +42,12 @@ class Link:
 
     Attributes:
         place: The same.
-        channel: The open session's; None without one.
+        channel: The channel of the open session; None without one.
         loop: The loop that the node runs on; None before it runs.
         endpoints: Everything to declare, by id.
         publishers: The publishers that the broker has accepted, by the id that it gave them.
         matched: Ids of the endpoints that have counterparts.
-        answers: What takes the answers to a query, by the query's id or the type hash asked about.
+        answers: By a query's id, or the type hash that it asks for, the function that takes the answers.
         connections: Sessions opened so far; more than 1 if one was lost.
         url: The broker of the session, or of the last one.
         lag: How late the loop runs the keepalive's ticks.
@@ -205,7 +205,7 @@ class Link:
         for waiter in self._pongs.values():
             if not waiter.done():
                 waiter.set_exception(BrokerUnreachable("The link broke before the broker answered"))
-        self.flush()  # what this turn has collected goes into the publisher queues, which keep to their depth
+        self.flush()  # what was collected goes into the publisher queues, which drop beyond their depth
 
     def sizes(self) -> Iterator[Size]:
         """Return how full its maps are."""
@@ -220,4 +220,4 @@ class Link:
 def _largest(max_message_bytes: int) -> int:
     """Return the bytes that one message may have: at least what fits into one frame."""
     most = max(min(max_message_bytes, limits.MAX_MESSAGE_BYTES), limits.MAX_FRAME_BYTES)
-    return most - HEADER_ROOM_BYTES
+    return most - HEADER_BYTES

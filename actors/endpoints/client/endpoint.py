@@ -1,4 +1,4 @@
-"""The client as the runtime holds it: calls are sent as entries, many to a frame, and each of them ends."""
+"""The runtime's side of a client: calls are sent as entries, many to a frame, and each of them ends."""
 
 from __future__ import annotations
 

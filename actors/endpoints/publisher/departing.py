@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from proto.publisher_queue import PublisherQueue
 
 DEPARTING_SLACK: Final = 64
-"""Queues that may have become empty, behind one that has not, before all of them are checked."""
+"""Queues to keep before all of them are checked for empty ones."""
 
 
 class DepartingQueues:
-    """Those of one node.
+    """The queues of the destroyed publishers of one node.
 
     Args:
-        link: The node's.
-        log: The node's.
+        link: The node's link.
+        log: The node's logger.
     """
 
     def __init__(self, link: Link, log: Logger) -> None:
@@ -61,9 +61,9 @@ class DepartingQueues:
         self._link.publishers.pop(queue.publisher, None)  # it needs no more credit
 
     def session_ended(self) -> None:
-        """Give up those that the broker had accepted.
+        """Discard the queues of publishers that the broker had accepted, and report their messages.
 
-        A destroyed publisher that the broker had not accepted yet is declared again, and sends then.
+        A destroyed publisher that the broker had not accepted yet is declared again and sends then.
         """
         self.report_unsent(queue for queue in self._queues if queue.publisher)
         self._queues = deque(queue for queue in self._queues if not queue.publisher)

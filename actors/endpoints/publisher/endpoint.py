@@ -1,4 +1,4 @@
-"""The publisher as the runtime holds it.
+"""The runtime's side of a publisher.
 
 Messages go into the batch of the loop turn, batches into the publisher queue, and the queue goes to the
 broker as far as credit and the transport allow.
@@ -75,7 +75,7 @@ class PublisherEndpoint(Endpoint):
         self._retained = Retained(LATCHED_MESSAGES if keep_all else depth)
         self._unlimited = True
         self._declared = 0
-        """The number of the next message, as the last declaration had it."""
+        """The number of the next message in the last declaration."""
         self.qos_monitor = QoSMonitor(context, resolved, events)
         context.link.add(self)
 
@@ -91,7 +91,7 @@ class PublisherEndpoint(Endpoint):
 
     @property
     def crowded(self) -> bool:
-        """Whether to publish would drop something, or should wait for slow readers."""
+        """Whether another message would drop one, or should wait for slow readers."""
         return queue_limits.crowded(self.queue, self.queued)
 
     def require_space(self) -> None:
@@ -121,9 +121,9 @@ class PublisherEndpoint(Endpoint):
             self.context.link.flush_later(self)
 
     def collect_large(self, buffer: bytearray) -> None:
-        """Send a message that fills a batch alone; in the buffer it has space for the head before it.
+        """Send a message that is a batch of its own; the buffer has space for the batch's head before it.
 
-        The next one is expected to be as large, and encoded into such a buffer at once.
+        The next message is expected to be as large, and is encoded into such a buffer directly.
         """
         size = len(buffer) - MAX_HEAD_BYTES
         self.large = size > limits.BATCH_FLUSH_BYTES
@@ -180,7 +180,7 @@ class PublisherEndpoint(Endpoint):
         link.wake()
 
     def _undeclare(self) -> None:
-        """Send the UNDECLARE behind the unsent messages."""
+        """Send UNDECLARE after the unsent messages."""
         link = self.context.link
         link.remove(self, announce=False)
         if self._unlimited or not self.queue.pending:
@@ -192,7 +192,7 @@ class PublisherEndpoint(Endpoint):
     def declaration(self) -> frames.Frame:
         """Declare the publisher; sequence numbers continue where an earlier session ended.
 
-        Everything in the queue is sent for the first time: a repetition was dropped with the earlier session.
+        Everything in the queue is sent for the first time: repetitions were dropped with the earlier session.
         """
         oldest = self._retained.first_sequence
         first = self.queue.first_sequence
@@ -232,7 +232,7 @@ class PublisherEndpoint(Endpoint):
         link.flush_later(self)
 
     def refused(self, code: int, text: str) -> None:
-        """Drop the queue: nothing would ever send it."""
+        """Drop the queue, because nothing will send it."""
         super().refused(code, text)
         self.refusal = text or "it gives no reason"
         self.flush_turn()
@@ -242,7 +242,7 @@ class PublisherEndpoint(Endpoint):
         self.context.link.wake()
 
     def _drop_too_large(self) -> None:
-        """Drop messages for which this broker would close the link."""
+        """Drop messages that are too large for this broker, which would close the link."""
         largest = self.context.link.largest
         dropped = self.queue.drop_larger(largest)
         if dropped:
@@ -252,7 +252,7 @@ class PublisherEndpoint(Endpoint):
         self._retained.drop_larger(largest)
 
     def _resend_retained(self) -> None:
-        """Put latched messages that an earlier broker has had before the unsent ones."""
+        """Queue latched messages that an earlier broker had received again, before the unsent ones."""
         for batch in self._retained.newest_first(before=self.queue.first_sequence):
             self.queue.put_front(batch)
 
@@ -263,11 +263,11 @@ class PublisherEndpoint(Endpoint):
         if channel is None:
             return
         if self.destroyed and self.queue.empty:
-            # The CREDIT has crossed the UNDECLARE: the broker has forgotten this publisher.
+            # The CREDIT crossed the UNDECLARE: the broker has removed this publisher.
             link.publishers.pop(frame.publisher, None)
             return
         if self._unlimited and frame.sequence_limit is not None:
-            # Behind a batch that has begun to leave, before everything that waits for credit.
+            # After a batch that is partly sent, before everything that waits for credit.
             channel.outbox.enqueue(self.queue, encode(frame), first=True)
         self._unlimited = frame.sequence_limit is None
         self.queue.sequence_limit = frame.sequence_limit
@@ -276,7 +276,7 @@ class PublisherEndpoint(Endpoint):
         link.flush_later(self)
 
     def session_ended(self) -> None:
-        """Queue again; KEEP_LAST keeps to its depth."""
+        """Keep messages in the queue again; KEEP_LAST drops those beyond its depth."""
         super().session_ended()
         self.accepted_now = False
         self.refusal = ""  # the next broker may accept it

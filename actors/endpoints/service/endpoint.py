@@ -1,4 +1,4 @@
-"""The service server as the runtime holds it: requests go through the mailbox to the handler.
+"""The runtime's side of a service: requests go through the mailbox to the handler.
 
 Each request ends in a reply.
 """
@@ -71,7 +71,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
         self._callback = callback
         self._concurrent = concurrent
         self._suspended = 0
-        """Suspended handlers, those included that ignore that their callers have given up."""
+        """Suspended handlers, including those whose callers have given up."""
         context.link.add(self)
 
     def requested(self, entries: tuple[RequestEntry, ...]) -> None:
@@ -157,7 +157,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
             if self.has_work():
                 self.context.mailbox.post(self)
             elif self.context.stopping:
-                self._leave_if_done()
+                self._destroy_if_done()
 
         callback_task = CallbackTask(
             self.context.mailbox, coroutine, ended, timing=self.timing, concurrent=self._concurrent
@@ -192,7 +192,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
             callback_task.cancel()
 
     def retire(self) -> None:
-        """Refuse requests, as the node stops; leave with the last handler that runs.
+        """Refuse requests because the node stops; destroy the service when the last running handler ends.
 
         RETIRE lets the broker give new requests to other servers.
         """
@@ -201,9 +201,9 @@ class ServiceEndpoint(IntrospectedEndpoint):
             channel.send(frames.Retire(self.id))
         while self.waiting.entries:
             self.replies.send_text(self.waiting.take().call, Status.UNAVAILABLE, STOPPING)
-        self._leave_if_done()
+        self._destroy_if_done()
 
-    def _leave_if_done(self) -> None:
+    def _destroy_if_done(self) -> None:
         if not self.running:
             self.destroy()
 
@@ -218,13 +218,13 @@ class ServiceEndpoint(IntrospectedEndpoint):
         if channel is not None:
             undeclare = encode(frames.Undeclare(self.id))
             if not channel.outbox.put_after_calls(self.id, undeclare):
-                channel.send(frames.Retire(self.id))  # until the replies made so far have left
+                channel.send(frames.Retire(self.id))  # until the replies made so far have been sent
             channel.flush_soon()
         super().destroy()
         self._abandon()
 
     def session_ended(self) -> None:
-        """Abandon all calls: the broker has told their callers that the link broke."""
+        """Abandon all calls: the broker reports the broken link to their callers."""
         super().session_ended()
         self._abandon()
 

@@ -1,6 +1,6 @@
-"""The subscription as the runtime holds it: from batches of the link to the consumer's backlog.
+"""The runtime's side of a subscription: from batches of the link to the consumer's backlog.
 
-A batch that finds its consumer idle is decoded whole, in one call. For a busy consumer only the last `depth`
+A batch for an idle consumer is decoded whole, in one call. For a busy consumer only the last `depth`
 messages of a batch are kept, before they are decoded. With KEEP_ALL nothing is dropped: the publisher gets
 credit as messages are taken.
 """
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from actors.session.attachments import Attachment
 
 BEST_EFFORT_KEEP_ALL_DEPTH: Final = 1000
-"""KEEP_ALL without RELIABLE grants no credit, so that it needs a depth after all."""
+"""Depth of KEEP_ALL without RELIABLE, which grants no credit and so needs a limit."""
 
 
 class SubscriptionEndpoint(Endpoint):

@@ -1,4 +1,4 @@
-"""Which of each publisher's messages one subscription has received: none twice, and no gap uncounted.
+"""Sequence numbers that a subscription has received: repetitions are dropped, gaps are counted.
 
 Sequence numbers are the publisher's, and continue across reconnects. When a publisher comes back, the
 messages between the last one received and its first batch were lost on the break. For a subscription that
@@ -21,10 +21,10 @@ REMEMBERED_PUBLISHERS: Final = 1024
 
 
 class Known(NamedTuple):
-    """What is remembered of a publisher that is not attached."""
+    """The sequence numbers of a publisher that is not attached."""
 
     received: int
-    """The number after the last message that has been received, or can no longer be."""
+    """The number after the last message that was received or cannot arrive any more."""
     due: int
     """The number of the first message that was for this subscription."""
     missed: int
@@ -39,8 +39,8 @@ class SequenceTracker:
         latched: Whether the subscription wants messages from before its declaration.
 
     Attributes:
-        attachments: By publisher, its newest attachment; one that has come back may overlap with itself.
-        known: By publisher, where it stopped when it was last detached.
+        attachments: By publisher, its newest attachment; a reconnected publisher may briefly have two.
+        known: By publisher, its sequence numbers when it was last detached.
         lost: Messages that never arrived over an unbroken link.
         lost_on_break: Messages that never arrived because a link broke.
     """
