@@ -1,4 +1,4 @@
-"""One client's connection: takes the frames that its channel receives to the router of its graph."""
+"""One client's connection: passes the frames that its channel receives to the router of its graph."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Connection:
         self.channel = Channel(Role.BROKER, self, loop=loop, max_message_bytes=options.max_message_bytes)
         self._link = Link(self.channel, options, loop.time())
         self._inspects: list[int] = []
-        """Ids of the INSPECTs of one read: one answer is computed for all of them."""
+        """Ids of the INSPECTs of one read, which share one answer."""
 
     def opened(self) -> None:
         """ChannelHandler: the transport is open."""
@@ -139,8 +139,8 @@ class Connection:
         reason = escape(str(error))
         logger.warning("Closing %s: %s: %s", self._link, error.code.name, reason)
         self._dispatcher.note_ending(self._link, f"{error.code.name}: {reason}")
-        # The connection may last until the peer has read why, but nobody should wait for the peer that long.
-        # Not now: this may be called in the midst of deliveries.
+        # The connection may last until the peer has read the reason, but its nodes leave the graph before.
+        # Not at once: this may be called during deliveries.
         self._loop.call_soon(self._dispatcher.leave, self._link)
 
     def closed(self, error: Exception | None) -> None:

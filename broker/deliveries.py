@@ -1,4 +1,4 @@
-"""What a router asks for on behalf of one peer: each delivery knows how it reaches the peer's channel."""
+"""Deliveries: what a router returns for its peers. Each knows how to reach its peer's channel."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Recipient(Protocol):
         ...
 
     def fail(self, error: ProtocolError) -> None:
-        """Tell the peer why, and close."""
+        """Send ERROR with the reason, and close."""
         ...
 
 
@@ -119,5 +119,5 @@ class Close(Delivery):
     text: str
 
     def deliver(self, channel: Recipient) -> None:
-        """Tell the peer why, and close."""
+        """Send ERROR with the reason, and close."""
         channel.fail(ProtocolError(self.code, self.text))

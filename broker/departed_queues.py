@@ -1,7 +1,7 @@
-"""Publisher queues that have lost their publisher or their reader, and the sums of what queues have carried.
+"""Publisher queues without a publisher or without a reader, and the counts of all queues so far.
 
-What a publisher sent before it went is still delivered, so its queues stay until they are empty. Then they
-are forgotten, and their counts are kept.
+Messages that a publisher sent before it left are still delivered, so its queues stay until they are empty.
+Then they are removed, and their counts are kept.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MAX_EARLIER_IDS: Final = 100
 class PeerQueue(NamedTuple):
     """A publisher queue, the topic that it counts for, and the peer that reads it.
 
-    `earlier_ids` are ids under which its publisher has gone and come back: their DETACHED may still be in it.
+    `earlier_ids` are ids that its publisher had before it came back; their DETACHED may still be in it.
     """
 
     queue: PublisherQueue
@@ -49,7 +49,7 @@ class DepartedQueues:
         self._forgotten = Tally()
 
     def add(self, gid: bytes, publisher: int, peer_queue: PeerQueue) -> None:
-        """Add a queue whose publisher, of this gid and id, is gone; its content is still wanted."""
+        """Add a queue whose publisher, of this gid and id, is gone; its content is still delivered."""
         peer = peer_queue.peer
         queues = self._resumable.setdefault(peer, {})
         key = gid, peer_queue.topic.name
@@ -73,7 +73,7 @@ class DepartedQueues:
         return None if peer_queue is None else peer_queue.queue
 
     def resume(self, peer: int, gid: bytes, topic: str) -> PeerQueue | None:
-        """Give a publisher that is back the queue it left, unless that is empty."""
+        """Remove and return the queue that a returning publisher left; None if it is empty."""
         queue = self.latest(peer, gid, topic)
         if queue is None or queue.empty:
             return None
@@ -97,16 +97,18 @@ class DepartedQueues:
 
     def _forget_empty(self) -> None:
         for peer, queues in tuple(self._resumable.items()):
-            self._resumable[peer] = {key: each for key, each in queues.items() if not self._is_over(each)}
+            self._resumable[peer] = {
+                key: each for key, each in queues.items() if not self._drop_if_empty(each)
+            }
         for peer, peer_queues in tuple(self._final.items()):
-            self._final[peer] = [each for each in peer_queues if not self._is_over(each)]
+            self._final[peer] = [each for each in peer_queues if not self._drop_if_empty(each)]
         self._resumable = {peer: queues for peer, queues in self._resumable.items() if queues}
         self._final = {peer: queues for peer, queues in self._final.items() if queues}
         self._count = sum(map(len, self._resumable.values())) + sum(map(len, self._final.values()))
         # Twice what has stayed: checking too often would cost the square of it.
         self._forget_at = max(FORGET_QUEUES, 2 * self._count)
 
-    def _is_over(self, peer_queue: PeerQueue) -> bool:
+    def _drop_if_empty(self, peer_queue: PeerQueue) -> bool:
         if not peer_queue.queue.empty:
             return False
         self._forgotten.add(peer_queue.queue)

@@ -1,4 +1,4 @@
-"""The links and graphs of one broker: which links have joined which graph, and how deliveries reach them."""
+"""The links of one broker and the graphs that they have joined; delivers what the routers return."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Dispatcher:
 
     Attributes:
         links: All links.
-        strangers: Those that have not finished their handshake.
-        joined: By graph, the links that have joined it, by peer.
+        strangers: Links that have not finished their handshake.
+        joined: By router, the links of its graph, by peer.
         draining: Whether the broker is stopping: no peer may join any more.
         on_progress: Called after each delivery, write and end of a link; set while draining.
-        closed_bytes_received, closed_bytes_sent: Bytes of the links that are gone.
+        closed_bytes_received, closed_bytes_sent: Bytes of the closed links.
     """
 
     def __init__(self, options: BrokerOptions, capacity: Capacity, node_log_level: int) -> None:
@@ -92,7 +92,7 @@ class Dispatcher:
         return router
 
     def leave(self, link: Link) -> None:
-        """Take a link out of its graph, and close it."""
+        """Remove a link from its graph, and close it."""
         router, link.router = link.router, None
         if router is not None:
             self.note_ending(link, "")
@@ -108,21 +108,21 @@ class Dispatcher:
 
         Args:
             link: The link.
-            reason: For the log; "" if the link just closes. While the broker stops, that is the reason.
-            left: Whether the client wants to stop, so that its nodes have not died.
+            reason: For the log; "" if there is no special one. Ignored while the broker stops.
+            left: Whether the client stops on purpose, so that its nodes count as left, not as dead.
         """
         if not link.ending:
             link.left = left or self.draining
             link.ending = "the broker is stopping" if self.draining else reason or "closed"
 
     def suspend(self, link: Link, router: Router, now: float) -> None:
-        """Take a silent link's endpoints out of the graph until it is heard again."""
+        """Remove a silent link's endpoints from the graph until something arrives on it again."""
         logger.warning("%s has been silent for %.1f s: suspended", link, now - link.liveness.heard_at)
         link.suspended_at = now
         self.deliver(router, router.suspend(link.peer))
 
     def restore(self, link: Link) -> None:
-        """Put the endpoints of a suspended link that is heard again back into the graph."""
+        """Put the endpoints of a suspended link back into the graph, because something has arrived on it."""
         link.suspended_at = None
         if link.router is not None:
             logger.warning("%s is back", link)
@@ -134,7 +134,7 @@ class Dispatcher:
         self.note_progress()
 
     def note_progress(self) -> None:
-        """Let a drain look again."""
+        """Let a drain check its conditions again."""
         if self.on_progress is not None:
             self.on_progress()
 
@@ -149,7 +149,7 @@ class Dispatcher:
                 continue
             if not (channel := link.channel).connected:
                 delivery.lose()
-                channel.outbox = Outbox()  # nothing of it is sent any more, and its queues may be empty now
+                channel.outbox = Outbox()  # it is not sent any more; its queues may be empty now
                 continue
             unflushed[link] = None
             delivery.deliver(channel)
@@ -171,6 +171,6 @@ class Dispatcher:
             self.on_progress()
 
     def descriptors(self) -> Iterator[int]:
-        """DescriptorOwner: those of all links."""
+        """DescriptorOwner: the descriptors of all links."""
         for link in tuple(self.links):
             yield from link.channel.descriptors()

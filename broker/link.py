@@ -1,4 +1,4 @@
-"""One client's link, as all parts of a broker see it: its identity, state and limits."""
+"""The broker's side of one client's link: its identity, state and limits."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class Link:
         router: The router of the graph it has joined; None before the handshake and after it has left.
         peer: Its number in that graph.
         session: Its number in the broker; 0 before the handshake.
-        agent: The client's name for itself, safe to show.
+        agent: The client's software and version, sanitized.
         address: Its host and port, or "unix socket".
         opened_at: Loop time when it was opened.
         check_at: Loop time of the next keepalive check, even if nothing relies on the link.
         suspended_at: Loop time since which it is suspended for silence, or None.
         was_relied_on: Whether something relied on the link at the last keepalive check.
         behind: Whether frames that it sent before the broker's hold may still arrive.
-        left: Whether it ends because the client or the broker stops.
+        left: Whether it ends because the client or the broker stops on purpose.
         ending: Why it ends; "" until that is known.
     """
 
@@ -63,13 +63,13 @@ class Link:
         self.liveness = Liveness(now)
 
     def fail(self, code: ErrorCode, text: str) -> None:
-        """Tell the peer why, and close."""
+        """Send ERROR with the reason, and close."""
         self.channel.fail(ProtocolError(code, text))
 
     def fail_if_over_limit(self) -> None:
         """Close the link if more waits for it than its limits allow and nothing of that may be dropped."""
         outbox, options = self.channel.outbox, self._options
-        if outbox.bulk_bytes > options.max_bulk_bytes:  # however fast the peer reads: so much came at once
+        if outbox.bulk_bytes > options.max_bulk_bytes:  # independent of how fast the peer reads
             text = (
                 f"{outbox.bulk_bytes} bytes of latched messages and large calls wait for this link,"
                 f" and {options.max_bulk_bytes} may (the broker's --max-bulk-bytes)"
@@ -83,7 +83,7 @@ class Link:
         self.fail(ErrorCode.LIMIT, text)
 
     def turn_away(self, code: ErrorCode, text: str) -> None:
-        """Tell a peer without a session why it is refused, and close; log nothing for each of many."""
+        """Send ERROR to a peer without a session, and close; the refusal is not logged here."""
         self.channel.send(frames.Error(code, text))
         self.channel.flush()
         self.channel.close()
@@ -103,7 +103,7 @@ class Link:
         return outbox.undroppable_bytes > 0 or outbox.has_more
 
     def say_goodbye(self) -> None:
-        """Tell the peer that the broker stops; the peer closes when it has read everything."""
+        """Send GOODBYE because the broker stops; the peer closes when it has read everything."""
         if self.channel.session.state is State.OPEN:
             self.channel.send(frames.Goodbye("the broker is stopping"))
             self.channel.flush()
@@ -111,7 +111,7 @@ class Link:
             self.channel.close()
 
     def silent_sec(self, now: float) -> float:
-        """Return for how long nothing has arrived, as far as the checks have noticed."""
+        """Return the seconds without a sign of life, as of the last keepalive check."""
         return self.liveness.silent_s(now, self.channel.bytes_received)
 
     def __str__(self) -> str:

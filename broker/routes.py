@@ -1,4 +1,4 @@
-"""Routes: on which links a publisher's batches go out. Decided at attachment, never per message.
+"""Routes: the links that get a publisher's batches. Decided at attachment, never per message.
 
 A publisher has one route to each link with matched subscriptions: a batch goes there once, byte for byte.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from broker.attachments import Attachments
+from broker.attachment_frames import AttachmentFrames
 from broker.deliveries import Close, Discard, Enqueue, Send
 from broker.departed_queues import DepartedQueues, PeerQueue
 from broker.latched import latch, unlatch
@@ -36,10 +36,10 @@ class Routes:
 
     Attributes:
         routed: Messages that reached at least one link.
-        copies: Messages times links they were routed to: `tallies` says what has become of them.
+        copies: Messages, counted once per link to which they were routed; `tallies` has their outcomes.
         unmatched: Messages without a subscription.
-        stale: Messages discarded because their numbers had been seen.
-        latched_dropped: Messages that late joiners will miss: too many bytes are latched.
+        stale: Messages discarded because their sequence numbers had been received before.
+        latched_dropped: Latched messages dropped because too many bytes were latched.
     """
 
     def __init__(self, emit: Callable[[Delivery], None], *, max_queue_bytes: int) -> None:
@@ -47,7 +47,7 @@ class Routes:
         self._max_queue_bytes = max_queue_bytes
         self._publishers: dict[int, PublisherRecord] = {}
         self._departed = DepartedQueues()
-        self._attachments = Attachments(emit)
+        self._attachments = AttachmentFrames(emit)
         self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
 
     # Publishers
@@ -57,7 +57,7 @@ class Routes:
         self._publishers[publisher.key] = publisher
 
     def remove_publisher(self, publisher: PublisherRecord) -> None:
-        """Accept no more batches of a publisher that is gone for good."""
+        """Remove a publisher that will not come back, and its latched messages."""
         self._publishers.pop(publisher.key, None)
         unlatch(publisher)
 
@@ -91,8 +91,8 @@ class Routes:
     def _new_route(self, peer: Peer, publisher: PublisherRecord, depth: int | None) -> Route:
         """Return a route to a peer.
 
-        A publisher that is back resumes the queue it left if that is not empty yet: its messages must not
-        overtake those it sent before.
+        A publisher that has come back resumes the queue it left if that is not empty yet, so that its new
+        messages do not overtake the earlier ones.
         """
         left = self._departed.resume(peer.id, publisher.gid, publisher.name)
         if left is None:
@@ -101,7 +101,7 @@ class Routes:
         return Route(peer, left.queue, publisher.topic, earlier_ids=left.earlier_ids)
 
     def detach(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
-        """Stop routing to a subscription that leaves; discard what waits for no other one on its link."""
+        """Stop routing to a subscription that leaves; discard the queue if nobody else needs it."""
         peer = subscription.peer
         route = publisher.routes[peer.id]
         if peer.suspended:
@@ -126,9 +126,9 @@ class Routes:
         publisher.routes.clear()
 
     def report_gone(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
-        """Tell a subscription that a publisher known to it as suspended will not come back."""
+        """Report to a subscription that a publisher, known to it as suspended, will not come back."""
         peer = subscription.peer.id
-        # Behind the publisher's messages and behind the DETACHED that says it is suspended.
+        # After the publisher's messages and the DETACHED with the reason SUSPENDED.
         queue = self._departed.latest(peer, publisher.gid, publisher.name)
         self._attachments.detach(publisher.key, peer, (subscription.id,), DetachReason.GONE, queue)
 
@@ -212,7 +212,7 @@ class Routes:
     # Statistics
 
     def tallies(self) -> tuple[Tally, dict[TopicRecord, Tally]]:
-        """Return what has become of all copies: their sum is always `copies`; and the same by topic."""
+        """Return the outcomes of all copies, whose sum is always `copies`, in total and by topic."""
         return self._departed.tallies(self._queues_in_use())
 
     def peer_queues(self) -> list[PeerQueue]:

@@ -34,7 +34,7 @@ class Topics:
         self._routes = routes
         self._topics: dict[str, TopicRecord] = {}
         self._held = False
-        """Whether the broker stops: every publisher is held."""
+        """Whether the broker is stopping, so that every publisher is held."""
         self._notices = notices
 
     def records(self) -> Collection[TopicRecord]:
@@ -42,12 +42,12 @@ class Topics:
         return self._topics.values()
 
     def join_publisher(self, publisher: PublisherRecord) -> None:
-        """Match a publisher that is new or back."""
+        """Match a publisher that is new or restored."""
         self._routes.prune()
         self._routes.add_publisher(publisher)
         topic = publisher.topic = self._topic(publisher.name)
         topic.publishers[publisher.key] = publisher
-        for subscription in publisher.awaited_by.values():  # each of them is about to be attached again
+        for subscription in publisher.awaited_by.values():  # each is attached again below
             del subscription.awaits[publisher.key]
         publisher.awaited_by.clear()
         self._notices.begin(publisher)
@@ -58,7 +58,7 @@ class Topics:
             self._hold(publisher)
 
     def join_subscription(self, subscription: SubscriptionRecord) -> None:
-        """Match a subscription that is new or back."""
+        """Match a subscription that is new or restored."""
         self._routes.prune()
         topic = self._topic(subscription.name)
         topic.subscriptions[subscription.key] = subscription
@@ -87,7 +87,7 @@ class Topics:
                 subscription.awaits[publisher.key] = publisher
         publisher.matched.clear()
         publisher.credit.limits = CreditLimits()
-        if publisher.peer.suspended:  # it may come back to readers that set no limit
+        if publisher.peer.suspended:  # it may be restored to readers that set no limit
             if self._held:
                 self._hold(publisher)
             else:
@@ -106,7 +106,7 @@ class Topics:
         subscription.matched.clear()
         for publisher in subscription.awaits.values():
             del publisher.awaited_by[subscription.key]
-            if subscription.peer.suspended:  # afterwards nothing will say that it waits for the publisher
+            if subscription.peer.suspended:  # this is forgotten below
                 self._routes.report_gone(publisher, subscription)
         subscription.awaits.clear()
         self._notices.set_count(subscription, 0)
@@ -159,7 +159,7 @@ class Topics:
     # Flow control
 
     def grant(self, peer: Peer, frame: frames.Grant) -> None:
-        """Raise the limits that a subscription sets; a GRANT may have crossed the publisher's DETACHED."""
+        """Raise the limits that a subscription sets; ignore a GRANT that crossed the publisher's DETACHED."""
         subscription = peer.endpoints.get(frame.subscription)
         if not isinstance(subscription, SubscriptionRecord):
             return

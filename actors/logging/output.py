@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.config import environment
 from actors.logging.logger import ROOT_NAME, LoggingSeverity, severity_from_name
-from actors.logging.terminal_text import LEVEL_COLORS, RESET, harmless
+from actors.logging.terminal_text import LEVEL_COLORS, RESET, escape_controls
 from proto.errors import escape
 
 if TYPE_CHECKING:
@@ -47,7 +47,8 @@ class RosFormatter(logging.Formatter):
         seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
         label = _LABELS.get(record.levelno, record.levelname)
         name = record.name.removeprefix(ROOT_NAME + ".")
-        text = f"[{label}] [{seconds}.{nanoseconds:09d}] [{escape(name)}]: {harmless(self._message(record))}"
+        message = escape_controls(self._message(record))
+        text = f"[{label}] [{seconds}.{nanoseconds:09d}] [{escape(name)}]: {message}"
         if self._color and label in LEVEL_COLORS:
             return f"{LEVEL_COLORS[label]}{text}{RESET}"
         return text

@@ -7,12 +7,12 @@ from typing import Final
 
 LEVEL_COLORS: Final = {"DEBUG": "\x1b[32m", "WARN": "\x1b[33m", "ERROR": "\x1b[31m", "FATAL": "\x1b[31m"}
 RESET: Final = "\x1b[0m"
-# Controls but for line end and tab, and what turns the direction of text or cannot be encoded.
-_HARMFUL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+# Controls except line end and tab, characters that reverse the direction of text, and lone surrogates.
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
-def harmless(text: str) -> str:
-    """Return a text whose control characters, but for line ends and tabs, are escaped."""
+def escape_controls(text: str) -> str:
+    """Escape the control characters of a text, except line ends and tabs."""
     if text.isprintable():
         return text
-    return _HARMFUL.sub(lambda match: match[0].encode("unicode_escape").decode(), text)
+    return _CONTROLS.sub(lambda match: match[0].encode("unicode_escape").decode(), text)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
-import broker.attachments
+import broker.attachment_frames
 import broker.latched
 import broker.routes
 from actors.callbacks.deadlines import Deadlines
@@ -167,7 +167,7 @@ def latches_backwards() -> Iterator[None]:
     def backwards(publisher: Any, subscription: Any) -> list[Replay]:
         return list(broker.latched.replays(publisher, subscription))[::-1]
 
-    with mock.patch.object(broker.attachments, "replays", backwards):
+    with mock.patch.object(broker.attachment_frames, "replays", backwards):
         yield
 
 
@@ -419,7 +419,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "credit comes": (does_nothing(CreditGrants, "taken"), True),
     "replies go to their caller": (answers_somebody_else, True),
     "requests come once": (answers_twice, True),
-    "deadlines end calls": (does_nothing(Deadlines, "_ring"), True),
+    "deadlines end calls": (does_nothing(Deadlines, "_expire_due"), True),
     "handlers of callers that give up are cancelled": (does_nothing(ClientEndpoint, "_withdraw"), True),
     "calls to a server that goes end": (does_nothing(Calls, "server_left"), True),
     "the silent are noticed": (never_judges, False),
@@ -431,7 +431,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "errors of callbacks are counted": (does_nothing(NodeContext, "callback_failed"), True),
     "links that are gone are forgotten": (relies_on_the_gone, True),
     "suspensions are forgotten": (remembers_suspensions, False),
-    "queues that are empty are forgotten": (does_nothing(DepartedQueues, "_is_over"), True),
+    "queues that are empty are forgotten": (does_nothing(DepartedQueues, "_drop_if_empty"), True),
     "a stopped broker leaves nothing": (leaves_its_check, True),
     "the suspended come back": (among(restores_nobody, faults.freeze, faults.stop), False),
     "those that are gone are not waited for": (says_that_all_are_silent, False),

@@ -18,7 +18,7 @@ from actors.launch.output.sanitize import has_controls, plain_line
 from actors.launch.output.wording import message_of
 from actors.launch.planning.events import Level, Message, ProcessEvent, ProcessIO, Stream
 from actors.launch.planning.steps import OutputMode
-from actors.logging.terminal_text import harmless
+from actors.logging.terminal_text import escape_controls
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -77,8 +77,8 @@ class LogFiles:
             if writes:
                 self._add(_Entry(len(event.lines), writes))
         elif (message := message_of(event)) is not None:
-            level, text = message.level.value, harmless(message.text)
-            line = f"{_stamp()} [{level}] [{harmless(message.about)}]: {text}\n"
+            level, text = message.level.value, escape_controls(message.text)
+            line = f"{_stamp()} [{level}] [{escape_controls(message.about)}]: {text}\n"
             self._add(_Entry(1, ((LAUNCH_LOG, line.encode(errors="backslashreplace")),)))
 
     def close(self, timeout_sec: float) -> bool:
@@ -153,7 +153,7 @@ def _writes(event: ProcessIO) -> list[tuple[str, bytes]]:
     mode, label = event.process.output, event.process_name
     writes: list[tuple[str, bytes]] = []
     if mode in _TOGETHER:
-        writes.append((LAUNCH_LOG, _plain(event, f"{_stamp()} [{harmless(label)}] ")))
+        writes.append((LAUNCH_LOG, _plain(event, f"{_stamp()} [{escape_controls(label)}] ")))
     if mode in _APART:
         name, lines = _file_name(label), _plain(event)
         writes.append((f"{name}.log", lines))

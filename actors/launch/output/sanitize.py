@@ -1,7 +1,7 @@
-"""Sanitize the lines of programs: take out what would control the terminal that shows them.
+"""Remove from the lines of programs what would control the terminal that shows them.
 
 The output has the lines of many programs: none of them may clear the screen, move the cursor or write
-over its label. Colours may stay. A line with nothing to take out costs a look.
+over its label. Colours may stay. A line without controls is checked only.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import re
 from typing import Final
 
 _CONTROLS: Final = bytes((*range(0x09), *range(0x0A, 0x20), 0x7F))
-"""All but the tab."""
-_NEWER_BEGIN: Final = b"\xc2"
-"""Of the newer controls, and of some letters, in UTF-8."""
-_NEWER: Final = re.compile(rb"\xc2[\x80-\x9f]")
+"""C0 controls except the tab."""
+_C1_BEGIN: Final = b"\xc2"
+"""The first byte of C1 controls, and of some letters, in UTF-8."""
+_C1: Final = re.compile(rb"\xc2[\x80-\x9f]")
 _COLORS: Final = rb"\x1b\[[0-9;:]*m"
 _SEQUENCES: Final = (
     rb"(?:\x1b\[|\xc2\x9b)[0-?]*[ -/]*[@-~]"
@@ -27,24 +27,24 @@ _ALL_BUT_COLORS: Final = re.compile(rb"(" + _COLORS + rb")|" + _SEQUENCES)
 
 
 def has_controls(text: bytes) -> bool:
-    """Tell whether a text may have anything in it that has_controls a terminal, colours among it."""
+    """Return whether a text has controls of a terminal, including colours."""
     if len(text.translate(None, _CONTROLS)) != len(text):
         return True
-    return _NEWER_BEGIN in text and _NEWER.search(text) is not None
+    return _C1_BEGIN in text and _C1.search(text) is not None
 
 
 def sanitize_line(line: bytes) -> bytes:
-    """Return a line as it may be shown: with its colours, and of what overwrites itself, the last state."""
+    """Remove all controls except colours; of a line that overwrites itself, keep the last state."""
     if not has_controls(_COLOR.sub(b"", line)):  # the common case is quick
         return line
     return _ALL_BUT_COLORS.sub(rb"\1", _last_state(line))
 
 
 def plain_line(line: bytes) -> bytes:
-    """Return a line without colours, too."""
+    """Remove all controls, including colours."""
     return _ALL.sub(b"", _last_state(line)) if has_controls(line) else line
 
 
 def _last_state(line: bytes) -> bytes:
-    """Return what is behind the last carriage return, or before it at the end: progress bars use it so."""
+    """Return the text after the last carriage return, except one at the end, as of progress bars."""
     return line.rstrip(b"\r").rpartition(b"\r")[2]

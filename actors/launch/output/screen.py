@@ -8,7 +8,7 @@ from actors.launch.output.sanitize import has_controls, sanitize_line
 from actors.launch.output.wording import message_of
 from actors.launch.planning.events import Level, ProcessIO, Stream
 from actors.launch.planning.steps import OutputMode
-from actors.logging.terminal_text import LEVEL_COLORS, RESET, harmless
+from actors.logging.terminal_text import LEVEL_COLORS, RESET, escape_controls
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -52,14 +52,14 @@ class Screen:
     def _said(self, message: Message) -> bytes:
         level = message.level.value
         if self._color and message.level is not Level.INFO:
-            begin, end = f"{LEVEL_COLORS[level]}[{level}] [{harmless(message.about)}]: ", f"{RESET}\n"
+            begin, end = f"{LEVEL_COLORS[level]}[{level}] [{escape_controls(message.about)}]: ", f"{RESET}\n"
         else:
             begin, end = f"[{level}] {self._label(message.about)}: ", "\n"
-        lines = harmless(message.text).split("\n")
+        lines = escape_controls(message.text).split("\n")
         return "".join(f"{begin}{line}{end}" for line in lines).encode(errors="backslashreplace")
 
     def _label(self, name: str) -> str:
-        label = f"[{harmless(name)}]"
+        label = f"[{escape_controls(name)}]"
         number = name.rpartition("-")[2]
         if not self._color or not number.isdecimal():
             return label

@@ -1,4 +1,4 @@
-"""Lines that cannot steer a terminal, and JSON that is JSON."""
+"""Lines without terminal controls, and valid JSON."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from actors.cli.output import print_json, print_out, sanitize
         ("\x07\x9b", "\\x07\\x9b"),
     ],
 )
-def test_text_is_harmless(text: str, shown: str) -> None:
-    """What is not printable is escaped; line ends, tabs and other scripts stay."""
+def test_text_is_sanitized(text: str, shown: str) -> None:
+    """Unprintable characters are escaped; line ends, tabs and other scripts stay."""
     assert sanitize(text) == shown
 
 
-def test_say_escapes(capsys: pytest.CaptureFixture[str]) -> None:
-    """All lines go through `harmless`."""
+def test_print_out_sanitizes(capsys: pytest.CaptureFixture[str]) -> None:
+    """`print_out` sanitizes its lines."""
     print_out("\x1b]0;title\x07")
     assert capsys.readouterr().out == "\\x1b]0;title\\x07\n"
 
 
 def test_json_has_no_nan(capsys: pytest.CaptureFixture[str]) -> None:
-    """What JSON does not have becomes null, at every depth."""
+    """NaN and infinity become null, at every depth."""
     print_json({"a": [1.5, float("nan")], "b": {"c": float("-inf")}})
     assert json.loads(capsys.readouterr().out) == {"a": [1.5, None], "b": {"c": None}}
 

@@ -1,7 +1,7 @@
-"""Batches ATTACHED and DETACHED frames, so that many pairs that come or go at once cost few frames.
+"""Collects ATTACHED and DETACHED frames, so that many attachments that change at once need few frames.
 
 A link that is suspended or restored may have tens of thousands of subscriptions. Both frames name any number
-of subscriptions to one publisher, so pairs are collected by publisher and link until `flush`.
+of subscriptions to one publisher, so attachments are collected by publisher and link until `flush`.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 READERS_PER_FRAME: Final = 4000
-"""Subscriptions named in one ATTACHED or DETACHED frame."""
+"""The most subscriptions in one ATTACHED or DETACHED frame."""
 
 
-class Attachments:
-    """The ATTACHED and DETACHED frames of one graph.
+class AttachmentFrames:
+    """The ATTACHED and DETACHED frames that one graph has to send.
 
     Args:
         emit: Takes each delivery.
@@ -43,9 +43,9 @@ class Attachments:
         self._attached: dict[
             tuple[int, int, int], tuple[PublisherRecord, Route, list[SubscriptionRecord]]
         ] = {}
-        """By publisher, peer, and the first number that is for them."""
+        """By publisher, peer, and first live sequence number."""
         self._detached: dict[tuple[int, int, PublisherQueue | None, DetachReason], list[int]] = {}
-        """By publisher, peer, the queue to send it through, and the reason."""
+        """By publisher, peer, the queue that carries the frame, and the reason."""
         self.pending = False
 
     def attach(self, publisher: PublisherRecord, route: Route, subscription: SubscriptionRecord) -> None:
@@ -71,7 +71,7 @@ class Attachments:
             peer: The subscriptions' peer.
             readers: The subscriptions' ids.
             reason: Why.
-            queue: Send it behind what waits in this queue; None: before everything else.
+            queue: Send the frame after the content of this queue; None: before everything else.
         """
         if self._attached:
             self.flush()

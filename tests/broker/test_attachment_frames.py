@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from broker.attachments import READERS_PER_FRAME, Attachments
+from broker.attachment_frames import READERS_PER_FRAME, AttachmentFrames
 from broker.deliveries import Enqueue
 from proto import frames
 from proto.codec import decode
@@ -124,7 +124,7 @@ def test_attachments_and_detachments_keep_their_order(*, comes_first: bool) -> N
     (route,) = publisher.routes.values()
     (subscription,) = route.subscriptions.values()
     sent_frames: list[Delivery] = []
-    attachments = Attachments(sent_frames.append)
+    attachments = AttachmentFrames(sent_frames.append)
 
     def goes() -> None:
         attachments.detach(number, route.peer.id, [subscription.id], DetachReason.GONE, route.queue)
