@@ -216,7 +216,7 @@ def never_judges() -> Iterator[None]:
 
 
 @contextmanager
-def runs_beside() -> Iterator[None]:
+def runs_concurrently() -> Iterator[None]:
     """Callbacks do not wait for each other."""
     begin = SubscriptionEndpoint.__init__
 
@@ -427,7 +427,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "the graph is right": (does_nothing(Graph, "remove"), False),
     "matching is pushed": (keeps_counts_to_itself(PublisherRecord, SubscriptionRecord), True),
     "servers are pushed": (keeps_counts_to_itself(ServiceRecord, ClientRecord), True),
-    "callbacks run one at a time": (runs_beside, True),
+    "callbacks run one at a time": (runs_concurrently, True),
     "errors of callbacks are counted": (does_nothing(NodeContext, "callback_failed"), True),
     "links that are gone are forgotten": (relies_on_the_gone, True),
     "suspensions are forgotten": (remembers_suspensions, False),

@@ -8,10 +8,10 @@ from actors.launch.description.actions import Launched, Node
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.description.summaries import in_short
 from actors.launch.errors import LaunchError
-from actors.launch.planning.namespaces import absolute_namespace, prefix_namespace
+from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.presence import Presence, PresenceKind
 from proto.errors import escape
-from proto.names import validate_full_service_name, validate_full_topic_name
+from proto.names import normalize_namespace, validate_full_service_name, validate_full_topic_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -90,7 +90,7 @@ def presence(kind: PresenceKind, name: str, namespace: str | None) -> Presence:
     Raises:
         InvalidNameError: Nothing can have that name.
     """
-    full = prefix_namespace(absolute_namespace(namespace or ""), name) or ""
+    full = prefix_namespace(normalize_namespace(namespace or ""), name) or ""
     if kind is PresenceKind.SERVICE:
         validate_full_service_name(full)
     else:  # what a node's name must be a topic's must be, too

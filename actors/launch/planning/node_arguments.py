@@ -12,9 +12,9 @@ from actors.launch.description.actions import ParameterValue
 from actors.launch.description.conditions import truth
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
-from actors.launch.planning.namespaces import absolute_namespace, prefix_namespace
+from actors.launch.planning.namespaces import prefix_namespace
 from proto.errors import escape
-from proto.names import full_node_name, validate_namespace, validate_node_name
+from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -80,7 +80,7 @@ def _namespace(node: Node, scope: Scope) -> str | None:
     namespace = prefix_namespace(scope.namespace, own)
     if namespace is None:
         return None
-    namespace = absolute_namespace(namespace)
+    namespace = normalize_namespace(namespace)
     validate_namespace(namespace)
     return namespace
 

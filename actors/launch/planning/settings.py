@@ -16,10 +16,10 @@ from actors.launch.description.actions import (
 from actors.launch.description.conditions import truth
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
-from actors.launch.planning.namespaces import absolute_namespace, prefix_namespace
+from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.node_arguments import parameter_texts
 from proto.errors import escape
-from proto.names import validate_namespace
+from proto.names import normalize_namespace, validate_namespace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -38,7 +38,7 @@ def apply_setting(action: Setting, scope: Scope) -> None:
     match action:
         case PushNamespace():
             scope.namespace = prefix_namespace(scope.namespace, resolve(action.namespace, scope))
-            validate_namespace(absolute_namespace(scope.namespace or ""))
+            validate_namespace(normalize_namespace(scope.namespace or ""))
         case SetLaunchConfiguration():
             scope.configurations[resolve(action.name, scope)] = resolve(action.value, scope)
         case SetEnvironmentVariable():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.launch.planning.namespaces import absolute_namespace, prefix_namespace
+from actors.launch.planning.namespaces import prefix_namespace
 
 
 @pytest.mark.parametrize(
@@ -22,11 +22,5 @@ from actors.launch.planning.namespaces import absolute_namespace, prefix_namespa
     ],
 )
 def test_namespaces_are_joined(base: str | None, namespace: str | None, whole: str | None) -> None:
-    """An absolute one stands for itself; slashes at the end count for nothing."""
+    """An absolute one stays unchanged; slashes at the end are ignored."""
     assert prefix_namespace(base, namespace) == whole
-
-
-@pytest.mark.parametrize(("namespace", "absolute"), [("", "/"), ("asd", "/asd"), ("/asd", "/asd")])
-def test_a_namespace_becomes_absolute(namespace: str, absolute: str) -> None:
-    """The empty one is the root."""
-    assert absolute_namespace(namespace) == absolute
