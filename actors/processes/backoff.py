@@ -1,20 +1,20 @@
-"""How long to wait before something is started again."""
+"""Growing delays before restarts."""
 
 from __future__ import annotations
 
 from typing import Final
 
 SETTLED_BACKOFFS: Final = 2
-"""What has lived this many times the longest delay is taken to be well again: delays begin anew."""
+"""A run of this many times the longest delay counts as stable: the next delay is the first one again."""
 
 
 class Backoff:
-    """Delays before restarts. Each is longer than the one before, up to the longest.
+    """Delays before restarts: each is longer than the one before, up to a limit.
 
     Args:
         first_sec: The first delay.
-        longest_sec: The longest one.
-        factor: By what delays grow.
+        longest_sec: The longest delay.
+        factor: The ratio of a delay to the one before.
     """
 
     def __init__(self, first_sec: float, longest_sec: float, factor: float = 2.0) -> None:
@@ -24,7 +24,7 @@ class Backoff:
         self._next_sec = first_sec
 
     def next(self, lived_sec: float) -> float:
-        """Return the delay after something has lived so long."""
+        """Return the delay before the next restart, after a run of `lived_sec`."""
         if lived_sec >= SETTLED_BACKOFFS * self._longest_sec:
             self.reset()
         delay = self._next_sec
@@ -32,5 +32,5 @@ class Backoff:
         return delay
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Begin with the first delay again."""
         self._next_sec = self._first_sec

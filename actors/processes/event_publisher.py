@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 TOPIC: Final = "~/child_events"
 
 LATCHED_EVENTS: Final = 100
-"""What a late subscriber still gets."""
+"""Events that a late subscriber still gets."""
 
 _WARN_EVERY_SEC: Final = 1.0
 
 
 class EventPublisher:
-    """Tells everybody about a supervisor's children.
+    """Publishes events of a supervisor's children.
 
     Args:
         name: The supervisor's name.
-        node: Publishes the events; None: nobody does.
+        node: Publishes the events on `TOPIC`; None: they are not published there.
 
     Attributes:
         lost: Events that could not be published; each is logged, at most one a second.
@@ -47,20 +47,20 @@ class EventPublisher:
         self._publisher = None if node is None else node.create_publisher(ChildEventMessage, TOPIC, latched)
 
     def watcher(self, *, ended: bool) -> ChildEvents:
-        """Return a new watcher. It is forgotten when its user has forgotten it."""
+        """Return a new watcher, to which only a weak reference is kept."""
         watcher = ChildEvents(ended=ended)
         self._watchers.add(watcher)
         return watcher
 
     def notify(self, event: ChildEvent) -> None:
-        """Tell everybody of an event."""
+        """Log an event, and give it to the watchers and the topic."""
         self._write(event)
         for watcher in tuple(self._watchers):
             watcher.put(event)
         self._publish(event)
 
     def end(self) -> None:
-        """No more will happen."""
+        """End all watchers: there are no more events."""
         for watcher in tuple(self._watchers):
             watcher.end()
 
@@ -70,7 +70,7 @@ class EventPublisher:
             return
         try:
             publisher.publish(message_of(event))
-        except Exception as error:  # noqa: BLE001 - the children are worth more than word of them
+        except Exception as error:  # noqa: BLE001 - supervision goes on without events
             self.lost += 1
             self._log.error(
                 f"Lost child event number {self.lost}, it cannot be published: {error_text(error)}",
@@ -84,7 +84,7 @@ class EventPublisher:
             case ChildEventKind.STARTED:
                 self._log.info(f"{who} started" + (f" with pid {event.pid}" if event.pid else ""))
             case ChildEventKind.ENDED if outcome is not None and not outcome.normal:
-                # An exit is not an error; it says all by its code.
+                # An exit has a code, and needs no traceback.
                 error = outcome.error if isinstance(outcome.error, Exception) else None
                 self._log.error(f"{who} died: {event.reason}", exc_info=error)
             case ChildEventKind.ENDED:

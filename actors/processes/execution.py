@@ -1,8 +1,8 @@
-"""One execution of a child: one task, and ever stronger ways to stop it.
+"""One execution of a child: one task, and steps to stop it, each stronger than the one before.
 
-`stop` takes the first step; each further one is due when the child has not ended within the time that the
-step before it gives. After the last one the child is given up, so that stopping always ends. A step is taken
-first and reported then: stopping does not depend on those who listen.
+`stop` takes the first step. If the child has not ended within the time limit of a step, the next one follows.
+After the last one the child is abandoned, so that stopping always ends. Each step is taken before it is
+reported, so that stopping does not depend on listeners.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ if TYPE_CHECKING:
     from actors.runtime.programs import Factory
 
 LAST_STEP_SEC: Final = 2.0
-"""What the strongest way to stop a child gets before the child is given up."""
+"""Seconds from the last step until the child is abandoned."""
 
 
 class Execution(ABC):
     """One execution of a child.
 
     Args:
-        child: What it is.
-        log: Gets what goes wrong.
-        on_started: Called when it runs.
-        on_ended: Called once, with how it ended.
+        child: The child.
+        log: Gets warnings and errors.
+        on_started: Called when the child runs.
+        on_ended: Called once, with the child's outcome.
 
     Attributes:
-        pid: Of a process; None before it runs, and for others.
+        pid: The process's id; None before it runs, and for children that are not processes.
     """
 
     def __init__(
@@ -61,21 +61,21 @@ class Execution(ABC):
         self._hurried = False
         self._timer: asyncio.TimerHandle | None = None
         self._task: asyncio.Task[Outcome] | None = None
-        self._over = False
+        self._ended = False
 
     def start(self, context: Context) -> None:
-        """Begin, in a copy of this context."""
+        """Start the child in a copy of this context."""
         loop = asyncio.get_running_loop()
         self._task = loop.create_task(self._run(), name=f"child {self._child.name}", context=context.copy())
         self._task.add_done_callback(self._done)
 
     def stop(self) -> None:
-        """Begin to stop it. It ends within what each step gives it, and then `LAST_STEP_SEC`."""
+        """Begin to stop the child. It ends within the time limits of all steps together."""
         if self._step < 0:
             self._take(0)
 
     def hurry(self) -> None:
-        """Stop it with what is strongest, now. It ends within `LAST_STEP_SEC`."""
+        """Take the last step now. The child ends within `LAST_STEP_SEC`."""
         if self._hurried:
             return
         self._hurried = True
@@ -83,23 +83,23 @@ class Execution(ABC):
         last = len(self._steps) - 1
         if self._step < last:
             self._take(last)
-        elif not self._over:  # its own wait may be long
-            self._await(last)
+        elif not self._ended:  # its own time limit may be longer
+            self._begin_limit(last)
 
     @abstractmethod
     def _stop_steps(self) -> list[Callable[[], None]]:
-        """Return the ways to stop it, the strongest last."""
+        """Return the steps to stop the child, the strongest last."""
 
     @abstractmethod
     def _run(self) -> Coroutine[Any, Any, Outcome]:
-        """Live, from the start to the end."""
+        """Run the child from its start to its end."""
 
     def _patience_sec(self, step: int) -> float:
-        """Return how long the child may take after a step."""
+        """Return the time limit of a step."""
         return LAST_STEP_SEC if step == len(self._steps) - 1 else self._child.stop_timeout_sec
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
-        """Say something about the child; the text goes on where its name ends."""
+        """Log a text about the child; it follows the child's name."""
         self._log.log(f"Child '{self._child.name}' {text}", severity)
 
     @property
@@ -108,14 +108,14 @@ class Execution(ABC):
         return self._step >= 0
 
     def _take(self, step: int) -> None:
-        if self._over:
+        if self._ended:
             return
         self._step = step
-        self._await(step)
+        self._begin_limit(step)
         self._steps[step]()
 
-    def _await(self, step: int) -> None:
-        """Wait for what a step brings about."""
+    def _begin_limit(self, step: int) -> None:
+        """Begin the time limit of a step."""
         self._forget_timer()
         wait = LAST_STEP_SEC if self._hurried else self._patience_sec(step)
         last = step == len(self._steps) - 1
@@ -139,10 +139,10 @@ class Execution(ABC):
 
     def _end(self, outcome: Outcome) -> None:
         self._forget_timer()
-        if self._over:
+        if self._ended:
             return
-        self._over = True
-        self._on_ended(_as_wanted(outcome) if self.stopping else outcome)
+        self._ended = True
+        self._on_ended(_as_stopped(outcome) if self.stopping else outcome)
 
     def _forget_timer(self) -> None:
         if self._timer is not None:
@@ -150,15 +150,15 @@ class Execution(ABC):
             self._timer = None
 
 
-def _as_wanted(outcome: Outcome) -> Outcome:
+def _as_stopped(outcome: Outcome) -> Outcome:
     """Return the outcome of a child that was stopped: normal, unless it crashed meanwhile."""
-    obeyed = (
+    graceful = (
         outcome.normal
         or isinstance(outcome.error, asyncio.CancelledError)
         or outcome.signal_name in {"SIGINT", "SIGTERM"}
     )
     return (
-        replace(outcome, normal=True, reason="stopped by its supervisor", error=None) if obeyed else outcome
+        replace(outcome, normal=True, reason="stopped by its supervisor", error=None) if graceful else outcome
     )
 
 

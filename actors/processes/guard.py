@@ -72,7 +72,7 @@ class Guard:
         output: int | None = None,
         errors: int | None = None,
     ) -> Process:
-        """Start a process under guard. Say `forget` when it has ended.
+        """Start a process under guard. Call `forget` when it has ended.
 
         Its stdin is empty; its stdout and stderr are `output`, or this process's; its stderr is `errors` if
         that is given. A command that cannot be run ends with 127, or 126 if it is there, and a line on
@@ -95,12 +95,12 @@ class Guard:
         return process
 
     def forget(self, pid: int) -> None:
-        """A process and its group are gone; the number may be another's soon."""
+        """Stop guarding a process that has ended; its id may be reused."""
         self._groups.discard(pid)
         self._write(f"- {pid}\n")
 
     async def close(self) -> None:
-        """End the guard, when all processes have ended. It kills those that have not been forgotten."""
+        """End the guard. It kills the processes that have not been forgotten."""
         self._close_pipe()
         process, self._process = self._process, None
         if process is None:
@@ -108,12 +108,12 @@ class Guard:
         try:
             async with asyncio.timeout(END_TIMEOUT_SEC):
                 await process.wait()
-        except TimeoutError:  # somebody has frozen it
+        except TimeoutError:  # it is frozen (SIGSTOP)
             process.signal(signal.SIGKILL)
             await process.wait()
 
     def descriptors(self) -> tuple[int, ...]:
-        """DescriptorOwner: the pipe. A forked child that kept it would keep the guard waiting."""
+        """DescriptorOwner: the pipe. The guard would not notice the end if a forked child kept it open."""
         return () if self._pipe is None else (self._pipe,)
 
     def _close_pipe(self) -> None:

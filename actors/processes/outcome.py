@@ -9,7 +9,7 @@ from typing import Final
 from actors.errors import error_text
 
 MAX_REASON_CHARACTERS: Final = 500
-"""What is kept of an exception's text: reasons are logged, kept and published."""
+"""The longest reason: reasons are logged, kept and published."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,12 +17,12 @@ class Outcome:
     """How a child ended.
 
     Attributes:
-        normal: It returned, or exited with 0; or it was stopped by its supervisor.
+        normal: Whether it returned, exited with 0, or was stopped by its supervisor.
         reason: Why, in a few words: "exit code 1", "killed by SIGKILL", "ValueError: no such map". At most
-            `MAX_REASON_CHARACTERS`, and UTF-8 can hold it.
-        exit_code: Of a process that exited; None for others.
-        signal_name: Of the signal that killed a process ("SIGKILL"); None for others.
-        returncode: Of a process: its exit code, or minus the number of the signal that killed it.
+            `MAX_REASON_CHARACTERS`, without lone surrogates.
+        exit_code: The exit code of a process that exited; None for others.
+        signal_name: The signal that killed a process ("SIGKILL"); None for others.
+        returncode: A process's exit code, or minus the number of the signal that killed it; None for others.
         error: The exception that ended something in this process.
     """
 

@@ -1,8 +1,8 @@
-"""A process in a group of its own, which ends with it.
+"""A process in its own process group, which is killed when the process ends.
 
-`loop.create_subprocess_exec` will not do: uvloop's lets what it gives as stdin leak into the child under a
-second number, and every loop reaps a child before anybody can kill its group. Here the group is killed while
-the child is a zombie, so that its number cannot be another's yet.
+`loop.create_subprocess_exec` is not suitable: uvloop's leaks the descriptor of stdin into the child under a
+second number, and every loop reaps a child before its group can be killed. Here the group is killed while the
+child is a zombie, so that its id cannot belong to another process yet.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
 
 
 class Process:
-    """A running process. Starting it blocks the loop until it is started: some ms.
+    """A running process. Starting it blocks the loop for some milliseconds.
 
-    Its end is waited for by a pidfd where the system has it (Linux), else in a thread.
+    A pidfd reports its end where the system has one (Linux), otherwise a thread does.
 
     Args:
         command: The program and its arguments.
         stdin: A file descriptor, or `subprocess.DEVNULL`.
-        output: Where stdout and stderr go: None to this process's, `subprocess.DEVNULL` to nowhere.
-        errors: Where stderr goes, if that is elsewhere.
-        cwd: Where it runs; None: here.
-        env: Its environment; None: this process's.
+        output: A file descriptor for stdout and stderr, or `subprocess.DEVNULL`; None: this process's.
+        errors: A file descriptor for stderr; None: `output`.
+        cwd: The working directory; None: this process's.
+        env: The environment; None: this process's.
 
     Raises:
         OSError: The system cannot start it now, or there is no such program or `cwd`.
 
     Attributes:
-        pid: Its number, and its group's.
+        pid: The id of the process and of its group.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class Process:
     ) -> None:
         self._loop = asyncio.get_running_loop()
         self._ended = asyncio.Event()
-        self._process = subprocess.Popen(  # noqa: S603 - running what it is told is its purpose
+        self._process = subprocess.Popen(  # noqa: S603 - running given commands is its purpose
             command,
             stdin=stdin,
             stdout=output,
@@ -80,27 +80,27 @@ class Process:
         """Send a signal to the process and its group. Once it has been reaped this does nothing."""
         if self._process.returncode is not None:
             return
-        if not hasattr(os, "killpg"):  # Windows: there are no groups, and only one way
+        if not hasattr(os, "killpg"):  # Windows has no groups and no signals
             self._process.terminate()
             return
-        # PermissionError: macOS says so of a group of zombies.
+        # PermissionError: macOS raises it for a group of zombies.
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self.pid, number)
 
     async def wait(self) -> int:
-        """Wait for the end, kill what is left of the group, and return the exit code (negative: a signal)."""
+        """Wait for the end, kill the rest of the group, and return the exit code (negative: a signal)."""
         await self._ended.wait()
         return self.reap()
 
     def reap(self) -> int:
-        """Kill the process, if it has not ended, and what is left of its group; return the exit code."""
+        """Kill the process, if it has not ended, and the rest of its group; return the exit code."""
         self.signal(signal.SIGKILL)
         code = self._process.wait()
         self._end()
         return code
 
     def _watch_descriptor(self) -> bool:
-        """Wait for the end by a pidfd; return False where there are none."""
+        """Watch a pidfd for the end; return False if the system has none."""
         if not hasattr(os, "pidfd_open"):
             return False
         try:

@@ -1,4 +1,4 @@
-"""A child that is a process: a script or a command, with what it starts itself."""
+"""A child that is a process: a script or a command, with its own child processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Waits for a child to be in a state: looked at whenever the plan has moved, so that no state is missed."""
+"""Waits for states of children, checked after every transition of the plan, so that no state is missed."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class StateWaits:
-    """Everybody who waits for a state.
+    """The tasks that wait for a child to be in a state.
 
     Args:
-        state_of: Gives a child's state by its index.
+        state_of: Returns a child's state by its index.
     """
 
     def __init__(self, state_of: Callable[[int], ChildState]) -> None:
@@ -24,29 +24,29 @@ class StateWaits:
         self._closed = False
 
     async def wait(self, child: int, state: ChildState, timeout_sec: float | None) -> bool:
-        """Wait for a state; return whether it came before the time was over, and before the end."""
-        came: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
-        self._waiting[came] = (child, state)
+        """Wait for a state; return False if the time limit or the end of the supervisor comes first."""
+        reached: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
+        self._waiting[reached] = (child, state)
         try:
-            self.look()
+            self.check()
             async with asyncio.timeout(timeout_sec):
-                return await came
+                return await reached
         except TimeoutError:
             return False
         finally:
-            self._waiting.pop(came, None)
+            self._waiting.pop(reached, None)
 
-    def look(self) -> None:
-        """States may have changed."""
-        for came, (child, state) in tuple(self._waiting.items()):
-            if came.done():
+    def check(self) -> None:
+        """Wake those whose state has been reached."""
+        for reached, (child, state) in tuple(self._waiting.items()):
+            if reached.done():
                 continue
             if self._state_of(child) is state:
-                came.set_result(True)
+                reached.set_result(True)
             elif self._closed:
-                came.set_result(False)
+                reached.set_result(False)
 
     def close(self) -> None:
-        """States will not change any more."""
+        """Wake all waiters: states will not change any more."""
         self._closed = True
-        self.look()
+        self.check()

@@ -235,7 +235,7 @@ class Supervisor:
         if self._driver.failure is not None and self._caller is not None and self._cancelled_caller is None:
             self._caller.cancel()
             self._cancelled_caller = self._caller
-        self._waits.look()
+        self._waits.check()
 
     def _perform(self, step: Step) -> None:
         match step:
