@@ -12,7 +12,7 @@ from proto.frames import Abort, Buffer, Fragment
 
 
 def is_large(raw: Buffer) -> bool:
-    """Tell whether an encoded frame must travel as fragments."""
+    """Return whether an encoded frame must travel as fragments."""
     return len(raw) > limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES
 
 

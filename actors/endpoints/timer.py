@@ -85,7 +85,7 @@ class Timer:
         self._source.destroy()
 
     def is_canceled(self) -> bool:
-        """Tell whether the timer does not tick.
+        """Return whether the timer does not tick.
 
         Returns:
             True after `cancel` or `destroy`, and with `autostart=False` until `reset`.

@@ -66,7 +66,7 @@ def service(
     Args:
         srv_type: A service class.
         srv_name: Relative to the namespace, absolute with `/`, private with `~/`.
-        concurrent: Handle requests side by side, and beside the node's other callbacks.
+        concurrent: Handle requests concurrently with each other and with the node's other callbacks.
 
     Returns:
         The decorator; the method stays as it is.

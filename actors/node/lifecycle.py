@@ -1,12 +1,12 @@
 """The lifecycle of a node: how it starts, what ends it, and how it stops.
 
 Entering and leaving `async with node:` call `begin` and `end`. A node that stops calls no further callbacks,
-but those that run may end, and calls and topics still work for them. Whatever callbacks do, `end` returns
+but running callbacks may end, and calls and topics still work for them. Whatever callbacks do, `end` returns
 within `stop_timeout_sec` and two seconds:
 
     running callbacks end, queued messages are sent     stop_timeout_sec for both
     remaining callbacks are cancelled                   GRACE_SEC, and as long for their remaining tasks
-    callbacks that ignore that are named and abandoned  at once
+    callbacks that ignore that are logged and abandoned at once
 """
 
 from __future__ import annotations
@@ -70,11 +70,11 @@ class Lifecycle:
         self._cancelling = 0
         """How often the body's task had been asked to cancel when it entered."""
         self._leaving: asyncio.Task[None] | None = None
-        """Takes a destroyed node out of the graph while its body goes on."""
+        """Sends the rest of a destroyed node and leaves the broker, while its body continues."""
         self._done: asyncio.Event | None = None
         self._failure: BaseException | None = None
         self._deadline = math.inf
-        """Loop time of the end of the present wait in stopping; `_hurry` brings it forward."""
+        """Loop time when the current wait of stopping ends; `_hurry` brings it forward."""
         self._letting_run = False
         """Whether it waits for callbacks that have not been cancelled."""
         self._hurried = False
@@ -115,7 +115,7 @@ class Lifecycle:
             raise
 
     def _entered(self) -> bool:
-        """Whether the body need not wait any more: the node is in the graph, or it ends."""
+        """Whether entering is complete: the node is in the graph, has lost its link, or ends."""
         context, link = self._context, self._context.link
         lost = link.connections > 0 and not link.connected
         return context.declared or lost or context.destroyed or self._failure is not None
@@ -160,15 +160,15 @@ class Lifecycle:
         await self._done.wait()
 
     async def end(self, error: BaseException | None) -> None:
-        """Stop, as the module says. Being cancelled meanwhile hurries: callbacks are cancelled at once.
+        """Stop, as the module describes. If cancelled meanwhile, cancel callbacks at once.
 
         Args:
-            error: What ended the body; raised instead of it is the error that the node has failed with. But
-                a cancellation by somebody else is never replaced: it would be lost.
+            error: The exception that ended the body. If the node has failed, its error is raised instead, but
+                never instead of a cancellation by somebody else, which would be lost.
         """
         body, self._body = self._body, None
         if self._leaving is not None:
-            self._leaving.cancel()  # stopping does the rest of it
+            self._leaving.cancel()  # `_stop` does the rest
         again: asyncio.CancelledError | None = None
         stopping = asyncio.get_running_loop().create_task(self._stop())
         while not stopping.done():
@@ -225,7 +225,7 @@ class Lifecycle:
         self._deadline = at_least if self._hurried else max(at_least, stopped_by)
 
     async def _let_run(self, until: float) -> None:
-        """Wait for callbacks; cancel those that have not ended by then, or when it must hurry."""
+        """Wait for callbacks; cancel those that have not ended by then, or when stopping is hurried."""
         log, mailbox = self._context.log, self._context.mailbox
         log.info(
             f"Stopping: up to {self._stop_timeout_sec:g} s for callbacks that run: {self._running_names}"
@@ -263,19 +263,19 @@ class Lifecycle:
         return True
 
     def _hurry(self) -> None:
-        """Wait no longer than cancelling takes."""
+        """Shorten the waits of stopping: cancel callbacks now."""
         self._hurried = True
         patience = 0.0 if self._letting_run else GRACE_SEC
         self._deadline = min(self._deadline, asyncio.get_running_loop().time() + patience)
         self._context.link.wake()
 
     async def _end_tasks(self) -> None:
-        """Cancel every task. Callbacks that ignore that are named, and abandoned."""
+        """Cancel every task. Callbacks that ignore that are logged and abandoned."""
         mailbox = self._context.mailbox
-        had_their_time = {each.task for each in mailbox.running if each.holding or each.concurrent}
+        waited_for = {each.task for each in mailbox.running if each.holding or each.concurrent}
         for task in tuple(self._tasks):
             task.cancel()
-        rest = [task for task in self._tasks if task not in had_their_time]
+        rest = [task for task in self._tasks if task not in waited_for]
         if rest:
             await asyncio.wait(rest, timeout=GRACE_SEC)
         if mailbox.running:
@@ -290,7 +290,7 @@ class Lifecycle:
     def destroy(self) -> None:
         """Take everything out of service and cancel running callbacks at once. A second call does nothing.
 
-        A node that runs leaves the broker after everything it has published, whatever its body does then.
+        A running node leaves the broker after its messages have been sent, even if its body continues.
         """
         context, loop = self._context, self._context.link.loop
         if context.destroyed:

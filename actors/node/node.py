@@ -344,7 +344,7 @@ class Node(NodeGraph, NodeParameters):
             srv_type: A service class: generated, or a subclass of `actors.Service`.
             srv_name: As a topic's name.
             callback: `(request, response)` or `(request)`, returns the response; `def` or `async def`.
-            concurrent: Handle requests side by side, and beside the node's other callbacks.
+            concurrent: Handle requests concurrently with each other and with the node's other callbacks.
 
         Returns:
             The service.

@@ -89,7 +89,7 @@ class NodeParameters:
         self._parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
-        """Tell whether a parameter is declared.
+        """Return whether a parameter is declared.
 
         Args:
             name: The parameter's name.
@@ -205,7 +205,7 @@ class NodeParameters:
         return self._parameters.describe(name)
 
     def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
-        """Let `callback` change what is about to be set.
+        """Let `callback` change parameters before they are set.
 
         Args:
             callback: Gets the parameters, and returns those to set.
@@ -213,7 +213,7 @@ class NodeParameters:
         self._parameters.callbacks.add_pre_set(callback)
 
     def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
-        """Let `callback` accept or refuse what is about to be set.
+        """Let `callback` accept or refuse parameters before they are set.
 
         Args:
             callback: Gets the parameters, and returns the result.

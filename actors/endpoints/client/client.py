@@ -57,7 +57,7 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
         return self._endpoint.late
 
     def service_is_ready(self) -> bool:
-        """Tell whether a server is available now.
+        """Return whether a server is available now.
 
         Returns:
             True if the client is matched with a server.

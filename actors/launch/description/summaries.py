@@ -59,7 +59,7 @@ def said(part: object) -> str:
 
 
 def _is_done(value: object) -> bool:
-    """Tell whether a value says what is done, as actions."""
+    """Return whether a value says what is done, as actions."""
     listed = cast("Sequence[object]", value) if isinstance(value, list | tuple) else (value,)
     return all(isinstance(each, Part) and each.noun == "action" for each in listed)
 

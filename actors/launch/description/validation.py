@@ -71,12 +71,12 @@ def excerpt(value: object) -> str:
 
 
 def is_part(value: object, noun: str) -> bool:
-    """Tell whether a value is a part of this kind."""
+    """Return whether a value is a part of this kind."""
     return isinstance(value, Part) and value.noun == noun
 
 
 def is_text(value: object, depth: int = 0) -> bool:
-    """Tell whether a value is a text, a substitution, or a list of the pieces of a text."""
+    """Return whether a value is a text, a substitution, or a list of the pieces of a text."""
     if isinstance(value, str | PurePath) or is_part(value, "substitution"):
         return True
     listed = isinstance(value, Sequence) and depth < MAX_DEPTH
@@ -84,7 +84,7 @@ def is_text(value: object, depth: int = 0) -> bool:
 
 
 def _is_list(value: object, fits: Callable[[object], bool]) -> bool:
-    """Tell whether a value is a list; a text is none."""
+    """Return whether a value is a list; a text is none."""
     listed = isinstance(value, Collection) and not isinstance(value, str | bytes | Mapping)
     return listed and all(map(fits, cast("Collection[object]", value)))
 

@@ -21,7 +21,7 @@ CONNECT_TIMEOUT_SEC: Final = 2.0
 
 
 async def broker_is_there(urls: str, domain: int) -> bool:
-    """Tell whether a broker answers at one of these places. The loop goes on meanwhile.
+    """Return whether a broker answers at one of these places. The loop goes on meanwhile.
 
     Raises:
         BrokerUnreachable: Something has the port there that does not answer as a broker does.
@@ -30,7 +30,7 @@ async def broker_is_there(urls: str, domain: int) -> bool:
 
 
 def can_embed(url: BrokerUrl) -> bool:
-    """Tell whether this process can be the broker there: at a port of the loopback device, or a socket."""
+    """Return whether this process can be the broker there: at a port of the loopback device, or a socket."""
     return bool(url.path) or url.host in _HERE
 
 

@@ -42,7 +42,7 @@ class Sources:
         self._processes.pop(spec.label, None)
 
     def describes(self, path: str) -> bool:
-        """Tell whether a real path is a launch file."""
+        """Return whether a real path is a launch file."""
         return path in map(os.path.realpath, self._launch_files)
 
     def made_of(self, path: str) -> list[str]:
@@ -79,7 +79,7 @@ class _Process:
 
 
 def _counts(path: str, folder: str) -> bool:
-    """Tell whether a file is in a folder, and counts there."""
+    """Return whether a file is in a folder, and counts there."""
     file = PurePath(path)
     if file.suffix not in SUFFIXES or not file.is_relative_to(folder):
         return False

@@ -195,7 +195,7 @@ def all_steps(steps: Iterable[Step]) -> Iterator[Step]:
 
 
 def awaits_graph(steps: Iterable[Step]) -> bool:
-    """Tell whether something in these steps depends on the graph, or may."""
+    """Return whether something in these steps depends on the graph, or may."""
     return any(
         isinstance(step, Call)
         or (isinstance(step, Start) and bool(step.process.depends_on))
@@ -205,5 +205,5 @@ def awaits_graph(steps: Iterable[Step]) -> bool:
 
 
 def splits_streams(steps: Iterable[Step]) -> bool:
-    """Tell whether something in these steps must know stdout from stderr."""
+    """Return whether something in these steps must know stdout from stderr."""
     return any(isinstance(step, React) and step.split for step in all_steps(steps))
