@@ -152,9 +152,9 @@ class Launch:
         """Run it to its end, once. Cancelling it stops everything.
 
         Returns:
-            False if the last execution of a process that ended by itself had an exit code other than 0 or was
-            ended by a signal, or if something else failed. Executions that the launch interrupted, to stop or
-            restart a process, do not count, whatever their exit code.
+            False if the last run of a process had an exit code other than 0 or was ended by a signal, or if
+            something else failed. A run that the launch interrupted, to stop or restart the process, has not
+            failed, whatever its exit code.
 
         Raises:
             LaunchError: The description cannot be carried out. Nothing has been started.

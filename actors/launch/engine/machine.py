@@ -96,7 +96,7 @@ class Machine:
 
     @property
     def succeeded(self) -> bool:
-        """Whether the launch has not failed, nor the last execution of any process that ended by itself."""
+        """Whether neither the launch nor the last run of any process has failed."""
         return not self.failed and not self._failed_runs
 
     @property
@@ -304,6 +304,7 @@ class Machine:
             return
         self._table.move(process, ProcessState.UP, self._now)
         process.split = self._split or process.spec.output.splits
+        self._failed_runs.discard(process.spec.label)  # its last run is this one now
         self._effects.append(Run(process.spec, process.split))
 
     def _wait(self, process: ProcessEntry) -> None:
