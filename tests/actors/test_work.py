@@ -6,6 +6,9 @@ import asyncio
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
+from actors.callbacks.budget import CallbackBudget
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String, UInt8MultiArray
 from proto import codec, frames, limits
@@ -15,10 +18,14 @@ from tests.actors.meeting import KEEP_ALL, MIB, until
 from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
-    import pytest
-
     from proto.frames import Buffer, Frame
     from tests.actors.meeting import Meeting
+
+
+@pytest.fixture(autouse=True)
+async def _no_limit_for_callbacks() -> None:
+    """Stop the clock of the callback budget: a slow machine would spread the work over more loop turns."""
+    CallbackBudget.of(asyncio.get_running_loop()).clock = lambda: 0.0
 
 
 class Work:

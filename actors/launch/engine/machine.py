@@ -355,13 +355,9 @@ class Machine:
 
     def _note_run(self, process: ProcessEntry, outcome: Outcome) -> None:
         """Remember whether a process failed. The end of one that the launch has interrupted says nothing."""
-        if self.stopping or process.again:
-            return
-        label = process.spec.label
-        if outcome.normal:
-            self._failed_runs.discard(label)
-        elif len(self._failed_runs) < MAX_PROCESSES:
-            self._failed_runs.add(label)
+        interrupted = self.stopping or process.again
+        if not (interrupted or outcome.normal) and len(self._failed_runs) < MAX_PROCESSES:
+            self._failed_runs.add(process.spec.label)
 
     def _go_on(self, process: ProcessEntry, outcome: Outcome, lived_sec: float) -> Reaction:
         """See what comes after the end of a process."""
