@@ -163,7 +163,7 @@ def _writes(event: ProcessIO) -> list[tuple[str, bytes]]:
 
 
 def _plain(event: ProcessIO, begin: str = "") -> bytes:
-    """Return the lines without colours and what else has_controls a terminal, each with a beginning."""
+    """Return the lines without colours and terminal controls, each with a prefix."""
     first = begin.encode(errors="backslashreplace")
     lines = map(plain_line, event.lines) if has_controls(b"".join(event.lines)) else event.lines
     return b"".join(first + line + b"\n" for line in lines)

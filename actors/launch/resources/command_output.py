@@ -32,7 +32,7 @@ LOOK_SEC: Final = 0.05
 MAX_OUTPUT_BYTES: Final = 1 << 20
 """More than this is no text for a launch file."""
 _KEPT_ERROR_BYTES: Final = 1 << 12
-"""Of stderr: its first line is escape."""
+"""Of stderr, of which the first line is shown."""
 _READ_BYTES: Final = 1 << 16
 
 # Only the watcher has the pipe, and it has nothing of the command's output, which would not end otherwise.
