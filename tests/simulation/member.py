@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from tests.simulation.network import on_host
 from tests.simulation.records import Ask, Call, Heard, Note, Told
 
@@ -219,7 +220,8 @@ class Member:
             Note, topic, callback, qos or self._qos(), concurrent=kind == "beside"
         )
         name = f"{self.host}<{topic}<{len(self.world.journal.heard)}({kind})"
-        past = self.world.journal.past(subscription.qos_profile)
+        broker = endpoint_of(subscription).context.link.url
+        past = self.world.journal.past(subscription.qos_profile, broker)
         heard = Heard(name, self.world.complain, self.world.loop.time, subscription, before=past)
         self.heard.append(heard)
         self.world.journal.heard.append(heard)

@@ -192,18 +192,22 @@ class Journal:
     told: list[Told] = field(default_factory=list)
     heard: list[Heard] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
-    reached: dict[bytes, int] = field(default_factory=dict)
-    """By publisher gid, the number after the last message that any broker has had."""
+    reached: dict[tuple[str, bytes], int] = field(default_factory=dict)
+    """By broker URL and publisher gid, the number after the last message that this broker has had."""
     struck: Counter[str] = field(default_factory=Counter)
     handled: dict[tuple[str, int], int] = field(default_factory=dict)
     given_up: dict[tuple[str, int], float] = field(default_factory=dict)
     events: list[str] = field(default_factory=list)
 
-    def past(self, qos: actors.QoSProfile) -> dict[str, int]:
-        """By publisher name, up to which number messages are not for a subscription that is made now."""
+    def past(self, qos: actors.QoSProfile, broker: str) -> dict[str, int]:
+        """Return, by publisher name, up to which number messages are not for a subscription made now.
+
+        Only the subscription's own broker counts: a frozen link may bring it old messages of a publisher
+        that has moved to another broker.
+        """
         if qos.durability is actors.DurabilityPolicy.TRANSIENT_LOCAL:
             return {}
-        return {told.name: self.reached.get(told.publisher.gid, 0) for told in self.told}
+        return {told.name: self.reached.get((broker, told.publisher.gid), 0) for told in self.told}
 
     def handle(self, caller: str, number: int) -> None:
         """A handler has begun to work on a call: at most once."""

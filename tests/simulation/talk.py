@@ -55,6 +55,7 @@ class Talk:
 
         Of one that is declared later a little may come: it is accepted before it is held.
         """
+        self._urls: dict[Router, str] = {}
         self._departing: list[PublisherQueue] = []
         """Of publishers that have been destroyed: what is in them still goes out."""
 
@@ -177,8 +178,18 @@ class Talk:
     def _note_reached(self, router: Router, batch: frames.Batch) -> None:
         publisher = router.routes._publishers.get(batch.publisher)
         if publisher is not None:
-            reached = self._world.journal.reached
-            reached[publisher.gid] = max(reached.get(publisher.gid, 0), publisher.next_sequence)
+            reached, key = self._world.journal.reached, (self._url(router), publisher.gid)
+            reached[key] = max(reached.get(key, 0), publisher.next_sequence)
+
+    def _url(self, router: Router) -> str:
+        """Return the URL of the broker that a router belongs to."""
+        if router not in self._urls:
+            self._urls[router] = next(
+                process.url
+                for process in self._world.brokers
+                if process.broker is not None and router in process.broker._dispatcher.joined
+            )
+        return self._urls[router]
 
     def _reasons_are_right(self, router: Router, out: list[Delivery]) -> None:
         """Readers wait for publishers that are suspended, and for no others."""
