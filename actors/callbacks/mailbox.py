@@ -44,7 +44,7 @@ SHORT_STEP_SEC: Final = BUDGET_SEC / CONCURRENT_STARTS
 """A step shorter than this is short. While steps are longer, concurrent callback tasks start one by one."""
 
 
-class Source(Protocol):
+class CallbackSource(Protocol):
     """Something with callbacks to run."""
 
     posted: bool
@@ -128,7 +128,7 @@ class Mailbox:
         self.on_exit: Callable[[SystemExit], None] | None = None
         self._on_drained: Callable[[], None] | None = None
         """Set by `drain`: called when the last callback task ends."""
-        self._ready: deque[Source] = deque()
+        self._ready: deque[CallbackSource] = deque()
         self._resuming: deque[tuple[CallbackTask, asyncio.Future[None]]] = deque()
         self._assigned: deque[CallbackTask] = deque()
         self._not_begun: dict[CallbackTask, None] = {}
@@ -232,7 +232,7 @@ class Mailbox:
         waits = self._busy or self._running_ready or self._ready or self.budget.exhausted
         return not waits and self._spawn is not None
 
-    def post(self, source: Source) -> None:
+    def post(self, source: CallbackSource) -> None:
         """Run the source's callbacks as soon as the mailbox is free: now, if it is."""
         if not source.posted and self._on_drained is None:
             source.posted = True
@@ -287,7 +287,7 @@ class Mailbox:
         self._deferred = False
         self._run_ready()
 
-    def _dispatch(self, source: Source) -> CallbackTask | None:
+    def _dispatch(self, source: CallbackSource) -> CallbackTask | None:
         share, timing = self._share, source.timing
         clock, context = share.clock, share.context
         began = clock()

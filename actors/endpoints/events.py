@@ -199,11 +199,11 @@ class Event:
         self._callback = None
 
     def has_work(self) -> bool:
-        """Source: whether the counts have changed, and the callback does not run."""
+        """CallbackSource: whether the counts have changed, and the callback does not run."""
         return self._due and not self._running
 
     def dispatch(self, share: Share) -> CallbackTask | None:
-        """Source: call the callback."""
+        """CallbackSource: call the callback."""
         del share  # one callback is never too much
         if self._running:
             return None

@@ -102,13 +102,13 @@ class Timer:
 
 
 class TimerSource:
-    """What the runtime calls on a timer: a `Source` of the mailbox.
+    """What the runtime calls on a timer: a `CallbackSource` of the mailbox.
 
     Attributes:
         calls: Callbacks run so far.
         skipped: Ticks that were skipped so far.
         canceled: Whether it does not tick.
-        posted, timing: See `Source`.
+        posted, timing: See `CallbackSource`.
     """
 
     def __init__(
@@ -197,11 +197,11 @@ class TimerSource:
             self.start()
 
     def has_work(self) -> bool:
-        """Source: whether a tick is due."""
+        """CallbackSource: whether a tick is due."""
         return self._due_now and self._running is None and not self.canceled
 
     def dispatch(self, share: Share) -> CallbackTask | None:
-        """Source: run the callback for a tick."""
+        """CallbackSource: run the callback for a tick."""
         del share  # one callback is never too much
         if not self.has_work():
             return None

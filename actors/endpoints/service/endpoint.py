@@ -42,7 +42,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
         running: Suspended handlers whose callers wait, by call.
         replies: Sends the replies.
         calls: Requests handed to the callback so far.
-        posted, timing: See `Source`.
+        posted, timing: See `CallbackSource`.
     """
 
     kind: ClassVar = "service"
@@ -96,11 +96,11 @@ class ServiceEndpoint(IntrospectedEndpoint):
                     callback_task.cancel()
 
     def has_work(self) -> bool:
-        """Source: whether a handler could run now."""
+        """CallbackSource: whether a handler could run now."""
         return bool(self.waiting.entries) and self._suspended < MAX_RUNNING and not self.destroyed
 
     def dispatch(self, share: Share) -> CallbackTask | None:
-        """Source: run the handler for what waits, until it returns something to await."""
+        """CallbackSource: run the handler for what waits, until it returns something to await."""
         while self.has_work():
             callback_task = self._handle(self.waiting.take())
             if callback_task is not None:

@@ -51,7 +51,7 @@ class Consumer:
         expired: Messages dropped because they were older than their publisher's lifespan.
         running: Callbacks that are suspended.
         waiter: Set while an idle iterator waits.
-        posted, timing: See `Source`.
+        posted, timing: See `CallbackSource`.
     """
 
     def __init__(
@@ -112,12 +112,12 @@ class Consumer:
             self.drop(self.backlog.trim(self.depth))
 
     def has_work(self) -> bool:
-        """Source: whether a callback could run now."""
+        """CallbackSource: whether a callback could run now."""
         limit = MAX_CONCURRENT if self._concurrent else 1
         return bool(self.backlog.batches) and self.running < limit and not self._closed
 
     def dispatch(self, share: Share) -> CallbackTask | None:
-        """Source: run the callback for what waits, until it returns something to await."""
+        """CallbackSource: run the callback for what waits, until it returns something to await."""
         batches = self.backlog.batches
         while self.has_work() and self._next_is_fresh():
             coroutine = self._run(batches[0], share)
