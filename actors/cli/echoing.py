@@ -25,7 +25,7 @@ DEPTH: Final = 1000
 """Messages queued for a slow terminal."""
 
 
-class Source(NamedTuple):
+class EchoedTopic(NamedTuple):
     """What to print.
 
     Attributes:
@@ -39,19 +39,19 @@ class Source(NamedTuple):
     msg_type: type[Message] | None = None
 
 
-def echo(options: Options, source_of: Callable[[Node, GraphSnapshot], Source]) -> int:
+def echo(options: Options, echoed_topic: Callable[[Node, GraphSnapshot], EchoedTopic]) -> int:
     """Print messages until `--once`, a timeout or a signal ends it; return the exit code.
 
     Args:
         options: Those of `add_print_options` and `add_qos_options`, `raw` and `no_lost_messages`.
-        source_of: Returns what to print; raises CommandError if it does not exist.
+        echoed_topic: Returns what to print; raises CommandError if it does not exist.
     """
     printer = MessagePrinter(options)
 
     async def receive() -> None:
         async with hidden_node(options) as node:
             snapshot = await graph_of(node)
-            topic, decode, msg_type = source_of(node, snapshot)
+            topic, decode, msg_type = echoed_topic(node, snapshot)
             qos = profile(options, profile_of(snapshot, topic, depth=DEPTH))
             with Listener(
                 node, timeout_sec=options.timeout, report_losses=not options.no_lost_messages

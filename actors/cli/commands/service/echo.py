@@ -10,7 +10,7 @@ from proto.codes import EntryKind
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.cli.echoing import Source
+    from actors.cli.echoing import EchoedTopic
     from actors.graph.snapshot import GraphSnapshot
     from actors.node.node import Node
 
@@ -39,18 +39,18 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print events until --once, a timeout or a signal ends it."""
-    from actors.cli.echoing import Source, echo
+    from actors.cli.echoing import EchoedTopic, echo
     from actors.cli.values import named_service
     from actors.endpoints.service_introspection import TOPIC_SUFFIX
 
     srv_type = None if options.type is None else named_service(options.type)
 
-    def source_of(node: Node, snapshot: GraphSnapshot) -> Source:
+    def echoed_topic(node: Node, snapshot: GraphSnapshot) -> EchoedTopic:
         service = node.resolve_service_name(options.service)
         _check_service(snapshot, service, typed=srv_type is not None)
-        return Source(service + TOPIC_SUFFIX, _decoder(srv_type or _type_of(snapshot, service)))
+        return EchoedTopic(service + TOPIC_SUFFIX, _decoder(srv_type or _type_of(snapshot, service)))
 
-    return echo(options, source_of)
+    return echo(options, echoed_topic)
 
 
 def _check_service(snapshot: GraphSnapshot, service: str, *, typed: bool) -> None:

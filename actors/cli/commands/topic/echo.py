@@ -8,7 +8,7 @@ from actors.cli.parsing import Options, Parser, add_broker_options, add_print_op
 from proto.codes import EntryKind
 
 if TYPE_CHECKING:
-    from actors.cli.echoing import Source
+    from actors.cli.echoing import EchoedTopic
     from actors.graph.snapshot import GraphSnapshot
     from actors.node.node import Node
 
@@ -46,14 +46,14 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print messages until --once, a timeout or a signal ends it."""
-    from actors.cli.echoing import Source, echo
+    from actors.cli.echoing import EchoedTopic, echo
     from actors.cli.subscriber import warn_unpublished
     from actors.cli.values import named_message, require_type
     from actors.tools.hearing import decoder_of
 
     msg_type = None if options.type is None else named_message(options.type)
 
-    def source_of(node: Node, snapshot: GraphSnapshot) -> Source:
+    def echoed_topic(node: Node, snapshot: GraphSnapshot) -> EchoedTopic:
         topic = node.resolve_topic_name(options.topic)
         if msg_type is None:
             _require_known(snapshot, topic)
@@ -61,9 +61,9 @@ def run(options: Options) -> int:
             warn_unpublished(snapshot, topic)
             if not options.raw:  # which receives every type
                 require_type(snapshot, EntryKind.PUBLISHER, topic, msg_type)
-        return Source(topic, decoder_of(snapshot, topic), msg_type)
+        return EchoedTopic(topic, decoder_of(snapshot, topic), msg_type)
 
-    return echo(options, source_of)
+    return echo(options, echoed_topic)
 
 
 def _require_known(snapshot: GraphSnapshot, topic: str) -> None:
