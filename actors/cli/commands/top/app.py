@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from textual.app import ComposeResult
     from textual.binding import BindingType
 
-    from actors.cli.commands.top.source import Source
+    from actors.cli.commands.top.source import TopDataSource
     from actors.tools.overview import Overview
 
 ECHO_INTERVAL_S: Final = 0.25
@@ -73,7 +73,7 @@ class TopApp(App[None]):
 
     def __init__(
         self,
-        source: Source,
+        source: TopDataSource,
         *,
         interval_s: float = 1.0,
         echo_interval_s: float = ECHO_INTERVAL_S,

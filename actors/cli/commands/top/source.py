@@ -73,7 +73,7 @@ class TopicReader(Protocol):
         ...
 
 
-class Source(Protocol):
+class TopDataSource(Protocol):
     """The data of the view.
 
     Attributes:
