@@ -10,7 +10,7 @@ from actors.cli.message_printer import MessagePrinter
 from actors.cli.parsing import import_from_working_directory
 from actors.cli.subscriber import Listener
 from actors.cli.values import profile
-from actors.tools.hearing import profile_of
+from actors.tools.generic_subscription import profile_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,7 +14,7 @@ from actors.cli.parsing import import_from_working_directory
 from actors.cli.subscriber import Listener, warn_unpublished
 from actors.interfaces.errors import InvalidMessageError
 from actors.qos.profile import QoSProfile, ReliabilityPolicy
-from actors.tools.hearing import decoder_of
+from actors.tools.generic_subscription import decoder_of
 from actors.tools.message_filter import InvalidFilterError
 from actors.tools.rates import (
     BANDWIDTH_WINDOW,

@@ -12,7 +12,7 @@ from actors.cli.output import sanitize
 from actors.errors import BrokerUnreachable
 from actors.interfaces.convert import message_to_yaml
 from actors.interfaces.errors import InvalidMessageError
-from actors.tools.hearing import decoder_of, profile_of
+from actors.tools.generic_subscription import decoder_of, profile_of
 from actors.tools.overview import Sample
 from actors.tools.percentiles import Percentiles
 

@@ -49,7 +49,7 @@ def run(options: Options) -> int:
     from actors.cli.echoing import EchoedTopic, echo
     from actors.cli.subscriber import warn_unpublished
     from actors.cli.values import named_message, require_type
-    from actors.tools.hearing import decoder_of
+    from actors.tools.generic_subscription import decoder_of
 
     msg_type = None if options.type is None else named_message(options.type)
 
