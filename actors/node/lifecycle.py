@@ -74,10 +74,10 @@ class Lifecycle:
         self._done: asyncio.Event | None = None
         self._failure: BaseException | None = None
         self._deadline = math.inf
-        """Loop time when the current wait of stopping ends; `_hurry` brings it forward."""
+        """Loop time when the current wait of stopping ends; `_force_stop` brings it forward."""
         self._letting_run = False
         """Whether it waits for callbacks that have not been cancelled."""
-        self._hurried = False
+        self._force_stopped = False
         context.stop = self.fail
 
     async def begin(self) -> None:
@@ -176,7 +176,7 @@ class Lifecycle:
                 await asyncio.wait({stopping})
             except asyncio.CancelledError as cancelled:
                 again = cancelled
-                self._hurry()
+                self._force_stop()
         self._running = False
         if self._cancelled_body is not None:
             self._cancelled_body.uncancel()
@@ -222,16 +222,16 @@ class Lifecycle:
             self._deadline = loop.time() + GRACE_SEC
             await self._until(lambda: not mailbox.running)
         at_least = loop.time() + GRACE_SEC
-        self._deadline = at_least if self._hurried else max(at_least, stopped_by)
+        self._deadline = at_least if self._force_stopped else max(at_least, stopped_by)
 
     async def _let_run(self, until: float) -> None:
-        """Wait for callbacks; cancel those that have not ended by then, or when stopping is hurried."""
+        """Wait for callbacks; cancel those that have not ended by then, or when stopping is forced."""
         log, mailbox = self._context.log, self._context.mailbox
         log.info(
             f"Stopping: up to {self._stop_timeout_sec:g} s for callbacks that run: {self._running_names}"
         )
         self._letting_run = True
-        self._deadline = -math.inf if self._hurried else until
+        self._deadline = -math.inf if self._force_stopped else until
         if not await self._until(lambda: not mailbox.running):
             log.warning(f"Cancelling callbacks: {self._running_names}")
             mailbox.cancel_all()
@@ -262,11 +262,11 @@ class Lifecycle:
                     await self._context.link.changed()
         return True
 
-    def _hurry(self) -> None:
+    def _force_stop(self) -> None:
         """Shorten the waits of stopping: cancel callbacks now."""
-        self._hurried = True
-        patience = 0.0 if self._letting_run else GRACE_SEC
-        self._deadline = min(self._deadline, asyncio.get_running_loop().time() + patience)
+        self._force_stopped = True
+        timeout = 0.0 if self._letting_run else GRACE_SEC
+        self._deadline = min(self._deadline, asyncio.get_running_loop().time() + timeout)
         self._context.link.wake()
 
     async def _end_tasks(self) -> None:

@@ -26,7 +26,7 @@ class Plan(Protocol[StepT_co]):
     """What decides which steps to take next."""
 
     @property
-    def over(self) -> bool:
+    def finished(self) -> bool:
         """Whether everything has ended and nothing will be started any more."""
         ...
 
@@ -52,7 +52,7 @@ class Driver(Generic[StepT]):
         executions: What runs, by the key given to `start`.
         guard: For processes.
         failure: What `run` of the owner is to raise; None while nothing has failed.
-        over: Set when everything has ended.
+        finished: Set when everything has ended.
         loop: The event loop; set by `begin`.
     """
 
@@ -68,7 +68,7 @@ class Driver(Generic[StepT]):
         self.executions: dict[Hashable, Execution] = {}
         self.guard = Guard()
         self.failure: BaseException | None = None
-        self.over = asyncio.Event()
+        self.finished = asyncio.Event()
         self._plan = plan
         self._perform = perform
         self._on_moved = on_moved
@@ -91,7 +91,7 @@ class Driver(Generic[StepT]):
         Args:
             transition: Tells the plan: called with the current time, returns the steps.
         """
-        if self.over.is_set():
+        if self.finished.is_set():
             return
         try:
             self._steps.extend(transition(self.loop.time()))
@@ -107,8 +107,8 @@ class Driver(Generic[StepT]):
         except Exception as error:  # noqa: BLE001 - it is raised to whoever runs this
             self._break(error)
         self._on_moved()
-        if not self.executions and (self._plan.over or self.failure is not None):
-            self.over.set()
+        if not self.executions and (self._plan.finished or self.failure is not None):
+            self.finished.set()
 
     def start(self, key: Hashable, execution: Execution) -> None:
         """Start an execution, unless something has failed."""
@@ -121,10 +121,10 @@ class Driver(Generic[StepT]):
         for execution in tuple(self.executions.values()):
             execution.stop()
 
-    def hurry_all(self) -> None:
+    def force_stop_all(self) -> None:
         """Stop all executions in the strongest way."""
         for execution in tuple(self.executions.values()):
-            execution.hurry()
+            execution.force_stop()
 
     async def wait(self, on_cancel: Callable[[], None]) -> bool:
         """Wait until everything has ended and the guard is closed, also when the waiting task is cancelled.
@@ -136,9 +136,9 @@ class Driver(Generic[StepT]):
             Whether the task has been cancelled.
         """
         cancelled = False
-        while not self.over.is_set():
+        while not self.finished.is_set():
             try:
-                await self.over.wait()
+                await self.finished.wait()
             except asyncio.CancelledError:
                 cancelled = True
                 on_cancel()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 from abc import ABC, abstractmethod
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from actors.callbacks.functions import exit_ends_node
@@ -18,7 +19,7 @@ from actors.processes.outcome import Outcome, outcome_of_error
 from actors.runtime.programs import run_program
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine
+    from collections.abc import Callable, Coroutine, Mapping
     from contextvars import Context
     from typing import Any
 
@@ -38,6 +39,7 @@ class Execution(ABC):
         log: Gets warnings and errors.
         on_started: Called when the child runs.
         on_ended: Called once, with the child's outcome.
+        step_timeouts_sec: By step, time limits that differ from the child's.
 
     Attributes:
         pid: The process's id; None before it runs, and for children that are not processes.
@@ -50,15 +52,17 @@ class Execution(ABC):
         *,
         on_started: Callable[[], None],
         on_ended: Callable[[Outcome], None],
+        step_timeouts_sec: Mapping[int, float] = MappingProxyType({}),
     ) -> None:
         self.pid: int | None = None
         self._child = child
         self._log = log
         self._on_started = on_started
         self._on_ended = on_ended
+        self._step_timeouts_sec = step_timeouts_sec
         self._steps = self._stop_steps()
         self._step = -1
-        self._hurried = False
+        self._force_stopped = False
         self._timer: asyncio.TimerHandle | None = None
         self._task: asyncio.Task[Outcome] | None = None
         self._ended = False
@@ -74,11 +78,11 @@ class Execution(ABC):
         if self._step < 0:
             self._take(0)
 
-    def hurry(self) -> None:
+    def force_stop(self) -> None:
         """Take the last step now. The child ends within `LAST_STEP_SEC`."""
-        if self._hurried:
+        if self._force_stopped:
             return
-        self._hurried = True
+        self._force_stopped = True
         self.stop()
         last = len(self._steps) - 1
         if self._step < last:
@@ -94,8 +98,10 @@ class Execution(ABC):
     def _run(self) -> Coroutine[Any, Any, Outcome]:
         """Run the child from its start to its end."""
 
-    def _patience_sec(self, step: int) -> float:
+    def _step_timeout_sec(self, step: int) -> float:
         """Return the time limit of a step."""
+        if step in self._step_timeouts_sec:
+            return self._step_timeouts_sec[step]
         return LAST_STEP_SEC if step == len(self._steps) - 1 else self._child.stop_timeout_sec
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
@@ -117,7 +123,7 @@ class Execution(ABC):
     def _begin_limit(self, step: int) -> None:
         """Begin the time limit of a step."""
         self._forget_timer()
-        wait = LAST_STEP_SEC if self._hurried else self._patience_sec(step)
+        wait = LAST_STEP_SEC if self._force_stopped else self._step_timeout_sec(step)
         last = step == len(self._steps) - 1
         following = self._give_up if last else lambda: self._take(step + 1)
         self._timer = asyncio.get_running_loop().call_later(wait, following)
@@ -187,7 +193,7 @@ class TaskExecution(Execution):
         self._task.cancel()
 
     def _cancel_again(self) -> None:
-        # One loop turn later: a task gets two cancellations in the same turn as one, and a supervisor hurries
-        # at the second.
+        # One loop turn later: a task gets two cancellations in the same turn as one, and the second makes a
+        # supervisor force the stop.
         asyncio.get_running_loop().call_soon(self._cancel)
         self._report(LoggingSeverity.WARN, "has not stopped yet; cancelling it again")

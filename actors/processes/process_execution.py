@@ -63,7 +63,7 @@ class ProcessExecution(Execution):
 
     def _kill(self) -> None:
         self._send(signal.SIGKILL)
-        text = "is killed" if self._hurried else "has not ended after SIGTERM; sending SIGKILL"
+        text = "is killed" if self._force_stopped else "has not ended after SIGTERM; sending SIGKILL"
         self._report(LoggingSeverity.WARN, text)
 
     def _send(self, number: signal.Signals) -> None:

@@ -141,7 +141,7 @@ class RestartPlan:
         self._now = -math.inf
 
     @property
-    def over(self) -> bool:
+    def finished(self) -> bool:
         """Whether all children have ended for good."""
         return all(slot.state is ChildState.ENDED for slot in self._slots)
 
@@ -193,7 +193,7 @@ class RestartPlan:
         self._condemn_all()
         return self._advance(now)
 
-    def hurry(self) -> list[Step]:
+    def force_stop(self) -> list[Step]:
         """Stop everything at once, whatever the order."""
         self._condemn_all()
         return [self._stop_child(child) for child in self._condemned() if not self._is_stopping(child)]

@@ -188,7 +188,7 @@ class Supervisor:
             RuntimeError: It has run already.
         """
         async with self:
-            await self._driver.over.wait()
+            await self._driver.finished.wait()
 
     async def __aenter__(self) -> Self:
         """Begin to start the children; `wait_for` waits until one runs."""
@@ -210,7 +210,7 @@ class Supervisor:
         self._caller = None
         self._driver.happened(self._plan.stop)
         try:
-            cancelled = await self._driver.wait(self._hurry)
+            cancelled = await self._driver.wait(self._force_stop)
         finally:
             self._closed = True
             self._publisher.end()
@@ -224,9 +224,9 @@ class Supervisor:
             raise failure
         return False
 
-    def _hurry(self) -> None:
-        self._driver.happened(lambda _now: self._plan.hurry())
-        self._driver.hurry_all()
+    def _force_stop(self) -> None:
+        self._driver.happened(lambda _now: self._plan.force_stop())
+        self._driver.force_stop_all()
 
     # Transitions
 

@@ -10,14 +10,14 @@ import asyncio
 from actors.logging.logger import get_logger
 
 
-async def end_remaining_tasks(patience_sec: float) -> None:
+async def end_remaining_tasks(timeout_sec: float) -> None:
     """Cancel all other tasks of this loop, wait for them this long, and log those that still run."""
     tasks = asyncio.all_tasks() - {asyncio.current_task()}
     for task in tasks:
         task.cancel()
     if not tasks:
         return
-    _, stubborn = await asyncio.wait(tasks, timeout=patience_sec)
+    _, stubborn = await asyncio.wait(tasks, timeout=timeout_sec)
     for task in stubborn:
         name = getattr(task.get_coro(), "__qualname__", task.get_name())
         get_logger("callboard").error(f"Left running: {name} ignores being cancelled")

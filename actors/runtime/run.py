@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 FAILURE: Final = 1
 USAGE: Final = 2
 
-PATIENT_SIGNALS: Final = 2
-"""Number of signals after which programs may still clean up."""
+CANCELLING_SIGNALS: Final = 2
+"""Number of signals that cancel the program, which may still clean up; a later one interrupts it."""
 
 LAST_TASKS_SEC: Final = 8.0
 """Time for tasks to end after a sys.exit in one of them: the default time that a node needs to stop."""
@@ -150,8 +150,8 @@ def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
             try:
                 return runner.run(guarded())
             finally:
-                patience_sec = signals.end()
-                runner.get_loop().run_until_complete(end_remaining_tasks(patience_sec))
+                timeout_sec = signals.end()
+                runner.get_loop().run_until_complete(end_remaining_tasks(timeout_sec))
     except KeyboardInterrupt:
         return None
     except asyncio.CancelledError:
@@ -185,7 +185,7 @@ class _Signals:
 
     def _on_signal(self) -> None:
         self.count += 1
-        if self.count <= PATIENT_SIGNALS:
+        if self.count <= CANCELLING_SIGNALS:
             assert self._task is not None
             self._task.cancel()
         elif not self._ending:
@@ -195,7 +195,7 @@ class _Signals:
         """Ignore later signals; return the seconds that remaining tasks have to end."""
         self._ending = True
         exited = self._task is not None and not self._task.done()
-        return LAST_TASKS_SEC if exited and self.count <= PATIENT_SIGNALS else GRACE_SEC
+        return LAST_TASKS_SEC if exited and self.count <= CANCELLING_SIGNALS else GRACE_SEC
 
 
 def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], None]) -> None:

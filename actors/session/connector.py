@@ -87,10 +87,10 @@ class Connector:
     async def first_attempt(self, done: Callable[[], bool]) -> None:
         """Wait until `done`, or until every broker has been tried; `FIRST_ANSWER_SEC` at most."""
 
-        def over() -> bool:
+        def attempt_ended() -> bool:
             return done() or not self.trying
 
-        await first_attempt.wait(self._link, self._urls, over, again_after_sec=CONNECT_TIMEOUT_SEC)
+        await first_attempt.wait(self._link, self._urls, attempt_ended, again_after_sec=CONNECT_TIMEOUT_SEC)
 
     async def run(self, *, connect_timeout_sec: float | None = None) -> None:
         """Connect, and connect again after every loss, until `leave`.

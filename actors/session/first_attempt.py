@@ -26,14 +26,14 @@ _silent: Final[weakref.WeakKeyDictionary[asyncio.AbstractEventLoop, dict[tuple[B
 
 
 async def wait(
-    link: Link, urls: tuple[BrokerUrl, ...], over: Callable[[], bool], *, again_after_sec: float
+    link: Link, urls: tuple[BrokerUrl, ...], attempt_ended: Callable[[], bool], *, again_after_sec: float
 ) -> None:
-    """Wait until `over`, at most `FIRST_ANSWER_SEC`; not at all after a vain wait of another node.
+    """Wait until `attempt_ended`, at most `FIRST_ANSWER_SEC`; not at all after a vain wait of another node.
 
     Args:
         link: Its changes wake this coroutine.
         urls: The brokers.
-        over: Whether the attempt has ended.
+        attempt_ended: Whether the attempt has ended.
         again_after_sec: Seconds after a failed wait in which no node waits for these brokers.
     """
     loop = asyncio.get_running_loop()
@@ -42,7 +42,7 @@ async def wait(
         return
     try:
         async with asyncio.timeout(FIRST_ANSWER_SEC):
-            while not over():
+            while not attempt_ended():
                 await link.changed()
     except TimeoutError:
         silent[urls] = loop.time() + again_after_sec

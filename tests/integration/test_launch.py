@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from actors.cli.errors import BROKEN_PIPE, OK
-from actors.launch.engine.machine import HURRY_AFTER_SEC
+from actors.launch.engine.machine import FORCE_STOP_AFTER_SEC
 from tests.actors.site_packages import Site
 from tests.integration.conftest import DEADLINE_SEC, ROOT
 from tests.integration.launch_files import launch_file, start_launch
@@ -150,7 +150,7 @@ async def test_a_second_signal_kills(system: System, tmp_path: Path) -> None:
     ended = asyncio.create_task(program.wait_for_exit())
     while not ended.done():  # two that are close together are one
         program.send_signal(signal.SIGINT)
-        await asyncio.wait({ended}, timeout=HURRY_AFTER_SEC)
+        await asyncio.wait({ended}, timeout=FORCE_STOP_AFTER_SEC)
     assert await ended == 0
     assert "process is killed" in program.output
     assert not is_alive(pid)
@@ -485,7 +485,7 @@ async def test_ctrl_c_after_a_required_process_failed_exits_with_1(system: Syste
     ended = asyncio.create_task(program.wait_for_exit())
     while not ended.done():
         program.send_signal(signal.SIGINT)
-        await asyncio.wait({ended}, timeout=HURRY_AFTER_SEC)
+        await asyncio.wait({ended}, timeout=FORCE_STOP_AFTER_SEC)
     assert await ended == 1
     assert not is_alive(pid)
 

@@ -52,7 +52,7 @@ class CapturedOutput:
 
     Attributes:
         colored: The same.
-        over: Whether the node has ended.
+        ended: Whether the node has ended.
         lost_lines: Lines dropped because too much waited.
     """
 
@@ -65,7 +65,7 @@ class CapturedOutput:
         colored: bool,
     ) -> None:
         self.colored = colored
-        self.over = False
+        self.ended = False
         self.lost_lines = 0
         self._write = write
         self._say = say
@@ -83,7 +83,7 @@ class CapturedOutput:
     def current() -> CapturedOutput | None:
         """Return that of the node that runs now; None if none does, or it has ended."""
         captured = _captured.get()
-        return None if captured is None or captured.over else captured
+        return None if captured is None or captured.ended else captured
 
     def capture(self) -> None:
         """Capture the output of all that runs in this context from now on."""
@@ -102,7 +102,7 @@ class CapturedOutput:
     def end(self) -> None:
         """Pass on all lines, also an incomplete one: the node has ended."""
         with self._lock:
-            self.over = True
+            self.ended = True
             for stream, lines in self._lines.items():
                 self._add(stream, lines.end())
         self._context.run(self._flush)

@@ -42,7 +42,7 @@ class StopAll:
 
 
 @dataclass(frozen=True)
-class HurryAll:
+class ForceStopAll:
     """Kill all processes."""
 
 
@@ -64,4 +64,4 @@ class Ask:
     give: Callable[[], Sequence[Step]]
 
 
-Effect: TypeAlias = Run | Stop | StopAll | HurryAll | Notify | Ask
+Effect: TypeAlias = Run | Stop | StopAll | ForceStopAll | Notify | Ask

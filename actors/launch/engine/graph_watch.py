@@ -81,7 +81,7 @@ async def _end(task: asyncio.Task[None]) -> None:
             await asyncio.wait({task})
         except asyncio.CancelledError as error:
             cancelled = error
-            task.cancel()  # the node hurries
+            task.cancel()  # the node is being stopped by force
     if cancelled is not None:
         raise cancelled
 

@@ -1,8 +1,8 @@
 """The state machine of a launch: decides what to do next. No I/O and no clock.
 
 The runner calls a method for each event (`started`, `ended`, `graph`, `tick`, `stop`, …) with the time; it
-returns effects, which the runner carries out in order. `tick` is due at `wake_at`. The launch is `over` when
-nothing runs and nothing will be started.
+returns effects, which the runner carries out in order. `tick` is due at `wake_at`. The launch is `finished`
+when nothing runs and nothing will be started.
 
 Functions of the description may block, so the runner calls them in a thread: `Ask`, then `answered`. What
 happens meanwhile is reported at once, but reacted to afterwards: reactions are generators, which run one
@@ -15,7 +15,7 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from actors.launch.engine.effects import Ask, HurryAll, Notify, Run, Stop, StopAll
+from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, StopAll
 from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Handlers, ReactionQueue
 from actors.launch.engine.process_table import ProcessState, ProcessTable
 from actors.launch.engine.schedule import Schedule
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 
 REMINDER_SEC: Final = 10.0
 """When it is said that a process still waits; then after twice, four times … as long."""
-HURRY_AFTER_SEC: Final = 0.2
+FORCE_STOP_AFTER_SEC: Final = 0.2
 """Two wishes to stop that are closer together are one: `timeout` and terminals may signal twice."""
 LAST_FUNCTION_SEC: Final = 5.0
 """How long functions may go on when the launch ends; what they give then is ignored."""
@@ -100,7 +100,7 @@ class Machine:
         return not self.failed and not self._failed_runs
 
     @property
-    def over(self) -> bool:
+    def finished(self) -> bool:
         """Whether the launch has ended: nothing runs, and nothing will."""
         return self.stopping and not self._table.living and not self._reactions.waiting
 
@@ -184,8 +184,8 @@ class Machine:
         self._now = now
         if not self.stopping:
             self._reactions.add(self._stop_all(reason))
-        elif insist and now - self._stopped_at >= HURRY_AFTER_SEC:
-            self._effects.append(HurryAll())
+        elif insist and now - self._stopped_at >= FORCE_STOP_AFTER_SEC:
+            self._effects.append(ForceStopAll())
             self._reactions.abandon()
         return self._done()
 

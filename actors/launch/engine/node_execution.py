@@ -41,7 +41,7 @@ class NodeExecution(TaskExecution):
         say: Takes what there is to say of it.
         stop_timeout_sec: What it may take to stop before it is cancelled again, unless the specification's
             `sigterm_timeout_sec` says otherwise. Then it gets `sigkill_timeout_sec`, or else `LAST_STEP_SEC`,
-            before it is given up; when it is hurried it gets the latter.
+            before it is given up; when its stop is forced it gets the latter.
         reports: As an execution's.
     """
 
@@ -55,7 +55,13 @@ class NodeExecution(TaskExecution):
         **reports: Any,
     ) -> None:
         child = Child(spec.label, node=self._live, stop_timeout_sec=stop_timeout_sec)
-        super().__init__(child, self._live, get_logger(spec.label), **reports)
+        super().__init__(
+            child,
+            self._live,
+            get_logger(spec.label),
+            step_timeouts_sec=spec.stop_step_timeouts_sec(),
+            **reports,
+        )
         self._spec = spec
         self._write = write
         self._say = say
@@ -104,9 +110,6 @@ class NodeExecution(TaskExecution):
         if isinstance(made, Node) and level is not None:
             made.get_logger().set_level(level)
         return made
-
-    def _patience_sec(self, step: int) -> float:
-        return self._spec.patience_sec(step, super()._patience_sec(step))
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
         self._say(Level(severity.name), f"node {text}")

@@ -54,7 +54,9 @@ class LaunchedProcess(ProcessExecution):
         **reports: Any,
     ) -> None:
         child = Child(spec.label, command=spec.command, cwd=spec.cwd, stop_timeout_sec=stop_timeout_sec)
-        super().__init__(child, guard, get_logger(spec.label), **reports)
+        super().__init__(
+            child, guard, get_logger(spec.label), step_timeouts_sec=spec.stop_step_timeouts_sec(), **reports
+        )
         self._spec = spec
         self._write = write
         self._say = say
@@ -72,7 +74,7 @@ class LaunchedProcess(ProcessExecution):
             with suppress(TimeoutError):
                 async with asyncio.timeout(REST_TIMEOUT_SEC):
                     for reader in readers:
-                        await reader.over.wait()
+                        await reader.ended.wait()
             return outcome
 
     async def _open(self, stream: Stream, stack: AsyncExitStack) -> _Reader:
@@ -89,9 +91,6 @@ class LaunchedProcess(ProcessExecution):
         stack.callback(reader.end)
         stack.callback(transport.close)
         return reader
-
-    def _patience_sec(self, step: int) -> float:
-        return self._spec.patience_sec(step, super()._patience_sec(step))
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
         self._say(Level(severity.name), f"process {text}")
@@ -116,7 +115,7 @@ class _Reader(asyncio.Protocol):
     """Reads a pipe to its end; never pauses."""
 
     def __init__(self, write: Callable[[Sequence[bytes]], None]) -> None:
-        self.over = asyncio.Event()
+        self.ended = asyncio.Event()
         self._lines = Lines()
         self._write = write
 
@@ -128,7 +127,7 @@ class _Reader(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """All writers have closed it."""
         del exc
-        self.over.set()
+        self.ended.set()
 
     def end(self) -> None:
         """Write the last line."""

@@ -6,7 +6,7 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.engine.effects import Ask, HurryAll, Notify, Run, Stop, StopAll
+from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, StopAll
 from actors.launch.engine.handlers import ask
 from actors.launch.engine.node_execution import NodeExecution
 from actors.launch.engine.process import LaunchedProcess
@@ -98,8 +98,8 @@ class Runner:
                 self._driver.executions[effect.label].stop()
             case StopAll():
                 self._driver.stop_all()
-            case HurryAll():
-                self._driver.hurry_all()
+            case ForceStopAll():
+                self._driver.force_stop_all()
             case Ask():
                 self._call = call_in_thread(partial(ask, effect.give), self._driver.context)
                 self._call.add_done_callback(partial(self._answered, effect))

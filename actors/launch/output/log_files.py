@@ -116,7 +116,7 @@ class LogFiles:
             self._complain(error)
         else:
             self._notify(Message(Level.INFO, f"log files are in {self._folder.path}"))
-        while not (batch := self._outgoing.take()).over:
+        while not (batch := self._outgoing.take()).last:
             for entry in batch.pieces:
                 self._write(entry)
             if batch.lost_lines:

@@ -24,12 +24,12 @@ class Batch(Generic[T]):
     Attributes:
         pieces: To be written. Empty if there is something else to be done.
         lost_lines: Lines dropped that have not been reported; only when nothing waits any more.
-        over: Nothing will come after this.
+        last: Nothing will come after this.
     """
 
     pieces: tuple[T, ...] = ()
     lost_lines: int = 0
-    over: bool = False
+    last: bool = False
 
 
 class Outgoing(Generic[T]):
@@ -89,7 +89,7 @@ class Outgoing(Generic[T]):
             if self._waiting:
                 return Batch(tuple(self._pieces()))
             lost, self._untold = self._untold, 0
-            return Batch(lost_lines=lost, over=self._ended and not lost)
+            return Batch(lost_lines=lost, last=self._ended and not lost)
 
     def _pieces(self) -> list[T]:
         pieces: list[T] = []

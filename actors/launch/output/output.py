@@ -89,7 +89,7 @@ class Output:
 
     def _run(self) -> None:
         try:
-            while not (batch := self._outgoing.take()).over:
+            while not (batch := self._outgoing.take()).last:
                 data = b"".join(batch.pieces)
                 self._put_above(data + self._of_lost(batch.lost_lines) if batch.lost_lines else data)
             self._draw = None

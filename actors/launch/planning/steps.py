@@ -102,10 +102,10 @@ class ProcessSpec:
     made_later: bool = False
     sources: tuple[str, ...] = ()
 
-    def patience_sec(self, step: int, otherwise: float) -> float:
-        """Return what it gets after step 0 (SIGINT) or 1 (SIGTERM) of stopping it, else `otherwise`."""
-        own = {0: self.sigterm_timeout_sec, 1: self.sigkill_timeout_sec}.get(step)
-        return otherwise if own is None else own
+    def stop_step_timeouts_sec(self) -> dict[int, float]:
+        """Return its own time limits of step 0 (SIGINT) and 1 (SIGTERM) of stopping it."""
+        limits = {0: self.sigterm_timeout_sec, 1: self.sigkill_timeout_sec}
+        return {step: limit for step, limit in limits.items() if limit is not None}
 
 
 @dataclass(frozen=True, kw_only=True)

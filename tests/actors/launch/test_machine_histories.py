@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from actors.launch.engine.effects import Ask, HurryAll, Notify, Run, Stop, StopAll
+from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, StopAll
 from actors.launch.engine.handlers import ABANDONED, ask
 from actors.launch.engine.machine import Machine
 from actors.launch.engine.process_table import ProcessState
@@ -117,7 +117,7 @@ class History:
                 self.executions[effect.process.label] = False
             elif isinstance(effect, Stop):
                 assert effect.label in self.executions, "stopped though it does not run"
-            elif isinstance(effect, HurryAll):
+            elif isinstance(effect, ForceStopAll):
                 assert self.machine.stopping
             elif isinstance(effect, Notify) and effect.event == Message(Level.WARN, ABANDONED):
                 self.asked.clear()
@@ -166,7 +166,7 @@ class History:
         assert up == self.executions.keys()
         restarting = any(machine.state(label) is ProcessState.RESTARTING for label in labels)
         assert machine.wake_at is not None or not restarting
-        assert machine.over is (machine.stopping and not self.executions and not self.asked)
+        assert machine.finished is (machine.stopping and not self.executions and not self.asked)
 
     def ends(self) -> None:
         """Stop it; it is over when all that ran has ended."""
@@ -177,7 +177,7 @@ class History:
         while self.asked:
             self._answers()
         assert not self.executions
-        assert self.machine.over
+        assert self.machine.finished
 
 
 @pytest.mark.parametrize("first", range(0, SEEDS, 50))
@@ -188,7 +188,7 @@ def test_the_machine_knows_what_runs(first: int) -> None:
         try:
             for _ in range(MOMENTS):
                 history.check()
-                if history.machine.over:
+                if history.machine.finished:
                     break
                 history.goes_on()
             history.ends()

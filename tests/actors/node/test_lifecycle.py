@@ -234,7 +234,7 @@ def test_a_callback_that_ignores_its_cancellation_is_named_and_abandoned(
     assert "stubborn" in errors[0]
 
 
-def test_a_second_cancellation_hurries() -> None:
+def test_a_second_cancellation_forces_the_stop() -> None:
     """Whoever cancels a node's task again does not want to wait for callbacks; the cancellation counts."""
 
     async def scene(stage: Stage) -> None:
@@ -262,7 +262,7 @@ def test_a_second_cancellation_hurries() -> None:
 
 
 def test_a_timeout_around_a_node_that_stops_is_a_timeout() -> None:
-    """`asyncio.timeout` that ends while the node stops raises TimeoutError, and hurries the stop."""
+    """`asyncio.timeout` that ends while the node stops raises TimeoutError, and forces the stop."""
 
     async def scene(stage: Stage) -> None:
         node = actors.Node("n", use_global_arguments=False, stop_timeout_sec=100.0)

@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 
 class Countdown:
-    """A plan that wants to be woken some times, and is over then."""
+    """A plan that wants to be woken some times, and is finished then."""
 
     def __init__(self, ticks: int) -> None:
         self.left = ticks
         self.wake_at: float | None = None
 
     @property
-    def over(self) -> bool:
+    def finished(self) -> bool:
         """Whether it has been woken often enough."""
         return not self.left
 
@@ -35,7 +35,7 @@ class Countdown:
         return [f"left {self.left}"]
 
 
-async def test_a_plan_is_woken_until_it_is_over() -> None:
+async def test_a_plan_is_woken_until_it_is_finished() -> None:
     """Each time that it asks for, and its steps are carried out in order."""
     plan, steps = Countdown(3), list[str]()
     driver = Driver(plan, steps.append)

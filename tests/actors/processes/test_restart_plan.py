@@ -62,17 +62,17 @@ def test_stopping_goes_backwards_one_at_a_time(strategy: Strategy) -> None:
     assert plan.stop(1) == []
     assert plan.ended(2, 1, normal=True) == [Stop(1)]
     assert plan.ended(1, 1, normal=False) == [Stop(0)]
-    assert not plan.over
+    assert not plan.finished
     assert plan.ended(0, 1, normal=True) == []
-    assert plan.over
+    assert plan.finished
 
 
-def test_hurrying_stops_all_that_are_left() -> None:
+def test_a_forced_stop_stops_all_that_are_left() -> None:
     """Whoever has not been told yet is told at once."""
     plan = plan_of(Strategy.ONE_FOR_ONE)
     bring_up(plan)
     assert plan.stop(1) == [Stop(2)]
-    assert plan.hurry() == [Stop(0), Stop(1)]
+    assert plan.force_stop() == [Stop(0), Stop(1)]
 
 
 def test_one_for_one_restarts_the_dead_one_only() -> None:
@@ -175,7 +175,7 @@ def test_which_ends_are_deaths(restart: Restart, *, normal: bool, comes_back: bo
     bring_up(plan, 1)
     steps = plan.ended(0, 1, normal=normal)
     assert bool(steps) is comes_back
-    assert plan.over is not comes_back
+    assert plan.finished is not comes_back
 
 
 def test_a_temporary_child_is_not_brought_back_with_the_group() -> None:
@@ -201,7 +201,7 @@ def test_one_death_too_many_ends_it() -> None:
         assert plan.tick(now) == [Start(1)]
     assert plan.ended(1, now, normal=False) == [GaveUp(1), Stop(0)]
     assert plan.ended(0, now, normal=True) == []
-    assert plan.over
+    assert plan.finished
 
 
 def test_deaths_that_are_far_apart_do_not_add_up() -> None:
@@ -241,7 +241,7 @@ def test_zero_restarts_means_the_first_death_is_one_too_many() -> None:
     plan = plan_of(Strategy.ONE_FOR_ONE, PERMANENT, max_restarts=0)
     bring_up(plan, 1)
     assert plan.ended(0, 1, normal=False) == [GaveUp(0)]
-    assert plan.over
+    assert plan.finished
 
 
 @pytest.mark.parametrize(
@@ -290,7 +290,7 @@ class Anything(RuleBasedStateMachine):
         self.starting: set[int] = set()
         self.running: set[int] = set()
         self.told: set[int] = set()
-        self.hurried = False
+        self.forced = False
         self.stopped = False
         self.gave_up = 0
         self.take(self.plan.begin(0.0))
@@ -313,7 +313,7 @@ class Anything(RuleBasedStateMachine):
                 case Stop(child):
                     assert child in self.alive
                     assert child not in self.told
-                    if not self.hurried:
+                    if not self.forced:
                         assert not self.told, "one after the other"
                         if self.policy.strategy is not Strategy.REST_FOR_ONE or self.stopped or self.gave_up:
                             assert child == max(self.alive), "the last one first"
@@ -348,13 +348,13 @@ class Anything(RuleBasedStateMachine):
         self.take(self.plan.tick(self.now))
 
     @precondition(lambda self: not self.stopped)
-    @rule(hurry=st.booleans())
-    def stop(self, *, hurry: bool) -> None:
+    @rule(force=st.booleans())
+    def stop(self, *, force: bool) -> None:
         self.stopped = True
         self.take(self.plan.stop(self.now))
-        if hurry:
-            self.hurried = True
-            self.take(self.plan.hurry())
+        if force:
+            self.forced = True
+            self.take(self.plan.force_stop())
 
     @invariant()
     def states_are_true(self) -> None:
@@ -370,9 +370,9 @@ class Anything(RuleBasedStateMachine):
                 assert state in (ChildState.WAITING, ChildState.ENDED)
             if state is ChildState.WAITING:
                 assert self.alive or self.plan.wake_at is not None, "it would wait for ever"
-        assert not (self.plan.over and self.alive)
+        assert not (self.plan.finished and self.alive)
         if self.stopped or self.gave_up:
-            assert self.plan.over or self.told
+            assert self.plan.finished or self.told
 
     def teardown(self) -> None:
         """Whatever was before: if now everybody obeys, all that is to run runs, or all have ended."""

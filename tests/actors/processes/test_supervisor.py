@@ -245,7 +245,7 @@ def test_stopping_is_bounded(seconds: float, takes: float, caplog: pytest.LogCap
     alone(scene)
 
 
-def test_a_second_cancellation_hurries() -> None:
+def test_a_second_cancellation_forces_the_stop() -> None:
     """It bounds the rest of the stop by 2 s, whatever the children's timeouts."""
 
     async def scene(loop: SimulatedLoop, diary: Diary) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.launch.engine.effects import Ask, HurryAll, Notify, Run, Stop, StopAll
+from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, StopAll
 from actors.launch.engine.handlers import (
     ABANDONED,
     LINE_BYTES,
@@ -16,7 +16,7 @@ from actors.launch.engine.handlers import (
     ask,
 )
 from actors.launch.engine.machine import (
-    HURRY_AFTER_SEC,
+    FORCE_STOP_AFTER_SEC,
     LAST_FUNCTION_SEC,
     REMINDER_SEC,
     Machine,
@@ -150,21 +150,21 @@ def test_steps_are_taken_in_order_when_they_are_due() -> None:
     assert play.runs == ["a-1"]
     play.up()
     play.ends()
-    assert not play.machine.over
+    assert not play.machine.finished
     play.waits(1)
     assert play.said == ["INFO launch: hello"]
     play.waits(1)
     assert play.runs == ["a-1", "b-1"]
-    assert not play.machine.over
+    assert not play.machine.finished
     play.ends("b-1")
-    assert play.machine.over
+    assert play.machine.finished
     assert not play.machine.failed
 
 
 def test_nothing_to_do_is_over_at_once() -> None:
     """A description of nothing ends."""
-    assert Play().machine.over
-    assert not Play(keep=True).machine.over
+    assert Play().machine.finished
+    assert not Play(keep=True).machine.finished
 
 
 def test_what_happens_is_told() -> None:
@@ -191,7 +191,7 @@ def test_a_respawn_backs_off() -> None:
         play.ends(code=1)
         assert play.told(ProcessRestarts)[-1].delay_sec == delay
         assert play.machine.state("a-1") is ProcessState.RESTARTING
-        assert not play.machine.over
+        assert not play.machine.finished
         before = len(play.runs)
         play.waits(delay)
         assert len(play.runs) == before + 1
@@ -206,9 +206,9 @@ def test_a_respawn_ends_when_its_retries_do() -> None:
     for _ in range(2):
         play.ends()
         play.waits(1)
-    assert not play.machine.over
+    assert not play.machine.finished
     play.ends()
-    assert play.machine.over
+    assert play.machine.finished
     assert len(play.told(ProcessExited)) == 3
 
 
@@ -222,7 +222,7 @@ def test_a_shutdown_comes_before_a_respawn() -> None:
     play.ends()
     play.waits(1)
     assert len(play.told(ProcessExited)) == 2
-    assert play.machine.over
+    assert play.machine.finished
 
 
 def test_a_process_is_restarted_on_demand() -> None:
@@ -241,7 +241,7 @@ def test_a_dead_process_is_restarted_on_demand(*, respawn: bool) -> None:
     """One that has ended, or that waits for its time; that time does not start it again."""
     play = Play(start(respawn=respawn, respawn_delay_sec=5.0, respawn_max_delay_sec=5.0), keep=True)
     play.ends(code=1)
-    assert not play.machine.over
+    assert not play.machine.finished
     play.does(play.machine.restart, "a-1", "changed")
     play.waits(10)
     assert play.runs == ["a-1", "a-1"]
@@ -268,7 +268,7 @@ def test_a_process_waits_for_what_it_depends_on() -> None:
     assert play.runs == []
     play.does(play.machine.graph, frozenset({ADD}))
     assert play.runs == []
-    assert not play.machine.over
+    assert not play.machine.finished
     play.does(play.machine.graph, frozenset({TALKER, ADD}))
     assert play.runs == ["a-1"]
     play.waits(1000)
@@ -293,7 +293,7 @@ def test_a_wait_has_an_end() -> None:
     assert ended.outcome.reason == "service /add was not there within 50 s"
     assert not ended.outcome.normal
     assert play.machine.failed
-    assert play.machine.over
+    assert play.machine.finished
     assert play.runs == []
 
 
@@ -301,7 +301,7 @@ def test_a_wait_can_be_for_ever() -> None:
     """If the description says so."""
     play = Play(start(depends_on=(ADD,), depends_timeout_sec=float("inf")))
     play.waits(1e9)
-    assert not play.machine.over
+    assert not play.machine.finished
 
 
 def test_what_comes_back_waits_again() -> None:
@@ -320,7 +320,7 @@ def test_a_waiting_process_does_not_hold_the_end_up() -> None:
     """It is just not started."""
     play = Play(start(depends_on=(ADD,)))
     play.does(play.machine.stop, "enough")
-    assert play.machine.over
+    assert play.machine.finished
     play.does(play.machine.graph, frozenset({ADD}))
     assert play.runs == []
 
@@ -499,20 +499,20 @@ def test_a_launch_goes_on_for_a_function_that_runs() -> None:
     assert play.runs == ["a-1", "b-1"]
 
 
-@pytest.mark.parametrize("hurried", [False, True])
-def test_functions_do_not_hold_the_end_up_for_long(*, hurried: bool) -> None:
+@pytest.mark.parametrize("forced", [False, True])
+def test_functions_do_not_hold_the_end_up_for_long(*, forced: bool) -> None:
     """When the launch ends, a function has some seconds; a second Ctrl-C ends the wait. It is said then."""
     play = Play(start("a"), function("late", start("b")), function("never", kind=ShuttingDown))
     play.answers = False
     play.ends("a-1")
     play.does(play.machine.stop, "interrupted")
-    assert not play.machine.over
-    if hurried:
-        play.waits(HURRY_AFTER_SEC)
+    assert not play.machine.finished
+    if forced:
+        play.waits(FORCE_STOP_AFTER_SEC)
         play.does(play.machine.stop, "interrupted")
     else:
         play.waits(LAST_FUNCTION_SEC)
-    assert play.machine.over
+    assert play.machine.finished
     assert play.said == [f"WARN launch: {ABANDONED}"]
     play.answer()
     assert (play.runs, play.said) == (["a-1"], [f"WARN launch: {ABANDONED}"])
@@ -594,14 +594,14 @@ def test_the_end_of_the_last_process_is_the_launchs() -> None:
     play.ends()
     assert play.told(ShuttingDown) == [ShuttingDown("nothing is left to run")]
     assert play.said == ["INFO launch: bye"]
-    assert play.machine.over
+    assert play.machine.finished
 
 
-def test_a_wish_that_does_not_insist_hurries_nothing() -> None:
+def test_a_stop_that_does_not_insist_forces_nothing() -> None:
     """Nobody reads any more, or the terminal is gone: that is no second Ctrl-C."""
     play = Play(start())
     play.does(play.machine.stop, "interrupted")
-    play.waits(10 * HURRY_AFTER_SEC)
+    play.waits(10 * FORCE_STOP_AFTER_SEC)
     assert play.machine.stop("nobody reads the output", play.now, insist=False) == []
 
 
@@ -626,19 +626,19 @@ def test_a_restart_is_for_one_end() -> None:
     play.ends()
     play.ends()
     assert play.runs == ["a-1"] * 2
-    assert play.machine.over
+    assert play.machine.finished
 
 
-def test_a_second_wish_to_stop_hurries() -> None:
+def test_a_second_stop_is_forced() -> None:
     """If it is not the first one's echo."""
     play = Play(start())
     assert play.does(play.machine.stop, "interrupted") == [Notify(ShuttingDown("interrupted")), StopAll()]
     assert play.does(play.machine.stop, "interrupted") == []
-    play.waits(HURRY_AFTER_SEC)
-    assert play.does(play.machine.stop, "interrupted") == [HurryAll()]
-    assert not play.machine.over
+    play.waits(FORCE_STOP_AFTER_SEC)
+    assert play.does(play.machine.stop, "interrupted") == [ForceStopAll()]
+    assert not play.machine.finished
     play.ends(code=-9)
-    assert play.machine.over
+    assert play.machine.finished
 
 
 def test_nothing_is_started_while_the_launch_ends() -> None:
@@ -654,7 +654,7 @@ def test_nothing_is_started_while_the_launch_ends() -> None:
     play.waits(10)
     assert play.said == ["INFO launch: bye"]
     assert play.runs == ["a-1"]
-    assert play.machine.over
+    assert play.machine.finished
 
 
 @pytest.mark.parametrize("code", [0, 3])
@@ -677,7 +677,7 @@ def test_the_last_run_of_each_process_counts(code: int, *, good: bool) -> None:
     play.waits(1)
     play.ends("a-1", code)
     play.ends("b-1", 0)
-    assert play.machine.over
+    assert play.machine.finished
     assert play.machine.succeeded is good
 
 
@@ -688,7 +688,7 @@ def test_a_process_that_the_launch_stops_does_not_fail(code: int) -> None:
     play.waits(1)
     play.ends("a-1")
     play.ends("b-1", code)
-    assert play.machine.over
+    assert play.machine.finished
     assert play.machine.succeeded
 
 
@@ -700,7 +700,7 @@ def test_a_process_that_the_launch_restarts_does_not_fail(code: int) -> None:
     play.ends(code=code)
     assert play.machine.succeeded
     play.ends(code=1)
-    assert play.machine.over
+    assert play.machine.finished
     assert not play.machine.succeeded
 
 
@@ -713,7 +713,7 @@ def test_the_last_run_of_a_process_that_died_counts(wait_sec: float, succeeded: 
     play.does(play.machine.stop, "enough")
     if play.machine.state("a-1") is ProcessState.UP:
         play.ends(code=0)
-    assert play.machine.over
+    assert play.machine.finished
     assert play.machine.succeeded is succeeded
 
 
@@ -748,7 +748,7 @@ def test_an_outcome_without_a_process_is_an_end() -> None:
     play = Play(start())
     play.does(play.machine.ended, "a-1", Outcome(normal=False, reason="no"))
     assert play.told(ProcessExited)[0].pid is None
-    assert play.machine.over
+    assert play.machine.finished
 
 
 @pytest.mark.parametrize(

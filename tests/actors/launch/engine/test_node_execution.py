@@ -412,31 +412,31 @@ async def test_a_deaf_node_is_cancelled_again(hall: Hall) -> None:
     assert hall.messages() == ["node-1: node has not stopped yet; cancelling it again"]
 
 
-@pytest.mark.parametrize("hurried", ["", "at once", "late"])
+@pytest.mark.parametrize("forced", ["", "at once", "late"])
 async def test_a_node_that_cannot_be_stopped_is_given_up(
-    hall: Hall, monkeypatch: pytest.MonkeyPatch, hurried: str
+    hall: Hall, monkeypatch: pytest.MonkeyPatch, forced: str
 ) -> None:
-    """After its own time from the second cancellation on, or soon when it is hurried, then or before."""
-    monkeypatch.setattr(execution_module, "LAST_STEP_SEC", 0.05 if hurried else 1000)
-    begun, over = asyncio.Event(), asyncio.Event()
+    """After its own time from the second cancellation on, or soon when the stop is forced, then or before."""
+    monkeypatch.setattr(execution_module, "LAST_STEP_SEC", 0.05 if forced else 1000)
+    begun, released = asyncio.Event(), asyncio.Event()
 
     async def stubborn() -> None:
         begun.set()
-        while not over.is_set():
+        while not released.is_set():
             with suppress(asyncio.CancelledError):
-                await over.wait()
+                await released.wait()
 
-    times = {"sigterm_timeout_sec": 0.05, "sigkill_timeout_sec": 1000 if hurried else 0.05}
+    times = {"sigterm_timeout_sec": 0.05, "sigkill_timeout_sec": 1000 if forced else 0.05}
     execution, ended = hall.execution(stubborn, stop_timeout_sec=1000, **times)
     await begun.wait()
     execution.stop()
-    if hurried == "late":
+    if forced == "late":
         await until(hall.messages)
-    if hurried:
-        execution.hurry()
+    if forced:
+        execution.force_stop()
     assert (await ended).reason == "could not be stopped"
     assert hall.messages()[-1] == "node-1: node cannot be stopped; going on without it"
-    over.set()
+    released.set()
     await asyncio.wait(asyncio.all_tasks() - {asyncio.current_task()})
 
 

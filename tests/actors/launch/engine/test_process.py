@@ -115,12 +115,12 @@ async def test_the_launchs_wait_stands_in() -> None:
     assert len(run.said) == 2
 
 
-async def test_a_hurried_process_is_killed_at_once() -> None:
+async def test_a_forced_stop_kills_the_process_at_once() -> None:
     """Nothing is said of signals that it never got."""
     guard = Guard()
     run = Run(guard, DEAF)
     await run.says(b"deaf")
-    run.process.hurry()
+    run.process.force_stop()
     assert (await run.outcome).signal_name == "SIGKILL"
     await guard.close()
     assert run.said == ["WARN process is killed"]
@@ -155,7 +155,7 @@ async def test_its_end_does_not_wait_for_who_has_left(tmp_path: Path, *, emulate
     script = f"""'{sys.executable}' -c "{left}; print('left', flush=True); time.sleep(1000)" & wait"""
     run = Run(guard, script, emulate_tty=emulate_tty)
     await run.says(b"left")
-    run.process.hurry()
+    run.process.force_stop()
     await run.outcome
     await guard.close()
     os.kill(int(path.read_text()), signal.SIGKILL)
@@ -241,7 +241,7 @@ async def test_the_ends_that_a_process_writes_to_are_its_own() -> None:
     await second.says(b"deaf")
     assert descriptors() == before + 2 + hasattr(os, "pidfd_open")
     for run in (first, second):
-        run.process.hurry()
+        run.process.force_stop()
         await run.outcome
     await guard.close()
 

@@ -45,8 +45,8 @@ class FakeExecution:
         if self.obeys:
             asyncio.get_running_loop().call_soon(self.ends)
 
-    def hurry(self) -> None:
-        self.asked.append("hurry")
+    def force_stop(self) -> None:
+        self.asked.append("force_stop")
         asyncio.get_running_loop().call_soon(self.ends, -9)
 
     def ends(self, code: int = 0) -> None:
@@ -118,7 +118,7 @@ async def test_a_listener_that_fails_fails_the_launch() -> None:
     assert (first.asked, second.asked) == (["stop"], ["stop"])
 
 
-async def test_cancelling_it_stops_all_and_then_hurries() -> None:
+async def test_cancelling_it_stops_all_and_then_forces_them() -> None:
     """It is cancelled only when everything has ended."""
     runner = of()
     running = asyncio.create_task(runner.run(processes("a")))
@@ -134,7 +134,7 @@ async def test_cancelling_it_stops_all_and_then_hurries() -> None:
     while execution.asked == ["stop"] and loop.time() < begun + 30:
         running.cancel()
         await asyncio.sleep(0)
-    assert execution.asked[1] == "hurry"
+    assert execution.asked[1] == "force_stop"
     with pytest.raises(asyncio.CancelledError):
         await running
 

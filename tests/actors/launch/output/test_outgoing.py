@@ -19,7 +19,7 @@ def test_pieces_are_taken_in_batches() -> None:
     waiting.end()
     assert waiting.take() == Batch((0, 1))
     assert waiting.take() == Batch((2,))
-    assert waiting.take() == waiting.take() == Batch(over=True)
+    assert waiting.take() == waiting.take() == Batch(last=True)
 
 
 def test_what_is_too_much_is_told_of_when_there_is_room(monkeypatch: pytest.MonkeyPatch) -> None:
