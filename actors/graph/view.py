@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from actors.graph.broker_report import BrokerReport
 
-SECOND_LOOK_SEC: Final = 1.0
+LAST_QUERY_TIMEOUT_SEC: Final = 1.0
 """How much longer than asked a wait may take if the broker has not answered at all; a live one needs
 milliseconds."""
 
@@ -72,7 +72,7 @@ class BrokerView:
             if watch is None or watch.complete:
                 return False
             try:
-                return condition(await self.snapshot(SECOND_LOOK_SEC))
+                return condition(await self.snapshot(LAST_QUERY_TIMEOUT_SEC))
             except BrokerUnreachable:
                 return False
         finally:
