@@ -24,7 +24,7 @@ async def connected(context: NodeContext, timeout_sec: float) -> None:
     try:
         await context.wait_until(lambda: link.connected, "Connecting", timeout_sec)
     except WaitTimeout as error:
-        raise BrokerUnreachable(f"No broker at {link.place}") from error
+        raise BrokerUnreachable(f"No broker at {link.broker_urls}") from error
 
 
 async def answered(
@@ -43,6 +43,6 @@ async def answered(
             timeout_sec,
         )
     except WaitTimeout as error:
-        raise BrokerUnreachable(f"No answer from the broker at {link.place}") from error
+        raise BrokerUnreachable(f"No answer from the broker at {link.broker_urls}") from error
     if not condition():
-        raise BrokerUnreachable(f"The link to the broker at {link.place} broke")
+        raise BrokerUnreachable(f"The link to the broker at {link.broker_urls} broke")

@@ -36,7 +36,7 @@ def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
     endpoints = tuple(context.endpoints)
     return NodeDiagnostics(
         node=context.full_name,
-        broker=link.url or link.place,
+        broker=link.url or link.broker_urls,
         connected=link.connected,
         connections=link.connections,
         stamp_ns=time.time_ns(),

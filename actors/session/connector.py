@@ -200,10 +200,10 @@ class Connector:
     def _warn_once(self, *, too_late: bool) -> None:
         """Warn that no broker answers; raise if it is too late for the first session."""
         if too_late and not self._link.connections:
-            raise BrokerUnreachable(f"No broker at {self._link.place}. {self._hint()}")
+            raise BrokerUnreachable(f"No broker at {self._link.broker_urls}. {self._hint()}")
         if not self._warned:
             self._warned = True
-            self._log.warning(f"No broker at {self._link.place}; waiting for one. {self._hint()}")
+            self._log.warning(f"No broker at {self._link.broker_urls}; waiting for one. {self._hint()}")
 
     def _hint(self) -> str:
         if self._unwelcoming is None:

@@ -38,10 +38,10 @@ class Link:
     """One session at a time with a broker, as endpoints see it.
 
     Args:
-        place: The URLs of the brokers, for messages.
+        broker_urls: The URLs of the brokers, for messages.
 
     Attributes:
-        place: The same.
+        broker_urls: The same.
         channel: The channel of the open session; None without one.
         loop: The loop that the node runs on; None before it runs.
         endpoints: Everything to declare, by id.
@@ -54,8 +54,8 @@ class Link:
         largest: Bytes of the largest message, request or reply that the broker takes.
     """
 
-    def __init__(self, place: str = "") -> None:
-        self.place = place
+    def __init__(self, broker_urls: str = "") -> None:
+        self.broker_urls = broker_urls
         self.url = ""
         self.lag = LoopLag()
         self.channel: Channel | None = None

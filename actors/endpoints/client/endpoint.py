@@ -134,7 +134,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         return sum(len(body) for _, body, _ in self._early.values())
 
     def _no_broker(self) -> ServiceUnavailable:
-        text = f"Service '{self.srv_name}': not connected to the broker at {self.context.link.place}"
+        text = f"Service '{self.srv_name}': not connected to the broker at {self.context.link.broker_urls}"
         return ServiceUnavailable(text)
 
     def accepted(self, number: int) -> None:

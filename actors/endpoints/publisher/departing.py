@@ -74,5 +74,9 @@ class DepartingQueues:
             queue.unsent for queue in (self._queues if queues is None else queues) if not queue.empty
         )
         if unsent:
-            why = "no time was left" if self._link.connected else f"no link to a broker at {self._link.place}"
+            why = (
+                "no time was left"
+                if self._link.connected
+                else f"no link to a broker at {self._link.broker_urls}"
+            )
             self._log.warning(f"{unsent} published messages were never sent: {why}")

@@ -276,4 +276,4 @@ def test_a_node_goes_where_the_context_says(kept: Contexts, monkeypatch: pytest.
     """A script that names no broker follows the context in use."""
     kept.use("robot")
     kept.save()
-    assert Node("talker")._context.link.place == ROBOT.url
+    assert Node("talker")._context.link.broker_urls == ROBOT.url

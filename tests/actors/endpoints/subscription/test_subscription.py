@@ -554,7 +554,7 @@ async def test_a_concurrent_callback_that_never_began_is_closed(node: actors.Nod
     async def never(msg: Int64) -> None:
         raise AssertionError("it must not run")
 
-    async with actors.Node("hearer", url=node._context.link.place) as leaving:
+    async with actors.Node("hearer", url=node._context.link.broker_urls) as leaving:
         subscription = leaving.create_subscription(Int64, "numbers", never, concurrent=True)
         attachments = leaving._context.link.attachments
         attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
