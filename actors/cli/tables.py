@@ -85,7 +85,7 @@ def table_lines(
     header: Sequence[str] | None = None,
     style: Sequence[Style] = (),
     color: bool = False,
-    room: int | None = None,
+    max_width: int | None = None,
 ) -> list[str]:
     """Return the lines of a table.
 
@@ -94,16 +94,16 @@ def table_lines(
         header: The titles of the columns.
         style: The styles of the columns; further columns are plain.
         color: Whether to use colours.
-        room: The columns of the terminal; None for no limit. The widest columns that are not counts are cut
-            to fit, each to 8 at least.
+        max_width: The columns of the terminal; None for no limit. The widest columns that are not counts are
+            cut to fit, each to 8 at least.
     """
     body = [[_styled(cell, _at(style, at)) for at, cell in enumerate(row)] for row in rows]
     if header is not None:
         body.insert(0, [Styled(_one_line(title), "heading") for title in header])
     widths = [max(width(row[at].text) for row in body if at < len(row)) for at in range(_longest(body))]
     right = [_at(style, at) == "count" for at in range(len(widths))]
-    if room is not None:
-        widths = _squeezed(widths, right, room)
+    if max_width is not None:
+        widths = _squeezed(widths, right, max_width)
         body = [[_cut(cell, most) for cell, most in zip(row, widths, strict=False)] for row in body]
     return [_line(row, widths, right, color=color) for row in body]
 
@@ -117,14 +117,14 @@ def print_table(
     """Print a table; see `table_lines`. Without rows nothing is printed, not even the header."""
     every = list(rows)
     if every:
-        color, room = colored(sys.stdout), terminal_width()
-        print("\n".join(table_lines(every, header=header, style=style, color=color, room=room)))
+        color, max_width = colored(sys.stdout), terminal_width()
+        print("\n".join(table_lines(every, header=header, style=style, color=color, max_width=max_width)))
 
 
-def _squeezed(widths: list[int], fixed: list[bool], room: int) -> list[int]:
+def _squeezed(widths: list[int], fixed: list[bool], max_width: int) -> list[int]:
     """Return widths that fit, if possible: the widest ones are reduced first."""
     squeezed = list(widths)
-    excess = sum(widths) + len(GAP) * (len(widths) - 1) - room
+    excess = sum(widths) + len(GAP) * (len(widths) - 1) - max_width
     while excess > 0:
         loose = [(width, at) for at, width in enumerate(squeezed) if not fixed[at] and width > NARROWEST]
         if not loose:

@@ -52,24 +52,24 @@ def _print(checks: list[Check]) -> None:
     width = max(len(check.name) for check in checks)
     indent = " " * (_STATUS_WIDTH + width + 4)
     columns = terminal_width()
-    room = None if columns is None else max(columns - len(indent), _NARROWEST)
+    max_width = None if columns is None else max(columns - len(indent), _NARROWEST)
     for check in checks:
         status = painted(check.status, _STYLES[check.status], color=color)
         padding = " " * (_STATUS_WIDTH - len(check.status))
-        first, *more = _lines(check.finding, room)
+        first, *more = _lines(check.finding, max_width)
         print(f"{status}{padding}  {check.name:<{width}}  {painted(first, '', color=color)}")
         for line in more:
             print(f"{indent}{painted(line, '', color=color)}")
-        for line in _lines(check.remedy, room) if check.remedy else ():
+        for line in _lines(check.remedy, max_width) if check.remedy else ():
             print(painted(f"{indent}{line}", "dim", color=color))
     print(f"\n{_verdict(checks)}")
 
 
-def _lines(text: str, room: int | None) -> list[str]:
+def _lines(text: str, max_width: int | None) -> list[str]:
     """Return a text in lines of a width, if its words fit."""
-    if room is None or len(text) <= room:
+    if max_width is None or len(text) <= max_width:
         return [text]
-    return textwrap.wrap(text, room, break_long_words=False, break_on_hyphens=False)
+    return textwrap.wrap(text, max_width, break_long_words=False, break_on_hyphens=False)
 
 
 def _verdict(checks: list[Check]) -> str:

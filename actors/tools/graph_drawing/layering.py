@@ -66,7 +66,7 @@ def folded(columns: list[int], last: int | None) -> list[int]:
 
 
 def folds(
-    columns: list[int], widths: list[float], *, between: float, room: float, fewest: int
+    columns: list[int], widths: list[float], *, between: float, max_width: float, fewest: int
 ) -> Iterator[int]:
     """Yield the last columns for which a drawing may fit a width, the largest first, without a layout.
 
@@ -74,7 +74,7 @@ def folds(
         columns: The column of each node and hub.
         widths: The width of each node and hub.
         between: The least width between columns.
-        room: The width of the whole drawing.
+        max_width: The width of the whole drawing.
         fewest: The fewest columns to fold to.
     """
     most = max(columns)
@@ -82,7 +82,7 @@ def folds(
         widest = [0.0] * (last + 1)
         for column, width in zip(folded(columns, last), widths, strict=True):
             widest[column] = max(widest[column], width)
-        if sum(widest) + between * last <= room:
+        if sum(widest) + between * last <= max_width:
             yield last
 
 

@@ -154,12 +154,12 @@ def _boxes(nodes: list[Vertex], width: float) -> tuple[str, float, float]:
     """Return nodes side by side in rows, with their width and height."""
     body, left, top, wide = "", 0.0, 0.0, 0.0
     for node in nodes:
-        room = _width(node.name) + _NODE_PADDING
-        if left and left + room > width:
+        node_width = _width(node.name) + _NODE_PADDING
+        if left and left + node_width > width:
             left, top = 0.0, top + _MEASURE.node + _MEASURE.gap
-        body += _node(node, left, top, room, _MEASURE.node)
-        wide = max(wide, left + room)
-        left += room + _MEASURE.gap
+        body += _node(node, left, top, node_width, _MEASURE.node)
+        wide = max(wide, left + node_width)
+        left += node_width + _MEASURE.gap
     return body, wide, top + _MEASURE.node
 
 
@@ -169,7 +169,7 @@ def _folded(part: Wiring, model: GraphModel) -> _Drawing:
         _hub_width(hub) for hub in part.hubs
     ]
     columns = layers_of(part)
-    for last in folds(columns, widths, between=_LEAST_CHANNEL, room=USUAL_WIDTH, fewest=_FEWEST_COLUMNS):
+    for last in folds(columns, widths, between=_LEAST_CHANNEL, max_width=USUAL_WIDTH, fewest=_FEWEST_COLUMNS):
         drawing = _Drawing(Layout(part, _MEASURE, last_column=last), model)
         if drawing.width <= USUAL_WIDTH:
             return drawing

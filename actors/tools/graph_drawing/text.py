@@ -113,7 +113,7 @@ def _fitting(part: Wiring, width: int | None, first_hub: int) -> TextDrawing | N
         return TextDrawing(Layout(part, _MEASURE), first_hub)
     widths: list[float] = [len(escape(node.name)) + _NODE_PADDING for node in part.nodes]
     widths += [len(_label(hub)) for hub in part.hubs]
-    for last in folds(layers_of(part), widths, between=_SHORTEST, room=width, fewest=_FEWEST_COLUMNS):
+    for last in folds(layers_of(part), widths, between=_SHORTEST, max_width=width, fewest=_FEWEST_COLUMNS):
         drawing = TextDrawing(Layout(part, _MEASURE, last_column=last), first_hub)
         if drawing.width <= width:
             return drawing

@@ -89,16 +89,16 @@ def test_the_widest_texts_give_way_to_a_narrow_terminal() -> None:
         ("/日本語日本語日本語", 2, "x"),
     ]
     style: list[Style] = ["name", "count"]
-    assert table_lines(rows, style=style, room=80) == table_lines(rows, style=style)
-    for room in range(31, 70):
-        lines = table_lines(rows, style=style, room=room)
-        assert max(map(width, lines)) <= room
+    assert table_lines(rows, style=style, max_width=80) == table_lines(rows, style=style)
+    for max_width in range(31, 70):
+        lines = table_lines(rows, style=style, max_width=max_width)
+        assert max(map(width, lines)) <= max_width
         assert "12345678901" in lines[0]
-    assert table_lines(rows, style=style, room=40) == [
+    assert table_lines(rows, style=style, max_width=40) == [
         "/a/quite/lon…  12345678901  example_int…",
         "/日本語日本…             2  x",
     ]
-    assert table_lines([("a" * 20, "b" * 20)], room=3) == ["aaaaaaa…  bbbbbbb…"]
+    assert table_lines([("a" * 20, "b" * 20)], max_width=3) == ["aaaaaaa…  bbbbbbb…"]
 
 
 def test_say_table_fits_a_terminal(

@@ -95,10 +95,10 @@ def test_folding_goes_back_and_forth() -> None:
 
 def test_only_folds_that_might_do_are_tried() -> None:
     """A chain of six, each 10 wide with 2 between: 40 columns have room for three of them."""
-    assert list(folds(list(range(6)), [10.0] * 6, between=2, room=40, fewest=2)) == [2, 1]
-    assert list(folds(list(range(6)), [10.0] * 6, between=2, room=100, fewest=4)) == [5, 4, 3]
-    assert list(folds([0, 1], [10.0] * 2, between=2, room=22, fewest=4)) == [1]
-    assert list(folds([0, 1], [10.0] * 2, between=2, room=21, fewest=4)) == []
+    assert list(folds(list(range(6)), [10.0] * 6, between=2, max_width=40, fewest=2)) == [2, 1]
+    assert list(folds(list(range(6)), [10.0] * 6, between=2, max_width=100, fewest=4)) == [5, 4, 3]
+    assert list(folds([0, 1], [10.0] * 2, between=2, max_width=22, fewest=4)) == [1]
+    assert list(folds([0, 1], [10.0] * 2, between=2, max_width=21, fewest=4)) == []
 
 
 @pytest.mark.parametrize("measure", [ROWS, PIXELS], ids=["rows", "pixels"])
