@@ -51,7 +51,7 @@ class Element:
         about: For people: one line.
         make: Makes the action, of the targets of the keys.
         own: Its keys, but for the conditions, which every element has.
-        ways: Sets of targets of which exactly one must be there, all of it; none: it does not matter.
+        alternatives: Sets of targets of which exactly one must be there, all of it; none: it does not matter.
         listed: The key that gets the value if that is a list; empty: it cannot be a list.
     """
 
@@ -59,7 +59,7 @@ class Element:
     about: str
     make: Callable[..., Action]
     own: tuple[Key, ...]
-    ways: tuple[tuple[str, ...], ...] = ()
+    alternatives: tuple[tuple[str, ...], ...] = ()
     listed: str = ""
 
     @property
@@ -96,12 +96,14 @@ class Element:
         for key in self.keys:
             if key.required and key.target not in values:
                 raise spot.error(f"'{key.names[0]}' is missing")
-        if not self.ways:
+        if not self.alternatives:
             return
-        begun = [way for way in self.ways if not values.keys().isdisjoint(way)]
+        begun = [targets for targets in self.alternatives if not values.keys().isdisjoint(targets)]
         if len(begun) != 1 or not values.keys() >= set(begun[0]):
-            ways = [" and ".join(self._key(target).names[0] for target in way) for way in self.ways]
-            raise spot.error(f"one of these should be there: {'; '.join(ways)}")
+            texts = [
+                " and ".join(self._key(each).names[0] for each in targets) for targets in self.alternatives
+            ]
+            raise spot.error(f"one of these should be there: {'; '.join(texts)}")
 
     def _key(self, target: str) -> Key:
         return next(key for key in self.keys if key.target == target)
@@ -115,7 +117,7 @@ class Element:
         rules = list(self._rules())
         if rules:
             made["allOf"] = rules
-        needed = any(key.required for key in self.own) or self.ways
+        needed = any(key.required for key in self.own) or self.alternatives
         shapes = [made]
         if self.listed:
             shapes.append(properties[self.listed])
@@ -135,9 +137,10 @@ class Element:
         for each in names.values():
             for at, name in enumerate(each):
                 yield from ({"not": {"required": [name, other]}} for other in each[at + 1 :])
-        if self.ways:
-            yield {"oneOf": [{"anyOf": [_given(names[each]) for each in way]} for way in self.ways]}
-            yield {"anyOf": [{"allOf": [_given(names[each]) for each in way]} for way in self.ways]}
+        if self.alternatives:
+            given = [[_given(names[target]) for target in targets] for targets in self.alternatives]
+            yield {"oneOf": [{"anyOf": each} for each in given]}
+            yield {"anyOf": [{"allOf": each} for each in given]}
 
 
 def _placed(action: Action, spot: Spot) -> Action:

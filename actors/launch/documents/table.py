@@ -116,11 +116,13 @@ def _element(
     about: str,
     make: Callable[..., Action],
     *own: Key,
-    ways: tuple[tuple[str, ...], ...] = (),
+    alternatives: tuple[tuple[str, ...], ...] = (),
     listed: str = "",
 ) -> Element:
     """Return an element. Spaces separate its names."""
-    return Element(names=tuple(names.split()), about=about, make=make, own=own, ways=ways, listed=listed)
+    return Element(
+        names=tuple(names.split()), about=about, make=make, own=own, alternatives=alternatives, listed=listed
+    )
 
 
 def _handler(name: str, about: str, kind: Callable[..., EventHandler], *own: Key) -> Element:
@@ -167,7 +169,7 @@ _NODE: Final = _element(
     _key("args arguments", Texts(split=True), "Arguments for the program.", "arguments"),
     _key("ros_args ros_arguments", Texts(split=True), "More behind --ros-args.", "ros_arguments"),
     *_LAUNCHED,
-    ways=(("package", "executable"), ("script",), ("node",)),
+    alternatives=(("package", "executable"), ("script",), ("node",)),
 )
 
 _EXECUTABLE: Final = _element(

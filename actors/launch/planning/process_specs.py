@@ -127,8 +127,8 @@ def seconds(what: str, value: Any, scope: Scope, *, forever: bool = False) -> fl
 
 
 def _node(action: Node, scope: Scope, library: Library) -> _Program:
-    ways = [each for each in (action.executable, action.script, action.node) if each is not None]
-    if len(ways) != 1 or (action.package is None) is not (action.executable is None):
+    programs = [each for each in (action.executable, action.script, action.node) if each is not None]
+    if len(programs) != 1 or (action.package is None) is not (action.executable is None):
         raise LaunchError("A Node needs package= and executable=, or script=, or node=")
     arguments = [resolve(each, scope) for each in action.arguments] + ros_arguments(action, scope)
     if action.node is not None:

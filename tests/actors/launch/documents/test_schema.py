@@ -133,14 +133,14 @@ def values(key: Key, depth: int) -> st.SearchStrategy[Any]:
 @st.composite
 def bodies(draw: st.DrawFn, element: Element, depth: int) -> dict[str, Any]:
     """Return what stands in an element, with all that it needs and some of what it may have."""
-    way = draw(st.sampled_from(element.ways)) if element.ways else ()
-    others = {target for each in element.ways for target in each} - set(way)
+    targets = draw(st.sampled_from(element.alternatives)) if element.alternatives else ()
+    others = {target for each in element.alternatives for target in each} - set(targets)
     by_target: dict[str, list[Key]] = {}
     for key in element.keys:
         by_target.setdefault(key.target, []).append(key)
     body: dict[str, Any] = {}
     for target, keys in by_target.items():
-        needed = target in way or any(key.required for key in keys)
+        needed = target in targets or any(key.required for key in keys)
         if needed or (target not in others and draw(st.integers(0, 4)) == 0):
             key = draw(st.sampled_from(keys))
             body[draw(st.sampled_from(key.names))] = draw(values(key, depth))
