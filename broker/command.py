@@ -72,7 +72,7 @@ async def _serve(options: BrokerOptions, url_file: Path | None, *, json_logs: bo
     assert task is not None
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
-        _on_signal(loop, number, task.cancel)
+        process.add_signal_handler(loop, number, task.cancel)
     _handle_hangup(loop, task.cancel)
     async with Broker(options, node_log_level=logging.INFO) as broker:
         process.configure_process()
@@ -109,13 +109,6 @@ def _remove(path: Path, text: str) -> None:
         pass
     except OSError as error:
         logger.warning("Cannot remove %s: %s", path, error.strerror or error)
-
-
-def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], object]) -> None:
-    try:
-        loop.add_signal_handler(number, stop)
-    except NotImplementedError:  # Windows
-        signal.signal(number, lambda _number, _frame: loop.call_soon_threadsafe(stop))
 
 
 def _handle_hangup(loop: asyncio.AbstractEventLoop, stop: Callable[[], object]) -> None:

@@ -181,7 +181,7 @@ class _Signals:
         """Handle signals by cancelling the current task, where handlers can be installed."""
         self._task = asyncio.current_task()
         for number in STOP_SIGNALS if _in_main_thread() else ():
-            _on_signal(asyncio.get_running_loop(), number, self._on_signal)
+            process.add_signal_handler(asyncio.get_running_loop(), number, self._on_signal)
 
     def _on_signal(self) -> None:
         self.count += 1
@@ -196,13 +196,6 @@ class _Signals:
         self._ending = True
         exited = self._task is not None and not self._task.done()
         return LAST_TASKS_SEC if exited and self.count <= CANCELLING_SIGNALS else GRACE_SEC
-
-
-def _on_signal(loop: asyncio.AbstractEventLoop, number: int, stop: Callable[[], None]) -> None:
-    try:
-        loop.add_signal_handler(number, stop)
-    except NotImplementedError:  # Windows
-        signal.signal(number, lambda _number, _frame: loop.call_soon_threadsafe(stop))
 
 
 async def _run_all(programs: Sequence[Program]) -> Any:

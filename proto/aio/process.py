@@ -1,4 +1,4 @@
-"""Configuration of callboard's own processes: event loop, memory allocator, garbage collector.
+"""Configuration of callboard's own processes: event loop, signals, memory allocator, garbage collector.
 
 Only the daemon and `actors.run` own their process and call this; a library leaves these to its host.
 """
@@ -9,7 +9,11 @@ import asyncio
 import ctypes
 import gc
 import os
-from typing import Final
+import signal
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 _M_TRIM_THRESHOLD: Final = -1
 _M_TOP_PAD: Final = -2
@@ -50,6 +54,14 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
     except ImportError:
         return asyncio.new_event_loop()
     return uvloop.new_event_loop()
+
+
+def add_signal_handler(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[[], object]) -> None:
+    """Call `callback` in the loop at a signal, also where the loop cannot handle signals (Windows)."""
+    try:
+        loop.add_signal_handler(number, callback)
+    except NotImplementedError:
+        signal.signal(number, lambda _number, _frame: loop.call_soon_threadsafe(callback))
 
 
 def raise_file_limit(wanted: int | None = None) -> int:
