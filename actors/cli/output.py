@@ -15,7 +15,11 @@ QUOTED_CHARS: Final = 500
 
 
 def sanitize(text: str) -> str:
-    """Escape unprintable characters except newlines and tabs: messages are untrusted."""
+    """Escape unprintable characters except newlines and tabs: messages are untrusted.
+
+    Invisible and private characters are escaped, too, so that two names or texts that differ look different;
+    `escape_controls`, for log lines, lets them through.
+    """
     if text.replace("\n", "").replace("\t", "").isprintable():
         return text
     return "".join(
