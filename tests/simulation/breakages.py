@@ -55,8 +55,8 @@ def does_nothing(owner: Any, name: str) -> Callable[[], AbstractContextManager[o
     return lambda: mock.patch.object(owner, name, return_value=None)
 
 
-def keeps_counts_to_itself(*kinds: type[Endpoint]) -> Callable[[], AbstractContextManager[object]]:
-    """Return a breakage: endpoints of these kinds do not hear how many counterparts they have."""
+def hides_counts(*kinds: type[Endpoint]) -> Callable[[], AbstractContextManager[object]]:
+    """Return a breakage: endpoints of these kinds are not sent how many counterparts they have."""
     set_count = Notices.set_count
 
     def silent(notices: Notices, endpoint: Endpoint, count: int) -> None:
@@ -100,7 +100,7 @@ def drops_in_silence() -> Iterator[None]:
 
 @contextmanager
 def forwards_twice() -> Iterator[None]:
-    """The broker sends each run twice."""
+    """The broker sends each batch twice."""
     deliver = Enqueue.deliver
 
     def twice(delivery: Enqueue, channel: Any) -> None:
@@ -162,7 +162,7 @@ def answers_twice() -> Iterator[None]:
 
 @contextmanager
 def latches_backwards() -> Iterator[None]:
-    """Late joiners get the latched runs in the wrong order."""
+    """Late joiners get the latched batches in the wrong order."""
 
     def backwards(publisher: Any, subscription: Any) -> list[Replay]:
         return list(broker.latched.replays(publisher, subscription))[::-1]
@@ -185,8 +185,8 @@ def latches_too_little() -> Iterator[None]:
 
 
 @contextmanager
-def says_that_all_is_new() -> Iterator[None]:
-    """A publisher that sends latched messages again does not say that they are old."""
+def declares_all_as_live() -> Iterator[None]:
+    """A publisher that sends latched messages again does not declare them as old."""
     declaration = PublisherEndpoint.declaration
 
     def young(publisher: PublisherEndpoint) -> Any:
@@ -255,7 +255,7 @@ def miscounts_a_break() -> Iterator[None]:
 
 
 @contextmanager
-def overlooks_a_gap() -> Iterator[None]:
+def does_not_count_gaps() -> Iterator[None]:
     """A subscription does not count what the broker has dropped."""
     receive = SubscriptionEndpoint.receive
 
@@ -277,7 +277,7 @@ def has_no_ceiling() -> Iterator[None]:
 
 @contextmanager
 def relies_on_the_gone() -> Iterator[None]:
-    """A broker goes on looking closely at links that are gone."""
+    """A broker goes on checking links that are gone."""
     remove = Router._remove_peer
 
     def forgetful(router: Router, peer: Peer, reason: str) -> None:
@@ -329,7 +329,7 @@ def holds_nobody() -> Iterator[None]:
 
 @contextmanager
 def stops_in_silence() -> Iterator[None]:
-    """A node that stops does not say that its servers take no more calls."""
+    """A node that stops does not announce that its servers take no more calls."""
     retire = ServiceEndpoint.retire
 
     def silent(service: ServiceEndpoint) -> None:
@@ -341,15 +341,15 @@ def stops_in_silence() -> Iterator[None]:
 
 
 @contextmanager
-def says_that_all_are_gone() -> Iterator[None]:
-    """Readers of a suspended publisher are told that it has gone for good."""
+def reports_all_as_gone() -> Iterator[None]:
+    """Readers of a suspended publisher get DETACHED with GONE."""
     with mock.patch.object(broker.routes, "DetachReason", mock.Mock(SUSPENDED=0, GONE=0)):
         yield
 
 
 @contextmanager
-def says_that_all_are_silent() -> Iterator[None]:
-    """Readers of a publisher that has gone for good are told that it is suspended."""
+def reports_all_as_suspended() -> Iterator[None]:
+    """Readers of a publisher that has gone for good get DETACHED with SUSPENDED."""
     with mock.patch.object(broker.routes, "DetachReason", mock.Mock(SUSPENDED=1, GONE=1)):
         yield
 
@@ -403,7 +403,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
         False,
     ),
     "latched messages are for those who want them": (
-        among(says_that_all_is_new, faults.drop, faults.crash_broker),
+        among(declares_all_as_live, faults.drop, faults.crash_broker),
         False,
     ),
     "at most once": (forwards_twice, True),
@@ -413,7 +413,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "links have a ceiling": (has_no_ceiling, False),
     "depth in the node": (does_nothing(Consumer, "_trim"), True),
     "KEEP_ALL loses nothing": (keeps_all_like_one, True),
-    "gaps are counted": (overlooks_a_gap, False),
+    "gaps are counted": (does_not_count_gaps, False),
     "breaks are counted": (miscounts_a_break, False),
     "links that end are accounted for": (loses_in_silence, False),
     "credit comes": (does_nothing(CreditGrants, "taken"), True),
@@ -425,8 +425,8 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "the silent are noticed": (never_judges, False),
     "names are unique": (takes_any_name, True),
     "the graph is right": (does_nothing(Graph, "remove"), False),
-    "matching is pushed": (keeps_counts_to_itself(PublisherRecord, SubscriptionRecord), True),
-    "servers are pushed": (keeps_counts_to_itself(ServiceRecord, ClientRecord), True),
+    "matching is pushed": (hides_counts(PublisherRecord, SubscriptionRecord), True),
+    "servers are pushed": (hides_counts(ServiceRecord, ClientRecord), True),
     "callbacks run one at a time": (runs_concurrently, True),
     "errors of callbacks are counted": (does_nothing(NodeContext, "callback_failed"), True),
     "links that are gone are forgotten": (relies_on_the_gone, True),
@@ -434,13 +434,13 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "queues that are empty are forgotten": (does_nothing(DepartedQueues, "_drop_if_empty"), True),
     "a stopped broker leaves nothing": (leaves_its_check, True),
     "the suspended come back": (among(restores_nobody, faults.freeze, faults.stop), False),
-    "those that are gone are not waited for": (says_that_all_are_silent, False),
-    "the suspended are waited for": (says_that_all_are_gone, False),
+    "those that are gone are not waited for": (reports_all_as_suspended, False),
+    "the suspended are waited for": (reports_all_as_gone, False),
     "a stopping server gets no more calls": (
         among(does_nothing(Services, "retire"), faults.drop, faults.stop),
         False,
     ),
-    "a stopping server says so": (among(stops_in_silence, faults.drop, faults.stop), False),
+    "a stopping server sends RETIRE": (among(stops_in_silence, faults.drop, faults.stop), False),
     "a node takes its own name back": (among(forgets_its_own, faults.partition, faults.drop), False),
     "the suspended give way to their name's next bearer": (
         among(keeps_names_of_the_silent, faults.drop, faults.usurp),
@@ -453,6 +453,6 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
 
 
 def live_with_a_breakage(seed: int, *, calm: bool) -> History:
-    """Live through a history in which the broker sends each run twice; for a soak that must find it."""
+    """Live through a history in which the broker sends each batch twice; for a soak that must find it."""
     with forwards_twice():
         return live(seed, calm=calm)

@@ -40,7 +40,7 @@ class BrokerProcess:
 
     async def start(self) -> None:
         """Start a broker and wait until it listens."""
-        self._world.note(f"start {self.host}")
+        self._world.record(f"start {self.host}")
         self._stop, self._up = asyncio.Event(), asyncio.Event()
         with on_host(self.host):
             self._task = asyncio.create_task(self._run(), name=self.host)
@@ -59,7 +59,7 @@ class BrokerProcess:
     async def stop(self) -> None:
         """Let the broker drain and end."""
         assert self._task is not None
-        self._world.note(f"stop {self.host}")
+        self._world.record(f"stop {self.host}")
         self._world.thaw(self.host)
         began, lost = self._world.loop.time(), self._world.lost_time(self.host)
         self._stop.set()
@@ -71,7 +71,7 @@ class BrokerProcess:
     async def crash(self, *, silent: bool) -> None:
         """End the broker as a dead process, or a machine without power, ends."""
         assert self._task is not None
-        self._world.note(f"crash {self.host}, silent: {silent}")
+        self._world.record(f"crash {self.host}, silent: {silent}")
         self._world.network.crash(self.host, silent=silent)
         self._world.thaw(self.host)
         self._task.cancel()

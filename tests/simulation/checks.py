@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from actors.endpoints.service.service import Service
     from actors.endpoints.subscription.subscription import Subscription
     from tests.simulation.member import Member
-    from tests.simulation.records import Heard, Note, Told
+    from tests.simulation.records import Note, PublisherHistory, SubscriptionHistory
     from tests.simulation.world import World
 
-SETTLE_SEC: Final = 200.0
+IDLE_TIMEOUT_SEC: Final = 200.0
 """A healed world has come to rest by then: slow readers have read, links are back."""
 
 FRESH_MESSAGES: Final = 20
-"""So often a message may be lost for a good reason before one is heard."""
+"""So often a message may be lost for a good reason before one is received."""
 
-PATIENCE_SEC: Final = 30.0
+REACTION_TIMEOUT_SEC: Final = 30.0
 """Anything asked of a world at rest has happened by then."""
 
 COLLECTIONS: Final = (dict, list, set, deque)
@@ -37,29 +37,29 @@ LATEST: Final = actors.QoSProfile(
 
 async def check(world: World) -> None:
     """Check everything, and end the world."""
-    await _settles(world)
-    await _is_heard(world)
-    await _is_served(world)
-    await _graph_is_right(world)
-    await _late_joiners_hear(world)
-    await _settles(world)
-    _nothing_waits_in_outboxes(world)
-    _calls_have_ended(world)
-    for heard in _heard(world):
-        _adds_up(world, heard)
-    _errors_are_counted(world)
-    world.steps.look_deeply()
-    await _ends(world)
+    await _wait_until_idle(world)
+    await _check_delivery(world)
+    await _check_calls_are_served(world)
+    await _check_graph(world)
+    await _check_late_joiners(world)
+    await _wait_until_idle(world)
+    _check_outboxes_empty(world)
+    _check_calls_ended(world)
+    for sub in _subscriptions(world):
+        _check_sums(world, sub)
+    _check_error_counts(world)
+    world.steps.check_all()
+    await _stop_all(world)
 
 
-def _told(world: World) -> Iterator[Told]:
+def _publishers(world: World) -> Iterator[PublisherHistory]:
     for member in world.members:
-        yield from member.told
+        yield from member.publishers
 
 
-def _heard(world: World) -> Iterator[Heard]:
+def _subscriptions(world: World) -> Iterator[SubscriptionHistory]:
     for member in world.members:
-        yield from member.heard
+        yield from member.subscriptions
 
 
 async def _until(world: World, unmet: Callable[[], str], limit: float) -> None:
@@ -72,13 +72,13 @@ async def _until(world: World, unmet: Callable[[], str], limit: float) -> None:
         await asyncio.sleep(0.01)
 
 
-async def _settles(world: World) -> None:
+async def _wait_until_idle(world: World) -> None:
     """Everybody is connected, and nothing waits anywhere."""
-    await _until(world, lambda: next(_unsettled(world), ""), SETTLE_SEC)
+    await _until(world, lambda: next(_not_idle(world), ""), IDLE_TIMEOUT_SEC)
     await asyncio.sleep(5)
 
 
-def _unsettled(world: World) -> Iterator[str]:
+def _not_idle(world: World) -> Iterator[str]:
     for member in world.members:
         if not member.alive:
             yield f"{member.host} is dead"
@@ -90,30 +90,30 @@ def _unsettled(world: World) -> Iterator[str]:
 
 
 def _waiting(member: Member) -> Iterator[tuple[str, int]]:
-    for told in member.told:
-        yield told.name, told.publisher.queued
+    for pub in member.publishers:
+        yield pub.name, pub.publisher.queued
     for queue in member.node._context.departing:
         yield f"{member.host}: a destroyed publisher", queue.pending
-    for heard in member.heard:
-        yield heard.name, heard.subscription.queued
+    for sub in member.subscriptions:
+        yield sub.name, sub.subscription.queued
     for service in member.services:
         yield f"{member.host}!{service.srv_name}", service.pending
     for _, client in member.clients:
         yield f"{member.host}?{client.srv_name}", client.pending
 
 
-async def _is_heard(world: World) -> None:
+async def _check_delivery(world: World) -> None:
     """After healing a fresh message of every publisher reaches every subscription of its topic."""
-    for told in _told(world):
-        readers = [heard for heard in _heard(world) if heard.subscription.topic == told.publisher.topic]
+    for pub in _publishers(world):
+        readers = [sub for sub in _subscriptions(world) if sub.subscription.topic == pub.publisher.topic]
 
-        def unmatched(told: Told = told, readers: list[Heard] = readers) -> str:
-            count = told.publisher.get_subscription_count()
-            return "" if count == len(readers) else f"{told.name} matches {count} of {len(readers)}"
+        def unmatched(pub: PublisherHistory = pub, readers: list[SubscriptionHistory] = readers) -> str:
+            count = pub.publisher.get_subscription_count()
+            return "" if count == len(readers) else f"{pub.name} matches {count} of {len(readers)}"
 
-        await _until(world, unmatched, PATIENCE_SEC)
+        await _until(world, unmatched, REACTION_TIMEOUT_SEC)
         for _ in range(FRESH_MESSAGES):
-            missing, excused = await _publish_fresh(world, told, readers)
+            missing, excused = await _publish_fresh(world, pub, readers)
             if not excused:
                 break
         if missing:
@@ -121,40 +121,42 @@ async def _is_heard(world: World) -> None:
     await asyncio.sleep(1)
 
 
-async def _publish_fresh(world: World, told: Told, readers: list[Heard]) -> tuple[str, bool]:
+async def _publish_fresh(
+    world: World, pub: PublisherHistory, readers: list[SubscriptionHistory]
+) -> tuple[str, bool]:
     """Publish a message and wait for it.
 
     Returns:
-        Who has not heard it, and whether it may have been lost: a link broke meanwhile, since tiny ceilings
-        may still end links that get a backlog, or a message was older than its lifespan.
+        Which subscription has not received it, and whether it may have been lost: a link broke meanwhile,
+        since tiny ceilings may still end links that get a backlog, or a message was older than its lifespan.
     """
 
     def excuses() -> list[int]:
         links = [
-            endpoint_of(told.publisher).context.link,
-            *(endpoint_of(heard.subscription).context.link for heard in readers),
+            endpoint_of(pub.publisher).context.link,
+            *(endpoint_of(sub.subscription).context.link for sub in readers),
         ]
-        return [*(link.connections for link in links), *(heard.subscription.expired for heard in readers)]
+        return [*(link.connections for link in links), *(sub.subscription.expired for sub in readers)]
 
-    def unheard() -> str:
-        for heard in readers:
-            numbers = heard.numbers.get(told.name)
+    def not_received() -> str:
+        for sub in readers:
+            numbers = sub.numbers.get(pub.name)
             if not numbers or numbers[-1] != number:
                 last = numbers[-1] if numbers else "nothing"
-                return f"{heard.name} does not hear {told.name} #{number}, but {last}"
+                return f"{sub.name} does not receive {pub.name} #{number}, but {last}"
         return ""
 
     before = excuses()
-    await world.members[0].publish_one(told, 10)
-    number = told.published - 1
-    end = world.loop.time() + PATIENCE_SEC
-    while unheard() and excuses() == before and world.loop.time() < end:
+    await world.members[0].publish_one(pub, 10)
+    number = pub.published - 1
+    end = world.loop.time() + REACTION_TIMEOUT_SEC
+    while not_received() and excuses() == before and world.loop.time() < end:
         await asyncio.sleep(0.01)
-    return unheard(), bool(unheard()) and excuses() != before
+    return not_received(), bool(not_received()) and excuses() != before
 
 
-async def _is_served(world: World) -> None:
-    """After healing every client reaches a server, or is told at once that there is none."""
+async def _check_calls_are_served(world: World) -> None:
+    """After healing every client reaches a server, or learns at once that there is none."""
     for member in world.members:
         for name, client in member.clients:
             servers = sum(service.srv_name == client.srv_name for service in _services(world))
@@ -181,7 +183,7 @@ def _services(world: World) -> Iterator[Service[Ask.Request, Ask.Response]]:
         yield from member.services
 
 
-async def _graph_is_right(world: World) -> None:
+async def _check_graph(world: World) -> None:
     """The graph names each live node once, and nobody else."""
     names = [f"{namespace.rstrip('/')}/{name}" for name, namespace in await _names(world.members[0])]
     right = sorted(member.node.get_fully_qualified_name() for member in world.members)
@@ -193,73 +195,73 @@ async def _names(member: Member) -> list[tuple[str, str]]:
     return await member.node.get_node_names_and_namespaces()
 
 
-async def _late_joiners_hear(world: World) -> None:
-    """Whoever comes late gets what is latched, in order, once."""
+async def _check_late_joiners(world: World) -> None:
+    """A late joiner gets the latched messages, in order, once."""
     latecomer = world.members[-1]
-    topics = sorted({told.publisher.topic for told in _told(world)})
+    topics = sorted({pub.publisher.topic for pub in _publishers(world)})
     late = {topic: latecomer.subscribe_to(topic, qos=LATEST, kind="plain") for topic in topics}
 
     def unmet() -> str:
-        for told in _told(world):
-            numbers = late[told.publisher.topic].numbers.get(told.name, [])
-            right = list(range(told.published - told.latched, told.published))
+        for pub in _publishers(world):
+            numbers = late[pub.publisher.topic].numbers.get(pub.name, [])
+            right = list(range(pub.published - pub.latched, pub.published))
             if numbers != right:
-                hears, has = (f"{list_[:5]}… ({len(list_)})" for list_ in (numbers, right))
-                return f"a late joiner hears {hears} of {told.name}, not {has}"
+                received, expected = (f"{list_[:5]}… ({len(list_)})" for list_ in (numbers, right))
+                return f"a late joiner receives {received} of {pub.name}, not {expected}"
         return ""
 
-    await _until(world, unmet, PATIENCE_SEC)
+    await _until(world, unmet, REACTION_TIMEOUT_SEC)
     await asyncio.sleep(1)
     if unmet():
         world.complain(unmet())
 
 
-def _calls_have_ended(world: World) -> None:
+def _check_calls_ended(world: World) -> None:
     for call in world.journal.calls:
         if call.ended is None:
             world.complain(f"{call.name} #{call.number}, begun at {call.began:.6f} s, never ended")
 
 
-def _adds_up(world: World, heard: Heard) -> None:
+def _check_sums(world: World, sub: SubscriptionHistory) -> None:
     """What has come is what was published; the sums at every step count by what the subscription knows."""
-    subscription = heard.subscription
-    by_gid = {told.publisher.gid: told for told in world.journal.told}
-    for gid, first in heard.first.items():
-        told, attachment = by_gid[gid], endpoint_of(subscription).tracker.attachments.get(gid)
-        if not told.gone and (attachment is None or attachment.expected != told.published):
+    subscription = sub.subscription
+    by_gid = {pub.publisher.gid: pub for pub in world.journal.publishers}
+    for gid, first in sub.first.items():
+        pub, attachment = by_gid[gid], endpoint_of(subscription).tracker.attachments.get(gid)
+        if not pub.gone and (attachment is None or attachment.expected != pub.published):
             covered = None if attachment is None else attachment.expected
-            world.complain(f"{heard.name} covers {told.name} up to {covered}, not {told.published}")
-        numbers = heard.numbers.get(told.name, [])
-        lossless = keep_all(subscription.qos_profile) and keep_all(told.publisher.qos_profile)
-        end = heard.ends[gid] if told.gone else told.published
+            world.complain(f"{sub.name} covers {pub.name} up to {covered}, not {pub.published}")
+        numbers = sub.numbers.get(pub.name, [])
+        lossless = keep_all(subscription.qos_profile) and keep_all(pub.publisher.qos_profile)
+        end = sub.ends[gid] if pub.gone else pub.published
         right = list(range(first, end))
         if world.calm and lossless and [n for n in numbers if n >= first] != right:
-            world.complain(f"{heard.name} has lost something of {told.name}, though both keep all")
-    _events_add_up(world, heard.name, subscription)
-    if subscription.received != sum(map(len, heard.numbers.values())):
-        world.complain(f"{heard.name} counts {subscription.received} messages, and has heard others")
+            world.complain(f"{sub.name} has lost something of {pub.name}, though both keep all")
+    _check_event_counts(world, sub.name, subscription)
+    if subscription.received != sum(map(len, sub.numbers.values())):
+        world.complain(f"{sub.name} counts {subscription.received} messages, and has received others")
     if subscription.undecodable or (world.calm and subscription.lost_on_break):
-        world.complain(f"{heard.name}: {subscription.undecodable=} {subscription.lost_on_break=}")
+        world.complain(f"{sub.name}: {subscription.undecodable=} {subscription.lost_on_break=}")
 
 
-def _events_add_up(world: World, name: str, subscription: Subscription[Note]) -> None:
+def _check_event_counts(world: World, name: str, subscription: Subscription[Note]) -> None:
     """What the events say is how it is: who is matched, and that each of them is alive or not."""
     matched = endpoint_of(subscription)._events.matched.counts
     if matched[1] != subscription.peers or matched[0] < matched[1]:
-        world.complain(f"{name} was told of {matched} matches, and has {subscription.peers}")
+        world.complain(f"{name} got events of {matched} matches, and has {subscription.peers}")
     alive, silent = endpoint_of(subscription)._events.liveliness.counts
     if alive + silent != subscription.peers or min(alive, silent) < 0:
         world.complain(f"{name}: {alive} publishers alive, {silent} not, of {subscription.peers}")
 
 
-def _errors_are_counted(world: World) -> None:
+def _check_error_counts(world: World) -> None:
     """Callbacks that have raised are counted, and their node lives on."""
     for member in world.members:
         if member.node.callback_errors < member.raised:
             world.complain(f"{member.host} counts {member.node.callback_errors} errors of {member.raised}")
 
 
-def _nothing_waits_in_outboxes(world: World) -> None:
+def _check_outboxes_empty(world: World) -> None:
     """At rest every outbox is empty, in fact and by its own counters."""
     assert world.home.broker is not None
     channels = [link.channel for link in world.home.broker._dispatcher.links]
@@ -277,13 +279,13 @@ def _nothing_waits_in_outboxes(world: World) -> None:
             world.complain(f"an outbox at rest holds {held}")
 
 
-def _broker_forgets(world: World) -> None:
+def _check_broker_empty(world: World) -> None:
     """Without nodes a broker holds nothing."""
     assert world.home.broker is not None
     stats = world.home.broker.stats()
     if stats.connections or stats.endpoints or stats.queued or stats.pending_calls:
         world.complain(f"without nodes the broker has {stats}")
-    _is_empty(world, world.home.broker._dispatcher, "links", "strangers", "_unflushed")
+    _check_empty(world, world.home.broker._dispatcher, "links", "strangers", "_unflushed")
     for router, joined in world.home.broker._dispatcher.joined.items():
         if joined:
             world.complain(f"without nodes {len(joined)} links are joined")
@@ -294,10 +296,10 @@ def _broker_forgets(world: World) -> None:
         departed._forget_empty()  # it may wait with that for more of them
         parts = (router.declarations, router.routes, router.topics, router.services, router.graph)
         for part in (router, *parts, departed):
-            _is_empty(world, part, *(name for name in vars(part) if name != "_handlers"))
+            _check_empty(world, part, *(name for name in vars(part) if name != "_handlers"))
 
 
-def _is_empty(world: World, part: object, *names: str) -> None:
+def _check_empty(world: World, part: object, *names: str) -> None:
     """Of these attributes those that are collections are empty."""
     held = {name: getattr(part, name) for name in names}
     left = {name: what for name, what in held.items() if isinstance(what, COLLECTIONS) and what}
@@ -305,12 +307,12 @@ def _is_empty(world: World, part: object, *names: str) -> None:
         world.complain(f"without nodes the {type(part).__name__} holds {left}")
 
 
-async def _ends(world: World) -> None:
+async def _stop_all(world: World) -> None:
     """Everything stops, and leaves nothing behind."""
     for member in world.members:
         await member.stop()
     await asyncio.sleep(5)
-    _broker_forgets(world)
+    _check_broker_empty(world)
     await world.home.stop()
     await asyncio.sleep(5)
     if world.network.open:

@@ -31,13 +31,15 @@ async def half_open(world: World, member: Member, lasting: float) -> None:
     world.random.shuffle(ends)
     world.network.block(*ends)
     mute = ends[0] == member.host
-    await silence(world, lasting, unheard=[member] if mute else [], unhearing=[] if mute else [member])
+    await silence(
+        world, lasting, cannot_send=[member] if mute else [], cannot_receive=[] if mute else [member]
+    )
 
 
 async def partition(world: World, member: Member, lasting: float) -> None:
     """Cut the member's cable."""
     world.network.partition(member.host)
-    await silence(world, lasting, unheard=[member], unhearing=[member])
+    await silence(world, lasting, cannot_send=[member], cannot_receive=[member])
 
 
 async def slow(world: World, member: Member, lasting: float) -> None:
@@ -69,9 +71,9 @@ async def freeze(world: World, member: Member, lasting: float) -> None:
     host = world.random.choice([member.host, member.host, BROKER])
     world.freeze(host)
     if host == BROKER:
-        await silence(world, lasting, unheard=[], unhearing=world.members)
+        await silence(world, lasting, cannot_send=[], cannot_receive=world.members)
     else:
-        await silence(world, lasting, unheard=[member], unhearing=[])
+        await silence(world, lasting, cannot_send=[member], cannot_receive=[])
     world.thaw(host)
 
 
@@ -140,7 +142,7 @@ async def strike(world: World, faults: tuple[Fault, ...]) -> None:
     fault = world.random.choice(faults)
     member = world.random.choice(world.members)
     lasting = world.random.choice([0.1, 1.0, 2.9, 3.5, 8.0, 35.0])
-    world.note(f"fault {fault.__name__} {member.host} {lasting}")
+    world.record(f"fault {fault.__name__} {member.host} {lasting}")
     world.journal.struck[fault.__name__] += 1
     await fault(world, member, lasting)
     world.heal()

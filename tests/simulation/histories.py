@@ -28,14 +28,14 @@ class History:
     Attributes:
         digest: A hash of every byte that has travelled, and when.
         seconds: Virtual time that has passed.
-        looks: Times that the sums were looked at.
+        checks: Times that the sums were checked.
         struck: Faults, by kind.
         wrong: What broke a promise and how to see it again; empty if nothing did.
     """
 
     digest: str = ""
     seconds: float = 0.0
-    looks: int = 0
+    checks: int = 0
     struck: dict[str, int] = field(default_factory=dict)
     wrong: str = ""
 
@@ -59,13 +59,13 @@ def live(seed: int, *, calm: bool) -> History:
     async def main(loop: SimulatedLoop) -> None:
         world = World(loop, seed, calm=calm)
         worlds.append(world)
-        with determined(loop, seed), world.limits(), noted(world), world.steps.taken():
+        with determined(loop, seed), world.limits(), logged_to_journal(world), world.steps.installed():
             await world.run()
             await check(world)
 
     with _alone(seed):
         try:
-            simulate(main, seed, look_sec=SHARE_SEC / 10)
+            simulate(main, seed, clock_step_sec=SHARE_SEC / 10)
         except Exception as failure:  # noqa: BLE001 - whatever ends a history is what is wrong with it
             error = repr(failure)
     world = worlds[0]
@@ -75,7 +75,7 @@ def live(seed: int, *, calm: bool) -> History:
     return History(
         world.network.digest,
         world.loop.time(),
-        world.steps.looks,
+        world.steps.checks,
         dict(world.journal.struck),
         _report(world, error) if error else "",
     )
@@ -105,20 +105,20 @@ def _alone(seed: int) -> Iterator[None]:
 
 
 @contextmanager
-def noted(world: World) -> Iterator[None]:
+def logged_to_journal(world: World) -> Iterator[None]:
     """What is logged is part of the history."""
 
-    class Notes(logging.Handler):
+    class JournalHandler(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
             if not record.exc_info:
                 world.journal.events.append(f"{world.loop.time():10.6f} {record.name}: {record.getMessage()}")
 
-    log, notes = logging.getLogger("callboard"), Notes()
-    log.addHandler(notes)
+    log, handler = logging.getLogger("callboard"), JournalHandler()
+    log.addHandler(handler)
     try:
         yield
     finally:
-        log.removeHandler(notes)
+        log.removeHandler(handler)
 
 
 def _report(world: World, error: str) -> str:

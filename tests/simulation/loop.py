@@ -152,17 +152,17 @@ class SimulatedLoop(BaseEventLoop):
 class _Ticks:
     """A clock for callback budgets that advances with each reading, the same in each run of a program."""
 
-    def __init__(self, look_sec: float) -> None:
+    def __init__(self, clock_step_sec: float) -> None:
         self._now = 0.0
-        self._look_sec = look_sec
+        self._clock_step_sec = clock_step_sec
 
     def __call__(self) -> float:
-        self._now += self._look_sec
+        self._now += self._clock_step_sec
         return self._now
 
 
 def simulate(
-    main: Callable[[SimulatedLoop], Coroutine[Any, Any, T]], seed: int = 0, *, look_sec: float = 0.0
+    main: Callable[[SimulatedLoop], Coroutine[Any, Any, T]], seed: int = 0, *, clock_step_sec: float = 0.0
 ) -> T:
     """Run a coroutine function on a loop of its own, to its end in virtual time.
 
@@ -171,7 +171,7 @@ def simulate(
     Args:
         main: The coroutine function.
         seed: The network's.
-        look_sec: Seconds that callbacks seem to take between two looks at the clock.
+        clock_step_sec: Seconds that callbacks seem to take between two readings of the clock.
 
     Raises:
         Stuck: It waits for something that cannot come.
@@ -180,7 +180,7 @@ def simulate(
     loop = SimulatedLoop(seed)
 
     def budget(_: asyncio.AbstractEventLoop) -> CallbackBudget:
-        return CallbackBudget(_Ticks(look_sec))
+        return CallbackBudget(_Ticks(clock_step_sec))
 
     try:
         asyncio.set_event_loop(loop)

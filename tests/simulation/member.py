@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import actors
 from actors.endpoints.endpoint import endpoint_of
 from tests.simulation.network import on_host
-from tests.simulation.records import Ask, Call, Heard, Note, Told
+from tests.simulation.records import Ask, CallHistory, Note, PublisherHistory, SubscriptionHistory
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Iterator
@@ -26,7 +26,7 @@ SLACK_SEC: Final = 0.001
 """What a timed wait may take beyond its time: a loop's turns take no virtual time."""
 
 CANCEL_SEC: Final = 0.7
-"""A cancellation reaches a handler within this, through the worst weather."""
+"""A cancellation reaches a handler within this, through the worst link faults."""
 
 STOP_SEC: Final = 15.0
 """A node stops within this, whatever its callbacks do."""
@@ -47,8 +47,8 @@ class Member:
         self.random = random
         self.host = name
         self.node: actors.Node
-        self.told: list[Told] = []
-        self.heard: list[Heard] = []
+        self.publishers: list[PublisherHistory] = []
+        self.subscriptions: list[SubscriptionHistory] = []
         self.clients: list[tuple[str, actors.Client[Ask.Request, Ask.Response]]] = []
         self.services: list[Service[Ask.Request, Ask.Response]] = []
         self.raised = 0
@@ -77,7 +77,7 @@ class Member:
         """Start a new process."""
         self._lives += 1
         self.host = f"{self.name}.{self._lives}"
-        self.world.note(f"start {self.host}")
+        self.world.record(f"start {self.host}")
         self._stop = asyncio.Event()
         self._make_node()
         with on_host(self.host):
@@ -85,7 +85,7 @@ class Member:
 
     def _make_node(self) -> None:
         self.node = actors.Node(self.name, url=self.world.url, use_global_arguments=False)
-        self.told, self.heard, self.clients, self.services = [], [], [], []
+        self.publishers, self.subscriptions, self.clients, self.services = [], [], [], []
         self.raised, self._inside = 0, ""
         for topic in self._published:
             self.publish_on(topic)
@@ -100,8 +100,8 @@ class Member:
                 await self._run_node()
                 return
             except actors.NodeNameTaken:
-                # The broker has not heard of the earlier process's death yet.
-                self.world.note(f"{self.host}: the name is taken")
+                # The broker has not noticed the earlier process's death yet.
+                self.world.record(f"{self.host}: the name is taken")
                 await asyncio.sleep(5)
                 self._make_node()
         self.world.complain(f"{self.host} does not get its name")
@@ -120,10 +120,10 @@ class Member:
         self._inside = GONE
         for task in (*self._activities, *self._readers):
             task.cancel()
-        for told in self.told:
-            told.gone = True
-        for heard in self.heard:
-            heard.leave()
+        for pub in self.publishers:
+            pub.gone = True
+        for sub in self.subscriptions:
+            sub.leave()
 
     async def activities_end(self) -> None:
         """Wait until everything the member has begun by itself has come to its end."""
@@ -133,16 +133,16 @@ class Member:
         for task in late:
             self.world.complain(f"{self.host} never ends: {task.get_stack()}")
             task.cancel()
-        self._look_at(done)
+        self._complain_about_errors(done)
 
-    def _look_at(self, tasks: set[asyncio.Task[Any]]) -> None:
+    def _complain_about_errors(self, tasks: set[asyncio.Task[Any]]) -> None:
         for task in tasks:
             if not task.cancelled() and task.exception() is not None:
                 self.world.complain(f"{self.host}: {task.exception()!r}")
 
     async def stop(self) -> None:
         """End the process in order."""
-        self.world.note(f"stop {self.host}")
+        self.world.record(f"stop {self.host}")
         self.world.thaw(self.host)
         began, lost = self.world.loop.time(), self.world.lost_time(self.host)
         self._stop.set()
@@ -153,7 +153,7 @@ class Member:
 
     async def kill(self, *, silent: bool) -> None:
         """End the process at once; its peers see a reset, or nothing."""
-        self.world.note(f"kill {self.host}")
+        self.world.record(f"kill {self.host}")
         self._gone()
         self.world.network.crash(self.host, silent=silent)
         self.world.thaw(self.host)
@@ -164,18 +164,18 @@ class Member:
     async def _ended(self) -> None:
         assert self.task is not None
         done, _ = await asyncio.wait({self.task, *self._activities, *self._readers})
-        self._look_at(done)
+        self._complain_about_errors(done)
 
     # What it has
 
-    def publish_on(self, topic: str) -> Told:
+    def publish_on(self, topic: str) -> PublisherHistory:
         """Add a publisher."""
         publisher = self.node.create_publisher(Note, topic, self._qos())
-        told = Told(f"{self.host}>{topic}>{len(self.world.journal.told)}", publisher)
-        self.world.steps.told(told)
-        self.told.append(told)
-        self.world.journal.told.append(told)
-        return told
+        pub = PublisherHistory(f"{self.host}>{topic}>{len(self.world.journal.publishers)}", publisher)
+        self.world.steps.add_publisher(pub)
+        self.publishers.append(pub)
+        self.world.journal.publishers.append(pub)
+        return pub
 
     def _qos(self) -> actors.QoSProfile:
         choice = self.random.choice
@@ -194,45 +194,47 @@ class Member:
             liveliness_lease_duration=choice([0, 1.0]),
         )
 
-    def subscribe_to(self, topic: str, *, qos: actors.QoSProfile | None = None, kind: str = "") -> Heard:
+    def subscribe_to(
+        self, topic: str, *, qos: actors.QoSProfile | None = None, kind: str = ""
+    ) -> SubscriptionHistory:
         """Add a subscription of some kind; the node runs."""
         kind = kind or self.random.choice(KINDS)
         pause = self.random.choice([0.001, 0.005, 0.02])
-        heard: Heard
+        sub: SubscriptionHistory
 
         def plain(message: Note, info: actors.MessageInfo) -> None:
-            heard.note(message, info)
-            with self._alone(heard.name, concurrent=False):
+            sub.record(message, info)
+            with self._alone(sub.name, concurrent=False):
                 if self.random.random() < 0.005:
                     self.raised += 1
                     raise ValueError("this message is not to my liking")
 
         async def asynchronous(message: Note, info: actors.MessageInfo) -> None:
-            heard.note(message, info)
-            with self._alone(heard.name, concurrent=kind == "beside"):
+            sub.record(message, info)
+            with self._alone(sub.name, concurrent=kind == "beside"):
                 if kind == "slow" or self.random.random() < 0.1:
                     await asyncio.sleep(pause * self.random.random())
                 if kind == "calling" and self.clients and self.random.random() < 0.05:
-                    await self._call_inside(heard.name)
+                    await self._call_inside(sub.name)
 
         callback = None if kind == "iterate" else plain if kind == "plain" else asynchronous
         subscription = self.node.create_subscription(
             Note, topic, callback, qos or self._qos(), concurrent=kind == "beside"
         )
-        name = f"{self.host}<{topic}<{len(self.world.journal.heard)}({kind})"
+        name = f"{self.host}<{topic}<{len(self.world.journal.subscriptions)}({kind})"
         broker = endpoint_of(subscription).context.link.url
         past = self.world.journal.past(subscription.qos_profile, broker)
-        heard = Heard(name, self.world.complain, self.world.loop.time, subscription, before=past)
-        self.heard.append(heard)
-        self.world.journal.heard.append(heard)
-        self.world.steps.heard(heard)
+        sub = SubscriptionHistory(name, self.world.complain, self.world.loop.time, subscription, before=past)
+        self.subscriptions.append(sub)
+        self.world.journal.subscriptions.append(sub)
+        self.world.steps.add_subscription(sub)
         if kind == "iterate":
-            self._readers.append(asyncio.create_task(self._iterate(heard, pause)))
-        return heard
+            self._readers.append(asyncio.create_task(self._iterate(sub, pause)))
+        return sub
 
-    async def _iterate(self, heard: Heard, pause: float) -> None:
-        async for message in heard.subscription:
-            heard.note(message, None)
+    async def _iterate(self, sub: SubscriptionHistory, pause: float) -> None:
+        async for message in sub.subscription:
+            sub.record(message, None)
             if self.random.random() < 0.3:
                 await asyncio.sleep(pause * self.random.random())
 
@@ -296,8 +298,8 @@ class Member:
     # What it does
 
     def _tasks(self) -> Iterator[Coroutine[Any, Any, None]]:
-        for told in self.told:
-            yield self._publish(told)
+        for pub in self.publishers:
+            yield self._publish(pub)
         for name, client in self.clients:
             yield from self._use(name, client)
         yield self._come_and_go()
@@ -313,33 +315,33 @@ class Member:
         self._calls += 1 + ((self._calls + 1) % 17 == 0)
         return self._calls
 
-    async def _publish(self, told: Told) -> None:
+    async def _publish(self, pub: PublisherHistory) -> None:
         random = self.random
         rhythm = random.choice([0.03, 0.2, 1.0])
-        while self.world.active and not told.gone:
+        while self.world.active and not pub.gone:
             await asyncio.sleep(random.expovariate(1 / rhythm))
             for _ in range(random.choice([1, 1, 3, 20])):
                 weight = random.choice([0, 0, 10, 200])
                 if random.random() < 0.005:
                     weight = 300_000
-                await self.publish_one(told, weight)
-            if random.random() < 0.1 and not told.gone:
+                await self.publish_one(pub, weight)
+            if random.random() < 0.1 and not pub.gone:
                 await self._in_time(
-                    told.publisher.flush(2.0),
+                    pub.publisher.flush(2.0),
                     2.0,
                     actors.WaitTimeout,
                     actors.BrokerUnreachable,
                     actors.NodeDestroyed,
                 )
 
-    async def publish_one(self, told: Told, weight: int) -> None:
+    async def publish_one(self, pub: PublisherHistory, weight: int) -> None:
         """Publish the next message, unless the publisher is full."""
-        if told.gone:
+        if pub.gone:
             return
         try:
-            told.publisher.publish(Note(source=told.name, number=told.published, weight=bytes(weight)))
+            pub.publisher.publish(Note(source=pub.name, number=pub.published, weight=bytes(weight)))
         except actors.PublisherFull:
-            await self._in_time(told.publisher.ready(1.0), 1.0, actors.WaitTimeout, actors.NodeDestroyed)
+            await self._in_time(pub.publisher.ready(1.0), 1.0, actors.WaitTimeout, actors.NodeDestroyed)
 
     async def _in_time(
         self, wait: Coroutine[Any, Any, object], timeout: float, *expected: type[Exception]
@@ -374,7 +376,7 @@ class Member:
             finally:
                 for call in calls:
                     call.cancel()
-            self._look_at(set(calls))
+            self._complain_about_errors(set(calls))
 
     async def _call(
         self, name: str, client: actors.Client[Ask.Request, Ask.Response], *, hops: int | None = None
@@ -386,7 +388,7 @@ class Member:
         world, host = self.world, self.host
         self._calls += 1
         timeout = self.random.choice([0.01, 0.5, 3.0, 20.0])
-        call = Call(f"{self.host}?{name}", self._calls, world.loop.time(), timeout)
+        call = CallHistory(f"{self.host}?{name}", self._calls, world.loop.time(), timeout)
         world.journal.calls.append(call)
         seconds = self.random.choice([0.0, 0.0, 0.01, 1.0])
         weight = bytes(400_000 if self.random.random() < 0.03 else 0)
@@ -422,7 +424,7 @@ class Member:
                 raise
             call.outcome = "client destroyed"
         finally:
-            world.note(f"{call.name} #{call.number} ends: {call.outcome or 'cancelled'}")
+            world.record(f"{call.name} #{call.number} ends: {call.outcome or 'cancelled'}")
         return call.outcome
 
     async def _keep_waiting(self, client: actors.Client[Ask.Request, Ask.Response]) -> None:
@@ -448,11 +450,11 @@ class Member:
         self.subscribe_to(self.random.choice(TOPICS))
 
     def _go(self) -> None:
-        if len(self.heard) > 1:
-            heard = self.random.choice(self.heard)
-            self.heard.remove(heard)
-            heard.leave()
-            self.node.destroy_subscription(heard.subscription)
+        if len(self.subscriptions) > 1:
+            sub = self.random.choice(self.subscriptions)
+            self.subscriptions.remove(sub)
+            sub.leave()
+            self.node.destroy_subscription(sub.subscription)
 
     def _serve_anew(self) -> None:
         if self.services:
@@ -461,12 +463,12 @@ class Member:
             self._serve(service.srv_name)
 
     def _publish_anew(self) -> None:
-        if self.told:
-            told = self.told.pop(0)
-            told.gone = True
-            self.node.destroy_publisher(told.publisher)
-            told = self.publish_on(told.publisher.topic)
-            self._activities.append(asyncio.create_task(self._publish(told)))
+        if self.publishers:
+            pub = self.publishers.pop(0)
+            pub.gone = True
+            self.node.destroy_publisher(pub.publisher)
+            pub = self.publish_on(pub.publisher.topic)
+            self._activities.append(asyncio.create_task(self._publish(pub)))
 
     def _call_anew(self) -> None:
         if self.clients:

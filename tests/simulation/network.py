@@ -177,7 +177,7 @@ class Pipe:
             coarse = self._reads > _FINE and not self.link_faults.read_pause
             most = max(_COARSE, self.link_faults.read) if coarse else self.link_faults.read
             size = self.target.take(self._arrived, 1 + int(self._random.random() * most))
-            self._network.note(self.name, size)
+            self._network.record(self.name, size)
             if self.unsent:
                 self.pump()
             if self.source.waits:
@@ -185,7 +185,7 @@ class Pipe:
             self.read_soon()
         elif self._end is not None:
             kind, self._end = self._end, None
-            self._network.note(self.name, kind)
+            self._network.record(self.name, kind)
             self.target.end_arrived(kind)
 
     @property
@@ -448,7 +448,7 @@ class Network:
         self._trace = hashlib.blake2b(digest_size=16)
         self._waiters: list[asyncio.Future[None]] = []
 
-    def note(self, *what: object) -> None:
+    def record(self, *what: object) -> None:
         """Add to the history, of which `digest` is the hash."""
         self._trace.update(f"{self.loop.time():.9f} {what}".encode())
 
@@ -517,7 +517,7 @@ class Network:
         accepted = MemoryTransport(self, down, up, here, server.context.copy())
         accepted.server = server
         self.open[client] = self.open[accepted] = None
-        self.note("connected", here, there)
+        self.record("connected", here, there)
         return client, accepted
 
     def ended(self, transport: MemoryTransport) -> None:
@@ -545,7 +545,7 @@ class Network:
 
     def block(self, source: str, target: str) -> None:
         """Hold the bytes of one direction until `heal`."""
-        self.note("block", source, target)
+        self.record("block", source, target)
         self._holes.add((source, target))
 
     def partition(self, host: str) -> None:
@@ -557,14 +557,14 @@ class Network:
 
     def drop(self, host: str) -> None:
         """Break every connection of a host, which may connect again at once."""
-        self.note("drop", host)
+        self.record("drop", host)
         for transport in tuple(self.open):
             if host in {transport.host, transport.peer}:
                 transport.cut()
 
     def crash(self, host: str, *, silent: bool = False) -> None:
         """Remove the host, with a reset to its peers or (power failure) without one."""
-        self.note("crash", host, silent)
+        self.record("crash", host, silent)
         if silent:
             self.partition(host)
         self.drop(host)
@@ -576,14 +576,14 @@ class Network:
 
     def slow_down(self, host: str, *, read: int, pause: float) -> None:
         """Limit the size and rate of a host's reads."""
-        self.note("slow", host)
+        self.record("slow", host)
         for pipe in self._pipes:
             if pipe.target.host == host:
                 pipe.link_faults.read, pipe.link_faults.read_pause = read, pause
 
     def heal(self) -> None:
         """Remove all black holes and slow readers."""
-        self.note("heal")
+        self.record("heal")
         self._holes.clear()
         for pipe in self._pipes:
             pipe.link_faults.read, pipe.link_faults.read_pause = LinkFaults.read, 0.0

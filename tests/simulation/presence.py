@@ -14,20 +14,22 @@ if TYPE_CHECKING:
     from tests.simulation.world import World
 
 NOTICE_SEC: Final = 6.0
-"""The keepalive limit of 3 s, twice the time between two looks, and bytes that were still on their way."""
+"""The keepalive limit of 3 s, twice the time between two checks, and bytes that were still on their way."""
 
 
-async def silence(world: World, lasting: float, *, unheard: list[Member], unhearing: list[Member]) -> None:
-    """Wait, and look whether those who rely on each other have noticed that they cannot hear each other.
+async def silence(
+    world: World, lasting: float, *, cannot_send: list[Member], cannot_receive: list[Member]
+) -> None:
+    """Wait, and check that peers that rely on each other have noticed that they cannot reach each other.
 
     Args:
         world: The world.
         lasting: Seconds to wait.
-        unheard: Whom the broker does not hear.
-        unhearing: Who does not hear the broker.
+        cannot_send: The members whose bytes do not reach the broker.
+        cannot_receive: The members that the broker's bytes do not reach.
     """
-    theirs = [(member, connection) for member in unheard if (connection := _relied_on(world, member))]
-    ours = [(member, channel) for member in unhearing if (channel := _relying(member))]
+    theirs = [(member, connection) for member in cannot_send if (connection := _relied_on(world, member))]
+    ours = [(member, channel) for member in cannot_receive if (channel := _relying(member))]
     await asyncio.sleep(min(lasting, NOTICE_SEC))
     if lasting > NOTICE_SEC and world.alone:
         for member, connection in theirs:

@@ -49,7 +49,7 @@ def keep_all(qos: actors.QoSProfile) -> bool:
 
 
 @dataclass(eq=False)
-class Told:
+class PublisherHistory:
     """One publisher's history."""
 
     name: str
@@ -62,12 +62,12 @@ class Told:
         publisher = self.publisher
         resend, queue = endpoint_of(publisher)._resend_retained, endpoint_of(publisher).queue
 
-        def noting_resend() -> None:
+        def recording_resend() -> None:
             before = queue.pending
             resend()
             self.resent += queue.pending - before
 
-        endpoint_of(publisher)._resend_retained = noting_resend  # type: ignore[method-assign]
+        endpoint_of(publisher)._resend_retained = recording_resend  # type: ignore[method-assign]
 
     @property
     def published(self) -> int:
@@ -85,7 +85,7 @@ class Told:
 
 
 @dataclass(eq=False)
-class Heard:
+class SubscriptionHistory:
     """One subscription's history: what came, in which order, and from where it should have come.
 
     Attributes:
@@ -93,7 +93,7 @@ class Heard:
         numbers: By publisher name, the numbers of the messages received.
         early: By publisher gid, latched messages from before `first` that have come.
         ends: By publisher gid, the number up to which all have come, or are counted where they were lost.
-        moved: Whether something has come since somebody looked at its sums.
+        moved: Whether something has come since its sums were checked.
         before: By publisher name, the number up to which a broker had had messages when it was made: if it
             is VOLATILE, those are not for it, whatever brings them again.
     """
@@ -113,14 +113,14 @@ class Heard:
     def __post_init__(self) -> None:
         attached, receive = endpoint_of(self.subscription).attached, endpoint_of(self.subscription).receive
 
-        def noting_attached(attachment: Attachment) -> None:
+        def recording_attached(attachment: Attachment) -> None:
             self.first.setdefault(attachment.gid, attachment.first_sequence)
             self.moved = True
             attached(attachment)
             self.first[attachment.gid] = min(self.first[attachment.gid], attachment.due)
             self.ends[attachment.gid] = attachment.expected
 
-        def noting_receive(attachment: Attachment, batch: Batch | Replay) -> None:
+        def recording_receive(attachment: Attachment, batch: Batch | Replay) -> None:
             self.moved = True
             if attachment.current:
                 seen = attachment.received if isinstance(batch, Replay) else attachment.expected
@@ -131,8 +131,8 @@ class Heard:
             if attachment.current:
                 self.ends[attachment.gid] = attachment.expected
 
-        endpoint_of(self.subscription).attached = noting_attached  # type: ignore[method-assign]
-        endpoint_of(self.subscription).receive = noting_receive  # type: ignore[method-assign]
+        endpoint_of(self.subscription).attached = recording_attached  # type: ignore[method-assign]
+        endpoint_of(self.subscription).receive = recording_receive  # type: ignore[method-assign]
 
     @property
     def gone(self) -> bool:
@@ -154,26 +154,26 @@ class Heard:
         """Nothing more should come."""
         self.gone_at = self.clock()
 
-    def note(self, message: Note, info: actors.MessageInfo | None) -> None:
-        """A message has come: complain unless it is newer than everything its publisher has said."""
+    def record(self, message: Note, info: actors.MessageInfo | None) -> None:
+        """A message has come: complain unless it is newer than everything received from its publisher."""
         numbers = self.numbers.setdefault(message.source, [])
         if numbers and message.number <= numbers[-1]:
             what = "again" if message.number in numbers else "late"
             self.complain(
-                f"{self.name} hears {message.source} #{message.number} {what}, after #{numbers[-1]}"
+                f"{self.name} receives {message.source} #{message.number} {what}, after #{numbers[-1]}"
             )
         if message.number < self.before.get(message.source, 0):
-            self.complain(f"{self.name} hears {message.source} #{message.number}, from before it was made")
+            self.complain(f"{self.name} receives {message.source} #{message.number}, from before it was made")
         if self.clock() > self.gone_at:
             # Not at the very moment: a coroutine callback that has been called may still begin.
-            self.complain(f"{self.name} hears {message.source} #{message.number} after it has gone")
+            self.complain(f"{self.name} receives {message.source} #{message.number} after it has gone")
         numbers.append(message.number)
         if info is not None and info.publication_sequence_number != message.number:
             self.complain(f"{message.source} #{message.number} has number {info.publication_sequence_number}")
 
 
 @dataclass(eq=False)
-class Call:
+class CallHistory:
     """One call's history."""
 
     name: str
@@ -189,9 +189,9 @@ class Journal:
     """Everything that happened in one history."""
 
     complaints: list[str] = field(default_factory=list)
-    told: list[Told] = field(default_factory=list)
-    heard: list[Heard] = field(default_factory=list)
-    calls: list[Call] = field(default_factory=list)
+    publishers: list[PublisherHistory] = field(default_factory=list)
+    subscriptions: list[SubscriptionHistory] = field(default_factory=list)
+    calls: list[CallHistory] = field(default_factory=list)
     reached: dict[tuple[str, bytes], int] = field(default_factory=dict)
     """By broker URL and publisher gid, the number after the last message that this broker has had."""
     struck: Counter[str] = field(default_factory=Counter)
@@ -207,7 +207,7 @@ class Journal:
         """
         if qos.durability is actors.DurabilityPolicy.TRANSIENT_LOCAL:
             return {}
-        return {told.name: self.reached.get((broker, told.publisher.gid), 0) for told in self.told}
+        return {pub.name: self.reached.get((broker, pub.publisher.gid), 0) for pub in self.publishers}
 
     def handle(self, caller: str, number: int) -> None:
         """A handler has begun to work on a call: at most once."""

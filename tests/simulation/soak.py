@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 HANG_SEC: Final = 60.0
 """Processor time that a history has. The slowest take a few seconds."""
 
-PATIENCE: Final = 10
+WALL_CLOCK_FACTOR: Final = 10
 """So many times as long it may take on the wall clock: others may be using the machine."""
 
 PROGRESS_SEC: Final = 60.0
@@ -79,7 +79,7 @@ class Tally:
     histories: int = 0
     simulated_s: float = 0.0
     wall_s: float = 0.0
-    looks: int = 0
+    checks: int = 0
     struck: Counter[str] = field(default_factory=Counter)
     violations: list[dict[str, Any]] = field(default_factory=list)
 
@@ -87,7 +87,7 @@ class Tally:
         """Count a history."""
         self.histories += 1
         self.simulated_s += history.seconds
-        self.looks += history.looks
+        self.checks += history.checks
         self.struck.update(history.struck)
 
     def violated(self, seed: int, *, calm: bool, wrong: str) -> None:
@@ -105,7 +105,7 @@ class Tally:
 
     def summary(self) -> str:
         """Return everything, in lines."""
-        lines = ["", self.line(), f"the sums were looked at {self.looks:,} times", "faults:"]
+        lines = ["", self.line(), f"the sums were checked {self.checks:,} times", "faults:"]
         lines += [f"  {name:<16}{count:>8,}" for name, count in sorted(self.struck.items())]
         for violation in self.violations:
             lines += [f"violation: {violation['wrong'].splitlines()[0]}", f"  {violation['replay']}"]
@@ -115,7 +115,7 @@ class Tally:
 def _work(pipe: Connection, live: Live) -> None:
     """A worker's life: seeds come, histories go, until nothing comes."""
     gc.collect()
-    gc.freeze()  # what is there before the first history need not be looked at before each
+    gc.freeze()  # what is there before the first history need not be collected before each
     pipe.send(None)  # ready: what it has taken to get here is no history's time
     try:
         while (job := pipe.recv()) is not None:
@@ -146,7 +146,9 @@ class _Worker:
     def hangs(self, limit_s: float) -> bool:
         """Tell whether its history takes too long."""
         wall, used = time.monotonic() - self._began, self._processor_s()
-        return wall > limit_s and (used is None or used - self._used > limit_s or wall > PATIENCE * limit_s)
+        return wall > limit_s and (
+            used is None or used - self._used > limit_s or wall > WALL_CLOCK_FACTOR * limit_s
+        )
 
     def _processor_s(self) -> float | None:
         """Return how much processor time it has used; None where the system does not say."""
@@ -169,18 +171,18 @@ class Soak:
     Args:
         plan: What to do.
         live: Lives through one history; a function that a new process can import.
-        say: Takes each line of progress.
+        print_line: Takes each line of progress.
     """
 
-    def __init__(self, plan: Plan, live: Live = live, say: Callable[[str], object] = print) -> None:
+    def __init__(self, plan: Plan, live: Live = live, print_line: Callable[[str], object] = print) -> None:
         self.tally = Tally(plan.first_seed)
         self._plan = plan
         self._live = live
-        self._say = say
+        self._print_line = print_line
         self._jobs = plan.jobs()
         self._next = next(self._jobs, None)
         self._began = time.monotonic()
-        self._said_at = self._began
+        self._printed_at = self._began
         self._workers: list[_Worker] = []
 
     def run(self) -> Tally:
@@ -189,10 +191,10 @@ class Soak:
         try:
             while self._give_out():
                 self._take_back()
-                self._look_for_hangs()
+                self._replace_hanging()
                 self._progress()
         except KeyboardInterrupt:
-            self._say("interrupted")
+            self._print_line("interrupted")
         finally:
             for worker in self._workers:
                 worker.end()
@@ -229,7 +231,7 @@ class Soak:
             if history.wrong and job is not None:
                 self._violated(job, history.wrong)
 
-    def _look_for_hangs(self) -> None:
+    def _replace_hanging(self) -> None:
         for worker in self._workers:
             if worker.job is not None and worker.hangs(self._plan.hang_sec):
                 self._replace(worker, f"it takes more than {self._plan.hang_sec:g} s")
@@ -245,14 +247,14 @@ class Soak:
     def _violated(self, job: tuple[int, bool], wrong: str) -> None:
         seed, calm = job
         self.tally.violated(seed, calm=calm, wrong=wrong)
-        self._say(f"violation: {wrong}")
+        self._print_line(f"violation: {wrong}")
 
     def _progress(self) -> None:
         now = time.monotonic()
-        if now - self._said_at >= PROGRESS_SEC:
-            self._said_at = now
+        if now - self._printed_at >= PROGRESS_SEC:
+            self._printed_at = now
             self.tally.wall_s = now - self._began
-            self._say(self.tally.line())
+            self._print_line(self.tally.line())
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -271,14 +273,14 @@ def main(argv: list[str] | None = None) -> int:
         seeds=chosen.seeds,
         processes=chosen.processes,
     )
-    tally = Soak(plan, say=_say).run()
-    _say(tally.summary())
+    tally = Soak(plan, print_line=_print_line).run()
+    _print_line(tally.summary())
     if chosen.json is not None:
         chosen.json.write_text(json.dumps(vars(tally), indent=2) + "\n")
     return 1 if tally.violations or not tally.histories else 0
 
 
-def _say(text: str) -> None:
+def _print_line(text: str) -> None:
     sys.stdout.write(text + "\n")
     sys.stdout.flush()
 

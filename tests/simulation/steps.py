@@ -4,7 +4,7 @@ Counters account for each copy that a broker has routed, each message that a pub
 message that is due to a subscription, at any moment and under any fault. Checking everything in every turn
 would take most of the time, so only the changed parts are checked, and the structure behind the sums
 (`structure.py`) in every `DEEP`th such turn. Single frames are checked when they are sent or received
-(`talk.py`).
+(`frame_checks.py`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from broker.server import Broker
 from proto.aio.channel import Channel
 from proto.session import Role
 from tests.simulation import structure
-from tests.simulation.talk import Talk
+from tests.simulation.frame_checks import FrameChecks
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from broker.router import Router
     from broker.server import Broker
     from proto.publisher_queue import PublisherQueue
-    from tests.simulation.records import Heard, Told
+    from tests.simulation.records import PublisherHistory, SubscriptionHistory
     from tests.simulation.world import World
 
 DEEP: Final = 100
-"""So many turns in which something has moved to one look at the structure."""
+"""So many turns in which something has moved to one check of the structure."""
 
 SUBSCRIPTION_COUNTS: Final = (
     "received",
@@ -48,52 +48,52 @@ SUBSCRIPTION_COUNTS: Final = (
 
 
 class Steps:
-    """Looks at a world after each turn of its loop.
+    """Checks a world after each turn of its loop.
 
     Attributes:
-        looks: Turns in which something had moved.
+        checks: Turns in which something had moved.
     """
 
     def __init__(self, world: World) -> None:
         self._world = world
         self._brokers_moved = self._nodes_moved = False
-        self._told: dict[Told, None] = {}
-        self._heard: dict[Heard, None] = {}
+        self._publishers: dict[PublisherHistory, None] = {}
+        self._subscriptions: dict[SubscriptionHistory, None] = {}
         self._depths: dict[PublisherQueue, float] = {}
         """By publisher queue with messages, the greatest depth it has had since it last kept its depth."""
-        self._talk = Talk(world)
-        self.looks = 0
+        self._frame_checks = FrameChecks(world)
+        self.checks = 0
 
-    def told(self, told: Told) -> None:
-        """Look at this publisher, too."""
-        self._told[told] = None
+    def add_publisher(self, pub: PublisherHistory) -> None:
+        """Check this publisher, too."""
+        self._publishers[pub] = None
 
-    def heard(self, heard: Heard) -> None:
-        """Look at this subscription, too."""
-        self._heard[heard] = None
+    def add_subscription(self, sub: SubscriptionHistory) -> None:
+        """Check this subscription, too."""
+        self._subscriptions[sub] = None
 
     @contextmanager
-    def taken(self) -> Iterator[None]:
-        """Look, while inside."""
+    def installed(self) -> Iterator[None]:
+        """Check after each loop turn while inside."""
         flush, deliver = Channel.flush, Dispatcher.deliver
 
-        def noting_flush(channel: Channel) -> None:
+        def recording_flush(channel: Channel) -> None:
             if channel.session.role is Role.BROKER:
                 self._brokers_moved = True
             else:
                 self._nodes_moved = True
             flush(channel)
 
-        def noting_deliver(dispatcher: Dispatcher, router: Router, deliveries: list[Delivery]) -> None:
+        def recording_deliver(dispatcher: Dispatcher, router: Router, deliveries: list[Delivery]) -> None:
             self._brokers_moved = True
             deliver(dispatcher, router, deliveries)
 
         self._world.loop.after_turn = self._turn_ended
         try:
             with (
-                mock.patch.object(Channel, "flush", noting_flush),
-                mock.patch.object(Dispatcher, "deliver", noting_deliver),
-                self._talk.heard(),
+                mock.patch.object(Channel, "flush", recording_flush),
+                mock.patch.object(Dispatcher, "deliver", recording_deliver),
+                self._frame_checks.installed(),
             ):
                 yield
         finally:
@@ -101,36 +101,36 @@ class Steps:
 
     def _turn_ended(self) -> None:
         if self._brokers_moved or self._nodes_moved:
-            self.looks += 1
-            if self.looks % DEEP == 0:
-                self.look_deeply()
-            self.look()
+            self.checks += 1
+            if self.checks % DEEP == 0:
+                self.check_all()
+            self.check()
 
-    def look(self) -> None:
-        """Look at what has moved since the last look."""
+    def check(self) -> None:
+        """Check what has moved since the last check."""
         if self._brokers_moved:
             self._brokers_moved = False
             for host, broker in self._brokers():
                 for router in broker._dispatcher.joined:
-                    self._routed_is_accounted_for(host, router)
+                    self._check_routed(host, router)
                 for link in broker._dispatcher.links:
-                    self._keeps_its_ceilings(host, link.channel, broker.options)
+                    self._check_ceilings(host, link.channel, broker.options)
                 self._complain(host, structure.of_suspensions(broker))
         if self._nodes_moved:
             self._nodes_moved = False
-            self._talk.look()
-            for told in tuple(self._told):
-                self._published_is_accounted_for(told)
-        for heard in tuple(self._heard):
-            if heard.moved:
-                self._due_is_accounted_for(heard)
+            self._frame_checks.check()
+            for pub in tuple(self._publishers):
+                self._check_published(pub)
+        for sub in tuple(self._subscriptions):
+            if sub.moved:
+                self._check_due(sub)
 
-    def look_deeply(self) -> None:
-        """Look at everything, moved or not, and at what is behind it."""
+    def check_all(self) -> None:
+        """Check everything, moved or not, and the structure behind it."""
         self._brokers_moved = self._nodes_moved = True
-        for heard in self._heard:
-            heard.moved = True
-        self.look()
+        for sub in self._subscriptions:
+            sub.moved = True
+        self.check()
         for host, broker in self._brokers():
             self._complain(host, structure.of_broker(broker))
         for member in self._world.members:
@@ -146,17 +146,17 @@ class Steps:
         for wrong in wrongs:
             self._world.complain(f"{host}: {wrong}")
 
-    def _routed_is_accounted_for(self, host: str, router: Router) -> None:
+    def _check_routed(self, host: str, router: Router) -> None:
         """Each copy is delivered, dropped, abandoned, lost with its link, on its way or queued."""
         routes = router.routes
         tally, _ = routes.tallies()
         for queue, *_ in routes.peer_queues():
-            self._keeps_its_depth(host, queue)
+            self._check_depth(host, queue)
         known = tally.delivered + tally.dropped + tally.abandoned + tally.lost_on_break
         if routes.copies != known + tally.leaving + tally.queued:
             self._world.complain(f"{host}: {routes.copies} copies were made, and there are {tally}")
 
-    def _keeps_its_depth(self, host: str, queue: PublisherQueue) -> None:
+    def _check_depth(self, host: str, queue: PublisherQueue) -> None:
         """What waits is no more than the depth, or the depth it had when that came."""
         depth = math.inf if queue.depth is None else queue.depth
         if queue.pending <= depth:
@@ -169,7 +169,7 @@ class Steps:
         if queue.pending > most:
             self._world.complain(f"{host}: {queue.pending} messages wait where {most} may")
 
-    def _keeps_its_ceilings(self, host: str, channel: Channel, options: BrokerOptions) -> None:
+    def _check_ceilings(self, host: str, channel: Channel, options: BrokerOptions) -> None:
         """More than may does not wait on a link that goes on."""
         if not channel.connected:
             return
@@ -182,46 +182,48 @@ class Steps:
             if waits > most:
                 self._world.complain(f"{host}: {waits} bytes {what} wait where {most} may")
 
-    def _published_is_accounted_for(self, told: Told) -> None:
+    def _check_published(self, pub: PublisherHistory) -> None:
         """Each message, and each that was queued anew for a new broker, is sent, dropped or waits.
 
         What waits to be sent again when that link breaks, too, is abandoned.
         """
-        publisher, queue = told.publisher, endpoint_of(told.publisher).queue
+        publisher, queue = pub.publisher, endpoint_of(pub.publisher).queue
         known = queue.sent + queue.leaving + queue.abandoned + publisher.queued + publisher.dropped
-        if publisher.published + told.resent != known:
+        if publisher.published + pub.resent != known:
             self._world.complain(
-                f"{told.name}: published {publisher.published}, {told.resent} again; sent {queue.sent},"
+                f"{pub.name}: published {publisher.published}, {pub.resent} again; sent {queue.sent},"
                 f" leaving {queue.leaving}, abandoned {queue.abandoned}, queued {publisher.queued},"
                 f" dropped {publisher.dropped}"
             )
         # What a destroyed publisher has still to send is held to the depth at the end of the next turn.
         if queue.depth is not None and queue.pending > queue.depth and not publisher.destroyed:
-            self._world.complain(f"{told.name}: {queue.pending} messages wait where {queue.depth} may")
-        if told.gone:
-            del self._told[told]
+            self._world.complain(f"{pub.name}: {queue.pending} messages wait where {queue.depth} may")
+        if pub.gone:
+            del self._publishers[pub]
 
-    def _due_is_accounted_for(self, heard: Heard) -> None:
+    def _check_due(self, sub: SubscriptionHistory) -> None:
         """Each message that a publisher has sent while matched is received, queued or counted as lost."""
-        subscription = heard.subscription
+        subscription = sub.subscription
         # An iterator that has been woken takes what is too much in its next step.
-        heard.moved = heard.about_to_take
-        if subscription.destroyed or heard.gone:
-            del self._heard[heard]
+        sub.moved = sub.about_to_take
+        if subscription.destroyed or sub.gone:
+            del self._subscriptions[sub]
             return
-        due = heard.due
+        due = sub.due
         known = sum(getattr(subscription, name) for name in SUBSCRIPTION_COUNTS)
         if due != known:
             counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
-            self._world.complain(f"{heard.name}: {due} messages were due, and there are {counts}")
-        # What latched messages may still make good is not told yet.
-        told = endpoint_of(subscription)._events.message_lost.counts[0]
+            self._world.complain(f"{sub.name}: {due} messages were due, and there are {counts}")
+        # What latched messages may still make good is not reported yet.
+        reported = endpoint_of(subscription)._events.message_lost.counts[0]
         tracker = endpoint_of(subscription).tracker
         away = (known.missed for gid, known in tracker.known.items() if gid not in tracker.attachments)
         open_ = sum(attachment.missed for attachment in tracker.attachments.values()) + sum(away)
-        if told + open_ != subscription.dropped + subscription.lost + subscription.lost_on_break:
+        if reported + open_ != subscription.dropped + subscription.lost + subscription.lost_on_break:
             counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
-            self._world.complain(f"{heard.name}: {told} lost messages were told, {open_} are open: {counts}")
+            self._world.complain(
+                f"{sub.name}: {reported} lost messages were reported, {open_} are open: {counts}"
+            )
         depth = endpoint_of(subscription).consumer.depth
-        if depth is not None and subscription.queued > depth and not heard.about_to_take:
-            self._world.complain(f"{heard.name}: {subscription.queued} messages wait where {depth} may")
+        if depth is not None and subscription.queued > depth and not sub.about_to_take:
+            self._world.complain(f"{sub.name}: {subscription.queued} messages wait where {depth} may")

@@ -26,7 +26,7 @@ Wrongs: TypeAlias = "Iterator[str]"
 
 
 def of_broker(broker: Broker) -> Wrongs:
-    """Look at a broker: its graphs, and what waits for its links."""
+    """Check a broker: its graphs, and what waits for its links."""
     for router in broker._dispatcher.joined:
         yield from of_router(router)
     for link in broker._dispatcher.links:
@@ -43,7 +43,7 @@ def of_broker(broker: Broker) -> Wrongs:
 
 
 def of_suspensions(broker: Broker) -> Wrongs:
-    """Look at who is suspended: in the graph as on its link."""
+    """Check the suspended peers: in the graph as on its link."""
     for router, joined in broker._dispatcher.joined.items():
         for number, link in joined.items():
             peer = router.peer(number)
@@ -52,14 +52,14 @@ def of_suspensions(broker: Broker) -> Wrongs:
 
 
 def of_node(node: actors.Node) -> Wrongs:
-    """Look at a node: what waits on its link."""
+    """Check a node: what waits on its link."""
     channel = node._context.link.channel
     if channel is not None:
         yield from of_outbox(channel.outbox)
 
 
 def of_router(router: Router) -> Wrongs:
-    """Look at a graph."""
+    """Check a graph."""
     peers = list(router._peers.values())
     endpoints = [endpoint for peer in peers for endpoint in peer.endpoints.values()]
     there = [each for each in endpoints if not each.peer.suspended and not getattr(each, "retired", False)]
@@ -139,7 +139,7 @@ def of_queue(queue: PublisherQueue) -> Wrongs:
     number = 0
     for item in queue._queue:
         if not isinstance(item, Batch):
-            number = 0  # behind an ATTACHED a publisher that is back may say again what it said before
+            number = 0  # behind an ATTACHED a publisher that is back may send again what it sent before
         elif item.first_sequence < number:
             yield f"a queue holds {item.first_sequence} behind {number}"
         else:
@@ -147,7 +147,7 @@ def of_queue(queue: PublisherQueue) -> Wrongs:
 
 
 def of_outbox(outbox: Outbox) -> Wrongs:
-    """Look at what waits on a link, without the publisher queues."""
+    """Check what waits on a link, without the publisher queues."""
     large = sum(queue.control_bytes for queue in outbox._large_calls.values())
     small = sum(map(len, outbox._control)) + sum(map(len, outbox._calls))
     # A large answer without a name is in no table, only in the queue for its turn.

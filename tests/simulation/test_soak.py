@@ -24,18 +24,18 @@ def live_or_not(seed: int, *, calm: bool) -> History:
             pass
     if seed == 2 and calm:
         os._exit(3)
-    return History(seconds=10.0, looks=2, struck={"drop": 1}, wrong="" if seed else "seed 0: it is wrong")
+    return History(seconds=10.0, checks=2, struck={"drop": 1}, wrong="" if seed else "seed 0: it is wrong")
 
 
 def ignore(text: str) -> None:
-    """Say nothing."""
+    """Print nothing."""
 
 
 def test_histories_that_hang_or_kill_their_process_are_violations() -> None:
     """They are reported like broken promises, and the other histories continue."""
-    said: list[str] = []
+    lines: list[str] = []
     plan = Plan(seeds=4, processes=2, hang_sec=0.5)
-    tally = Soak(plan, live_or_not, said.append).run()
+    tally = Soak(plan, live_or_not, lines.append).run()
     assert {(each["seed"], each["kind"]) for each in tally.violations} == {
         (0, "calm"),
         (0, "troubled"),
@@ -43,8 +43,8 @@ def test_histories_that_hang_or_kill_their_process_are_violations() -> None:
         (2, "calm"),
     }
     assert (tally.histories, tally.simulated_s, tally.struck["drop"], tally.next_seed) == (6, 60.0, 6, 4)
-    assert any("more than 0.5 s" in line for line in said)
-    assert any("ended with 3" in line for line in said)
+    assert any("more than 0.5 s" in line for line in lines)
+    assert any("ended with 3" in line for line in lines)
 
 
 def test_a_broken_promise_is_told_with_the_command_that_shows_it() -> None:
@@ -63,7 +63,7 @@ def test_the_command_lives_through_seeds(tmp_path: Path, capsys: pytest.CaptureF
     result = json.loads(written.read_text())
     assert (result["histories"], result["next_seed"], result["violations"]) == (2, 8, [])
     assert result["simulated_s"] > 20
-    assert result["looks"] > 100
+    assert result["checks"] > 100
     assert "2 histories before seed 8" in capsys.readouterr().out
 
 

@@ -42,7 +42,7 @@ LINK_FAULTS: Final = (
     LinkFaults(segment=1500, window=2000),
     LinkFaults(delay=0.005, jitter=0.1, segment=20_000, read=5_000),
 )
-"""Pipes' manners: from a fast wire to a slow one that hands out single bytes."""
+"""Link faults: from a fast wire to a slow one that hands out single bytes."""
 
 
 @contextmanager
@@ -77,7 +77,7 @@ class World:
     """The brokers, the members and their fate.
 
     Attributes:
-        calm: No faults, only weather.
+        calm: No faults except those of links (delays, small segments).
         alone: Whether at most one fault strikes at a time.
         active: Whether members begin new things.
         home: The broker that everybody prefers.
@@ -123,14 +123,14 @@ class World:
         """All of them."""
         return [self.home] if self.standby is None else [self.home, self.standby]
 
-    def note(self, text: str) -> None:
+    def record(self, text: str) -> None:
         """Write something down, into the network's trace, too."""
         self.journal.events.append(f"{self.loop.time():10.6f} {text}")
-        self.network.note(text)
+        self.network.record(text)
 
     def complain(self, text: str) -> None:
         """Something is wrong; the history fails with this text."""
-        self.note(f"WRONG: {text}")
+        self.record(f"WRONG: {text}")
         self.journal.complaints.append(f"at {self.loop.time():.6f} s: {text}")
 
     # Processes that do not run
@@ -193,7 +193,7 @@ class World:
         await asyncio.sleep(max(0.0, end - self.loop.time()))
         if self.standby is not None:
             await self.standby.stop()
-        self.note("quiet")
+        self.record("quiet")
         self.active = False
         for member in self.members:
             await member.activities_end()

@@ -33,23 +33,23 @@ if TYPE_CHECKING:
     from tests.simulation.world import World
 
 CALLED_FOR_A_PEER: Final = ("disconnect", "suspend", "restore")
-"""The router's other methods that have something to say."""
+"""The router's other methods that return deliveries."""
 
 OP_AT: Final = 6
 """Where in an encoded frame its opcode stands: behind the prefix and the header's head."""
 
 
-class Talk:
-    """Listens to a world's brokers and nodes."""
+class FrameChecks:
+    """Checks the frames of a world's brokers and nodes."""
 
     def __init__(self, world: World) -> None:
         self._world = world
         self._retired: set[ServiceRecord] = set()
         """Servers whose RETIRE a broker has taken."""
-        self._said_so: set[tuple[Channel, int]] = set()
+        self._retire_sent: set[tuple[Channel, int]] = set()
         """Servers that have sent RETIRE."""
         self._caught_up: set[Link] = set()
-        """Links that have answered that they know that they are held."""
+        """Links that have confirmed that they are held."""
         self._held: dict[Router, set[int]] = {}
         """The publishers that a stopping broker has held before it asked their links to catch up.
 
@@ -60,99 +60,99 @@ class Talk:
         """Of publishers that have been destroyed: what is in them still goes out."""
 
     @contextmanager
-    def heard(self) -> Iterator[None]:
-        """Listen, while inside."""
+    def installed(self) -> Iterator[None]:
+        """Check frames while inside."""
         send, departs = Channel.send, DepartingQueues.add
 
-        def noting_send(channel: Channel, frame: frames.Frame) -> None:
+        def recording_send(channel: Channel, frame: frames.Frame) -> None:
             if isinstance(frame, frames.Retire):
-                self._said_so.add((channel, frame.id))
+                self._retire_sent.add((channel, frame.id))
             send(channel, frame)
 
-        def noting_departs(queues: DepartingQueues, queue: PublisherQueue) -> None:
+        def recording_departs(queues: DepartingQueues, queue: PublisherQueue) -> None:
             self._departing.append(queue)
             departs(queues, queue)
 
         with (
-            mock.patch.object(Channel, "send", noting_send),
-            mock.patch.object(DepartingQueues, "add", noting_departs),
-            self._routers_heard(),
-            self._drains_heard(),
+            mock.patch.object(Channel, "send", recording_send),
+            mock.patch.object(DepartingQueues, "add", recording_departs),
+            self._router_hooks(),
+            self._drain_hooks(),
         ):
             yield
 
     @contextmanager
-    def _routers_heard(self) -> Iterator[None]:
+    def _router_hooks(self) -> Iterator[None]:
         handle, connect = Router.handle, Router.connect
 
-        def noting_handle(router: Router, peer: int, frame: frames.Frame) -> list[Delivery]:
+        def recording_handle(router: Router, peer: int, frame: frames.Frame) -> list[Delivery]:
             if isinstance(frame, frames.Batch):
-                self._is_not_held(router, peer, frame)
+                self._check_not_held(router, peer, frame)
             gives_way = isinstance(frame, frames.Node) and _is_suspended(router, frame.name)
             out = handle(router, peer, frame)
             if gives_way and any(map(_is_refused, out)):
                 self._world.complain(f"{frame} is refused for the sake of a suspended node")
             if isinstance(frame, frames.Retire):
-                self._note_retired(router, peer, frame)
+                self._record_retired(router, peer, frame)
             if isinstance(frame, frames.Batch):
-                self._note_reached(router, frame)
-            self._reasons_are_right(router, out)
+                self._record_reached(router, frame)
+            self._check_detach_reasons(router, out)
             return out
 
-        def noting_connect(router: Router, instance: bytes, token: bytes) -> tuple[int, list[Delivery]]:
+        def recording_connect(router: Router, instance: bytes, token: bytes) -> tuple[int, list[Delivery]]:
             peer, out = connect(router, instance, token)
             if sum((each.instance, each.token) == (instance, token) for each in router._peers.values()) > 1:
                 self._world.complain(f"link {peer} does not take over from its node's earlier one")
-            self._reasons_are_right(router, out)
+            self._check_detach_reasons(router, out)
             return peer, out
 
         with ExitStack() as stack:
-            stack.enter_context(mock.patch.object(Router, "handle", noting_handle))
-            stack.enter_context(mock.patch.object(Router, "connect", noting_connect))
+            stack.enter_context(mock.patch.object(Router, "handle", recording_handle))
+            stack.enter_context(mock.patch.object(Router, "connect", recording_connect))
             for name in CALLED_FOR_A_PEER:
-                noting = self._noting(getattr(Router, name))
-                stack.enter_context(mock.patch.object(Router, name, noting))
+                recording = self._recording(getattr(Router, name))
+                stack.enter_context(mock.patch.object(Router, name, recording))
             yield
 
     @contextmanager
-    def _drains_heard(self) -> Iterator[None]:
+    def _drain_hooks(self) -> Iterator[None]:
         run, hold, caught_up = Drain.run, Drain._hold, Dispatcher.caught_up
 
-        def noting_hold(drain: Drain) -> None:
+        def recording_hold(drain: Drain) -> None:
             for router in drain._dispatcher.joined:
                 self._held[router] = {publisher.key for publisher in router.routes.publishers()}
             hold(drain)
 
-        def noting_caught_up(dispatcher: Dispatcher, link: Link) -> None:
+        def recording_caught_up(dispatcher: Dispatcher, link: Link) -> None:
             self._caught_up.add(link)
             caught_up(dispatcher, link)
 
-        async def noting_run(drain: Drain, timeout_sec: float) -> None:
+        async def recording_run(drain: Drain, timeout_sec: float) -> None:
             links = _whole(drain._dispatcher.links)
             await run(drain, timeout_sec)
-            self._goodbye_was_said(links)
+            self._check_goodbye_sent(links)
 
         with (
-            mock.patch.object(Drain, "_hold", noting_hold),
-            mock.patch.object(Dispatcher, "caught_up", noting_caught_up),
-            mock.patch.object(Drain, "run", noting_run),
+            mock.patch.object(Drain, "_hold", recording_hold),
+            mock.patch.object(Dispatcher, "caught_up", recording_caught_up),
+            mock.patch.object(Drain, "run", recording_run),
         ):
             yield
 
-    def _noting(self, method: Callable[[Router, int], list[Delivery]]) -> Callable[..., list[Delivery]]:
-        def noting(router: Router, peer: int) -> list[Delivery]:
+    def _recording(self, method: Callable[[Router, int], list[Delivery]]) -> Callable[..., list[Delivery]]:
+        def recording(router: Router, peer: int) -> list[Delivery]:
             out = method(router, peer)
-            self._reasons_are_right(router, out)
+            self._check_detach_reasons(router, out)
             return out
 
-        return noting
+        return recording
 
-    def look(self) -> None:
-        """Look at those that are leaving."""
+    def check(self) -> None:
+        """Check the servers and nodes that are leaving."""
         for server in self._retired:
             if server.pool is not None:
                 self._world.complain(
-                    f"the server {server.key} of {server.node_name} gets calls, and is retired"
+                    f"the server {server.key} of {server.node_name} gets calls after its RETIRE"
                 )
         for member in self._world.members:
             if not member.alive:
@@ -165,17 +165,17 @@ class Talk:
                 if (
                     endpoint_of(service).running
                     and not service.destroyed
-                    and (channel, service.id) not in self._said_so
+                    and (channel, service.id) not in self._retire_sent
                 ):
-                    self._world.complain(f"{member.host}!{service.srv_name} stops, and does not say so")
+                    self._world.complain(f"{member.host}!{service.srv_name} stops, and does not send RETIRE")
 
-    def _note_retired(self, router: Router, peer: int, frame: frames.Retire) -> None:
+    def _record_retired(self, router: Router, peer: int, frame: frames.Retire) -> None:
         record = router._peers.get(peer)
         server = None if record is None else record.endpoints.get(frame.id)
         if isinstance(server, ServiceRecord):
             self._retired.add(server)
 
-    def _note_reached(self, router: Router, batch: frames.Batch) -> None:
+    def _record_reached(self, router: Router, batch: frames.Batch) -> None:
         publisher = router.routes._publishers.get(batch.publisher)
         if publisher is not None:
             reached, key = self._world.journal.reached, (self._url(router), publisher.gid)
@@ -191,7 +191,7 @@ class Talk:
             )
         return self._urls[router]
 
-    def _reasons_are_right(self, router: Router, out: list[Delivery]) -> None:
+    def _check_detach_reasons(self, router: Router, out: list[Delivery]) -> None:
         """Readers wait for publishers that are suspended, and for no others."""
         for delivery in out:
             frame = _detached(delivery)
@@ -209,7 +209,7 @@ class Talk:
 
     # A broker that stops
 
-    def _is_not_held(self, router: Router, peer: int, batch: frames.Batch) -> None:
+    def _check_not_held(self, router: Router, peer: int, batch: frames.Batch) -> None:
         """Who has caught up with a stopping broker publishes no more.
 
         The rest of large messages may come, and of publishers that have been destroyed.
@@ -221,11 +221,11 @@ class Talk:
                 if link.router is router and link.peer == peer:
                     self._world.complain(f"{link} has been held, and publishes {batch.first_sequence}")
 
-    def _goodbye_was_said(self, links: list[Link]) -> None:
+    def _check_goodbye_sent(self, links: list[Link]) -> None:
         """A stop leaves no link without a goodbye."""
         for link in links:
             if link.channel.connected and link.channel.session.state is State.OPEN:
-                self._world.complain(f"{link} is not told that the broker stops")
+                self._world.complain(f"{link} gets no GOODBYE from the broker that stops")
 
 
 def _whole(links: Iterable[Link]) -> list[Link]:
