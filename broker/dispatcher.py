@@ -117,7 +117,7 @@ class Dispatcher:
 
     def suspend(self, link: Link, router: Router, now: float) -> None:
         """Remove a silent link's endpoints from the graph until something arrives on it again."""
-        logger.warning("%s has been silent for %.1f s: suspended", link, now - link.liveness.heard_at)
+        logger.warning("%s has been silent for %.1f s: suspended", link, now - link.liveness.last_seen_at)
         link.suspended_at = now
         self.deliver(router, router.suspend(link.peer))
 

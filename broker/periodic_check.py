@@ -84,7 +84,7 @@ class PeriodicCheck:
         elif link.suspended_at is None:
             self._check_keepalive(link, router, now, all_due=all_due)
         elif now - link.suspended_at > options.suspend_close_sec:
-            link.fail(ErrorCode.TIMEOUT, f"silent for {now - link.liveness.heard_at:.0f} s")
+            link.fail(ErrorCode.TIMEOUT, f"silent for {now - link.liveness.last_seen_at:.0f} s")
             link.channel.abort()
 
     def _check_keepalive(self, link: Link, router: Router, now: float, *, all_due: bool) -> None:
@@ -94,8 +94,8 @@ class PeriodicCheck:
             limit = max(limit, self._options.idle_keepalive_sec)
         state = link.liveness.check(now, link.channel.bytes_received, limit)
         # Bytes that came before somebody asked for the peer do not show that it is alive now.
-        if link.was_relied_on and link.liveness.heard_at == now:
-            router.heard(link.peer)
+        if link.was_relied_on and link.liveness.last_seen_at == now:
+            router.mark_alive(link.peer)
         link.was_relied_on = link.peer in router.relied_on
         link.check_at = now
         if state is PeerState.PING_DUE:

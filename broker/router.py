@@ -180,8 +180,8 @@ class Router:
         self.topics.hold()
         return self._finish()
 
-    def heard(self, peer_id: int) -> None:
-        """Note a sign of life of a peer: whoever asked for the graph needs no closer check of it any more."""
+    def mark_alive(self, peer_id: int) -> None:
+        """Record a sign of life of a peer: after a graph query it needs no closer check any more."""
         peer = self._peers.get(peer_id)
         if peer is not None and not peer.matched and not peer.owed_calls:
             self.relied_on.discard(peer_id)

@@ -22,19 +22,19 @@ class Liveness:
     """The signs of life of one peer.
 
     Attributes:
-        heard_at: The time of the last check that found new bytes.
+        last_seen_at: The time of the last check that found new bytes.
     """
 
-    __slots__ = ("_asked_at", "_seen_bytes", "heard_at")
+    __slots__ = ("_asked_at", "_seen_bytes", "last_seen_at")
 
     def __init__(self, now: float) -> None:
-        self.heard_at = now
+        self.last_seen_at = now
         self._seen_bytes = 0
         self._asked_at: float | None = None
 
     def silent_s(self, now: float, bytes_received: int) -> float:
         """Return the seconds since a check found new bytes; 0 if there are new ones since the last check."""
-        return 0.0 if bytes_received != self._seen_bytes else max(0.0, now - self.heard_at)
+        return 0.0 if bytes_received != self._seen_bytes else max(0.0, now - self.last_seen_at)
 
     def check(self, now: float, bytes_received: int, limit_s: float) -> PeerState:
         """Check for new bytes. The PING is due after a third of the limit; the rest is for the answer.
@@ -46,10 +46,10 @@ class Liveness:
         """
         if bytes_received != self._seen_bytes:
             self._seen_bytes = bytes_received
-            self.heard_at = now
+            self.last_seen_at = now
             self._asked_at = None
         elif self._asked_at is None:
-            if now - self.heard_at >= limit_s / 3:
+            if now - self.last_seen_at >= limit_s / 3:
                 self._asked_at = now
                 return PeerState.PING_DUE
         elif now - self._asked_at > limit_s * 2 / 3:

@@ -42,7 +42,7 @@ class Keepalive:
         relies = awaited or bytes_sent != self._received_bytes
         self.limit_s = self._keepalive_s if relies else max(self._keepalive_s, limits.IDLE_KEEPALIVE_SEC)
         finding = self._liveness.check(now, bytes_received, self.limit_s)
-        if self._liveness.heard_at == now:
+        if self._liveness.last_seen_at == now:
             self._received_bytes = self._checked_bytes
         if bytes_sent != self._sent_bytes:
             self._sent_bytes, self._sent_at = bytes_sent, now

@@ -155,7 +155,7 @@ def test_definitions_are_kept_up_to_a_number_and_a_size(count: int, size: int, k
 
 
 def test_matched_and_watched_peers_are_relied_on() -> None:
-    """A watched peer is relied on until it is heard again; a removed one is not."""
+    """A watched peer is relied on until its next sign of life; a removed one is not."""
     switch = Switch()
     talker, listener, loner = switch.join("/talker"), switch.join("/listener"), switch.join("/loner")
     relied_on = switch.router.relied_on
@@ -167,14 +167,14 @@ def test_matched_and_watched_peers_are_relied_on() -> None:
     switch.send(listener, frames.Watch(9, keep=False))
     assert relied_on == {talker, listener, loner}
     for peer in (talker, listener, loner):
-        switch.router.heard(peer)
+        switch.router.mark_alive(peer)
     assert relied_on == {talker, listener}
     other = switch.join()
     switch.send(other, frames.Node(0, "/loner"))
     assert relied_on == {talker, listener, loner}
     for peer in (loner, talker):
         switch.leave(peer)
-    switch.router.heard(listener)
+    switch.router.mark_alive(listener)
     assert relied_on == set()
 
 
@@ -187,8 +187,8 @@ def test_a_peer_with_pending_calls_is_relied_on() -> None:
     switch.send(asker, make.client(1), make.request(1, 5))
     [request] = switch.read(server, frames.Request)
     switch.send(server, frames.Retire(1))
-    switch.router.heard(server)
+    switch.router.mark_alive(server)
     assert server in relied_on
     switch.send(server, make.reply(1, request.entries[0].call))
-    switch.router.heard(server)
+    switch.router.mark_alive(server)
     assert server not in relied_on

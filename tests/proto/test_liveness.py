@@ -24,7 +24,7 @@ def test_any_bytes_restart_the_limit() -> None:
     liveness = Liveness(0.0)
     assert liveness.check(1.0, 0, LIMIT_S) is PeerState.PING_DUE
     assert liveness.check(2.9, 1, LIMIT_S) is PeerState.ALIVE
-    assert liveness.heard_at == 2.9
+    assert liveness.last_seen_at == 2.9
     assert liveness.check(3.8, 1, LIMIT_S) is PeerState.ALIVE
     assert liveness.check(3.9, 1, LIMIT_S) is PeerState.PING_DUE
 

@@ -101,7 +101,7 @@ class SubscriptionEndpoint(Endpoint):
 
     def asserted(self, attachment: Attachment) -> None:
         """Reader: a publisher has asserted its liveliness."""
-        self._liveliness.heard(attachment)
+        self._liveliness.mark_alive(attachment)
 
     def suspension_ended(self) -> None:
         """Reader: a suspended publisher is back, or gone."""
@@ -164,7 +164,7 @@ class SubscriptionEndpoint(Endpoint):
         A new broker may send latched messages again. Those that a TRANSIENT_LOCAL subscription missed are new
         to it.
         """
-        self._liveliness.heard(attachment)
+        self._liveliness.mark_alive(attachment)
         if batch.first_sequence + batch.length > attachment.expected:
             self._deadline.met()
 

@@ -33,7 +33,7 @@ class Liveliness:
         self._dead: dict[Attachment, None] = {}
 
     def attached(self, attachment: Attachment) -> bool:
-        """Count a publisher as alive; return whether it has a lease, so that `heard` must be called."""
+        """Count a publisher as alive; return whether it has a lease, so that `mark_alive` must be called."""
         self._event.add(1, 0)
         loop = self._context.link.loop
         if not attachment.lease_s or loop is None:
@@ -49,8 +49,8 @@ class Liveliness:
         self._dead[attachment] = None
         self._event.add(-1, 1)
 
-    def heard(self, attachment: Attachment) -> None:
-        """Note a publisher's sign of life."""
+    def mark_alive(self, attachment: Attachment) -> None:
+        """Record a publisher's sign of life."""
         lease = self._leases.get(attachment)
         if lease is not None:
             lease.reset()

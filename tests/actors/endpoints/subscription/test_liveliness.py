@@ -82,7 +82,7 @@ def test_a_sign_of_life_after_the_lease_brings_it_back_once() -> None:
         liveliness.attached(here)
         await asyncio.sleep(1.5)
         for _ in range(3):
-            liveliness.heard(here)
+            liveliness.mark_alive(here)
             assert counts.now == (1, 0)
         await asyncio.sleep(1.5)
         assert counts.now == (0, 1)
