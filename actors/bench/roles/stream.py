@@ -35,7 +35,7 @@ class Count:
         self._copies = copies
         self.received = 0
         self._alarm = 1
-        """The count at which to look at the clock."""
+        """The count at which to read the clock."""
         self._expected = 0
         self._began = self._ended = 0.0
         self._finished = asyncio.Event()
@@ -44,9 +44,9 @@ class Count:
         """Count one."""
         self.received += 1
         if self.received == self._alarm:
-            self._look()
+            self._read_clock()
 
-    def _look(self) -> None:
+    def _read_clock(self) -> None:
         self._ended = time.perf_counter()
         if self.received == 1:
             self._began = self._ended
@@ -58,7 +58,7 @@ class Count:
         """Learn how many there are: may come before the last of them, as topics have no common order."""
         self._expected = self._copies * msg.data
         if self.received >= self._expected:
-            self._look()
+            self._read_clock()
         elif self.received:
             self._alarm = self._expected
 

@@ -35,7 +35,7 @@ QUIET_MS: Final = 100
 """Changes that come within this time of each other are one: a program that is saved is written in pieces."""
 LONGEST_MS: Final = 2000
 """How long changes may go on until they are one all the same."""
-LOOK_MS: Final = 100
+POLL_INTERVAL_MS: Final = 100
 """How long it takes to begin to watch, and to notice a process that comes later."""
 
 
@@ -68,7 +68,7 @@ class SourceWatch:
         self._stirred = threading.Event()
         self._over = threading.Event()
 
-    def heard(self, event: Event) -> None:
+    def on_event(self, event: Event) -> None:
         """Something has happened in the launch."""
         if isinstance(event, ProcessStarted) and self._sources.add(event.process):
             self._stirred.set()
@@ -158,7 +158,7 @@ class SourceWatch:
 
 
 def _changes(folders: Sequence[str], stop: threading.Event) -> Generator[set[str]]:
-    """Yield nothing once the folders are watched, and then every `LOOK_MS` what has changed.
+    """Yield nothing once the folders are watched, and then every `POLL_INTERVAL_MS` what has changed.
 
     Raises:
         LaunchError: The system cannot watch the folders, or does not report changes any more.
@@ -171,7 +171,7 @@ def _changes(folders: Sequence[str], stop: threading.Event) -> Generator[set[str
         debounce=LONGEST_MS,
         step=QUIET_MS,
         stop_event=stop,
-        rust_timeout=LOOK_MS,
+        rust_timeout=POLL_INTERVAL_MS,
         yield_on_timeout=True,
         force_polling=False,
         recursive=False,

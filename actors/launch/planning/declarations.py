@@ -37,7 +37,7 @@ def all_declared(actions: Iterable[Action], scope: Scope) -> list[DeclareLaunchA
         scope: What is set there; it is changed.
     """
     search = _Search()
-    search.look(actions, scope, frozenset())
+    search.search(actions, scope, frozenset())
     return list(search.found.values())
 
 
@@ -49,36 +49,36 @@ class _Search:
         self._seen: set[tuple[str | None, frozenset[str]]] = set()
         self._depth = 0
 
-    def look(self, actions: Iterable[Action], scope: Scope, said: frozenset[str]) -> None:
-        """Look through actions; some arguments of theirs have been said already."""
+    def search(self, actions: Iterable[Action], scope: Scope, given: frozenset[str]) -> None:
+        """Search actions; the includes around them give these arguments already."""
         for action in actions:
             # What is wrong there, or depends on more than is known, is the plan's to say.
             with suppress(CallboardError):
-                self._look_at(action, scope, said)
+                self._search_action(action, scope, given)
 
-    def _look_at(self, action: Action, scope: Scope, said: frozenset[str]) -> None:
+    def _search_action(self, action: Action, scope: Scope, given: frozenset[str]) -> None:
         match action:
             case DeclareLaunchArgument(name=name, default_value=default):
-                if name not in said:
+                if name not in given:
                     self.found.setdefault(name, action)
                 if name not in scope.configurations and default is not None:
                     scope.configurations[name] = resolve(default, scope)
             case Setting():
                 apply_setting(action, scope)
             case IncludeLaunchDescription():
-                self._include(action, scope, said)
+                self._include(action, scope, given)
             case _:
                 shared = isinstance(action, GroupAction) and not action.scoped
-                self.look(getattr(action, "actions", ()), scope if shared else scope.inner(), said)
+                self.search(getattr(action, "actions", ()), scope if shared else scope.inner(), given)
 
-    def _include(self, action: IncludeLaunchDescription, scope: Scope, said: frozenset[str]) -> None:
+    def _include(self, action: IncludeLaunchDescription, scope: Scope, given: frozenset[str]) -> None:
         inner = included_scope(action, scope)
-        said |= {name for name, _ in action.given}
-        if inner.file is None or (inner.file, said) in self._seen or self._depth == MAX_INCLUDES:
+        given |= {name for name, _ in action.given}
+        if inner.file is None or (inner.file, given) in self._seen or self._depth == MAX_INCLUDES:
             return
-        self._seen.add((inner.file, said))
+        self._seen.add((inner.file, given))
         self._depth += 1
         try:
-            self.look(scope.library.description(inner.file).actions, inner, said)
+            self.search(scope.library.description(inner.file).actions, inner, given)
         finally:
             self._depth -= 1

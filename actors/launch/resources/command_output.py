@@ -27,7 +27,7 @@ COMMAND_TIMEOUT_SEC: Final = 30.0
 """People wait for it, and nothing has been started yet."""
 REST_TIMEOUT_SEC: Final = 1.0
 """How long its output is read after its end. Only what it has left in the background can hold that open."""
-LOOK_SEC: Final = 0.05
+POLL_INTERVAL_SEC: Final = 0.05
 """How soon its end is seen, if its output does not end with it."""
 MAX_OUTPUT_BYTES: Final = 1 << 20
 """More than this is no text for a launch file."""
@@ -106,7 +106,7 @@ def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple
         selector.register(process.stderr, selectors.EVENT_READ, complaint)
         ended = False
         while selector.get_map():
-            ready = selector.select(LOOK_SEC)
+            ready = selector.select(POLL_INTERVAL_SEC)
             now = _checked(name)
             if not ended and process.poll() is not None:
                 ended, deadline = True, now + REST_TIMEOUT_SEC
@@ -129,7 +129,7 @@ def _wait(process: subprocess.Popen[bytes], name: str, deadline: float) -> int:
     """Return its exit code, when it has ended."""
     while True:
         with suppress(subprocess.TimeoutExpired):
-            return process.wait(LOOK_SEC)
+            return process.wait(POLL_INTERVAL_SEC)
         if _checked(name) >= deadline:
             raise _too_slow(name)
 

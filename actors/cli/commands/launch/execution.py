@@ -239,7 +239,7 @@ async def _run_watched(launch: Launch, launch_files: Collection[str]) -> bool:
     watch = SourceWatch(
         launch.plan(), launch_files=launch_files, restart=launch.restart, notify=launch.notify
     )
-    launch.listen(watch.heard)
+    launch.listen(watch.on_event)
     async with watch.running():
         return await launch.run()
 

@@ -99,7 +99,7 @@ async def test_processes_that_come_later_are_watched(tmp_path: Path) -> None:
     second.mkdir()
     witness = Witness(process("one-1", first))
     async with witness.watch.running():
-        witness.watch.heard(ProcessStarted(process("two-2", second), 1))
+        witness.watch.on_event(ProcessStarted(process("two-2", second), 1))
         (first / "main.py").touch()
         await witness.sees("one-1: main.py has changed", "watching 2 folders for changes")
         (second / "main.py").touch()
