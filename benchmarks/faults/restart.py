@@ -47,13 +47,13 @@ class Restart:
     Attributes:
         pause: How long no broker was running.
         failed: From the kill until each node's call in flight failed.
-        heard, answered: From the new broker's start until each node's first message and first reply.
+        received, answered: From the new broker's start until each node's first message and first reply.
         attempts: Times of all connection attempts since the kill.
     """
 
     pause: float
     failed: list[float] = field(default_factory=list[float])
-    heard: list[float] = field(default_factory=list[float])
+    received: list[float] = field(default_factory=list[float])
     answered: list[float] = field(default_factory=list[float])
     attempts: list[float] = field(default_factory=list[float])
 
@@ -113,9 +113,9 @@ async def _restart(
     broker = await processes.start_broker()
     listening = time.monotonic()
     for event in await _wait_for_all(parts, "back"):
-        for failed_at, heard_at, answered_at in event["members"]:
+        for failed_at, received_at, answered_at in event["members"]:
             restart.failed.append(failed_at - killed)
-            restart.heard.append(heard_at - listening)
+            restart.received.append(received_at - listening)
             restart.answered.append(answered_at - listening)
         restart.attempts += [at - killed for at in event["attempts"]]
         after.update(_resources(event))
@@ -140,7 +140,7 @@ def section(found: Results) -> Section:
     plan, rows, figures = found.plan, list[list[str]](), list[dict[str, Any]]()
     for restart in found.restarts:
         failed = milliseconds(restart.failed)
-        back = [max(pair) for pair in zip(restart.heard, restart.answered, strict=True)]
+        back = [max(pair) for pair in zip(restart.received, restart.answered, strict=True)]
         storm = peak(restart.attempts, STORM_WINDOW_S)
         rows.append(
             [

@@ -18,7 +18,7 @@ from benchmarks.faults.figures import Section, milliseconds, peak, slope
 def a_restart(**totals: int) -> restart.Results:
     """Return a restart of two nodes with these totals."""
     one = restart.Restart(
-        pause=0.5, failed=[0.01, 0.03], heard=[0.2, 0.9], answered=[0.3, 0.4], attempts=[0.1, 0.15, 0.7]
+        pause=0.5, failed=[0.01, 0.03], received=[0.2, 0.9], answered=[0.3, 0.4], attempts=[0.1, 0.15, 0.7]
     )
     return restart.Results(
         plan=restart.Plan(nodes=2, processes=1, pauses_s=[0.5]),

@@ -37,7 +37,7 @@ class Member(actors.Node):
 
     Attributes:
         failed_at: When its call in flight failed since the last `brace` (monotonic, s), or None.
-        heard_at: When the first message arrived after that.
+        received_at: When the first message arrived after that.
         answered_at: When the first short call returned after that.
     """
 
@@ -58,13 +58,13 @@ class Member(actors.Node):
     def brace(self) -> None:
         """Reset the times of the last break."""
         self.failed_at: float | None = None
-        self.heard_at: float | None = None
+        self.received_at: float | None = None
         self.answered_at: float | None = None
 
     @property
     def going(self) -> bool:
         """Whether it has received a message and a reply."""
-        return self.heard_at is not None and self.answered_at is not None
+        return self.received_at is not None and self.answered_at is not None
 
     def _on_number(self, msg: Int64) -> None:
         number = abs(msg.data)
@@ -73,8 +73,8 @@ class Member(actors.Node):
         if msg.data < 0:
             self.expected = -msg.data
             self._changed()
-        if self.heard_at is None:
-            self.heard_at = time.monotonic()
+        if self.received_at is None:
+            self.received_at = time.monotonic()
             self._changed()
 
     async def _add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
@@ -102,7 +102,7 @@ class Member(actors.Node):
             except actors.ServiceUnavailable:
                 if self.failed_at is None:
                     self.failed_at = time.monotonic()
-                    self.heard_at = self.answered_at = None
+                    self.received_at = self.answered_at = None
 
     async def ask(self) -> None:
         """Call repeatedly while there is a server."""
@@ -121,14 +121,14 @@ class Member(actors.Node):
 
     def totals(self) -> dict[str, int]:
         """Return the previous node's messages by outcome, and the messages that this node dropped unsent."""
-        heard = self._subscription
-        found = heard.received + heard.dropped + heard.lost + heard.lost_on_break
+        subscription = self._subscription
+        found = subscription.received + subscription.dropped + subscription.lost + subscription.lost_on_break
         return {
             "published": self.expected or 0,
-            "received": heard.received,
-            "dropped_by_reader": heard.dropped,
-            "lost": heard.lost,
-            "lost_on_break": heard.lost_on_break,
+            "received": subscription.received,
+            "dropped_by_reader": subscription.dropped,
+            "lost": subscription.lost,
+            "lost_on_break": subscription.lost_on_break,
             "dropped_by_publisher": self._publisher.dropped,
             "unaccounted": (self.expected or 0) - found,
             "duplicates": self.duplicates,
@@ -187,9 +187,9 @@ async def run(parameters: Mapping[str, Any], controller: Controller) -> None:
 
 def _moments(member: Member) -> list[float]:
     assert member.failed_at is not None
-    assert member.heard_at is not None
+    assert member.received_at is not None
     assert member.answered_at is not None
-    return [member.failed_at, member.heard_at, member.answered_at]
+    return [member.failed_at, member.received_at, member.answered_at]
 
 
 def _resources() -> dict[str, Any]:
