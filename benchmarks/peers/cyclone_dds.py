@@ -166,7 +166,7 @@ def subscriber(parent: Parent, parameters: Parameters) -> None:
     acknowledge = bus.write_to(ACKNOWLEDGEMENTS, ACKNOWLEDGEMENT_BYTES)
     subscriptions = [bus.read_from(STREAM, parameters.size) for _ in range(parameters.subscriptions)]
     tally = stream.Tally(parameters)
-    heard: set[int] = (
+    probed: set[int] = (
         set()
     )  # readers are matched in their own time: a probe is answered when all have had one
     parent.ready()
@@ -176,8 +176,8 @@ def subscriber(parent: Parent, parameters: Parameters) -> None:
             for data in read():
                 acknowledgement = tally.take(unpad(data) if data[0] else data)
                 if acknowledgement is not None:
-                    heard.add(number)
-                    if len(heard) == parameters.subscriptions:
+                    probed.add(number)
+                    if len(probed) == parameters.subscriptions:
                         acknowledge(acknowledgement)
     tally.report(parent)
     bus.drain()

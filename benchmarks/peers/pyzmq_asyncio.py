@@ -64,15 +64,15 @@ async def subscriber(parent: Parent, parameters: Parameters) -> None:
     """Count in a task for each subscription's socket, and acknowledge."""
     zmq = library("zmq")
     tally = stream.Tally(parameters, windowed=True)
-    heard: set[Any] = set()  # sockets connect in their own time: a probe is answered when all have had one
+    probed: set[Any] = set()  # sockets connect in their own time: a probe is answered when all have had one
     copy = parameters.size < zmq_roles.NO_COPY_BYTES
     finished = asyncio.Event()
 
     async def take(socket: Any, data: Any) -> None:
         acknowledgement = tally.take(data)
         if acknowledgement is not None:
-            heard.add(socket)
-            if len(heard) == parameters.subscriptions:
+            probed.add(socket)
+            if len(probed) == parameters.subscriptions:
                 await socket.send(zmq_roles.UPSTREAM + acknowledgement)
                 if tally.finished:
                     finished.set()

@@ -101,7 +101,7 @@ def subscriber(parent: Parent, parameters: Parameters, endpoints: Endpoints) -> 
     """Receive on each subscription's socket until it has nothing more, then on the next."""
     zmq = library("zmq")
     tally = stream.Tally(parameters)
-    heard: set[Any] = set()  # sockets connect in their own time: a probe is answered when all have had one
+    probed: set[Any] = set()  # sockets connect in their own time: a probe is answered when all have had one
     copy, queue = parameters.size < NO_COPY_BYTES, queue_messages(parameters.size)
     with contextlib.ExitStack() as stack:
         context = stack.enter_context(zmq.Context())
@@ -118,8 +118,8 @@ def subscriber(parent: Parent, parameters: Parameters, endpoints: Endpoints) -> 
                     while True:
                         acknowledgement = tally.take(socket.recv(zmq.NOBLOCK, copy=copy))
                         if acknowledgement is not None:
-                            heard.add(socket)
-                            if len(heard) == parameters.subscriptions:
+                            probed.add(socket)
+                            if len(probed) == parameters.subscriptions:
                                 socket.send(UPSTREAM + acknowledgement)
         tally.report(parent)
 
