@@ -68,8 +68,8 @@ async def test_messages_of_a_turn_travel_in_few_frames(
 ) -> None:
     """1,000 messages of 256 bytes: a frame per 48 KiB and hop, each encoded once, and no task for any."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[str] = []
-    listener.create_subscription(String, "t", lambda msg: heard.append(msg.data), KEEP_ALL)
+    received: list[str] = []
+    listener.create_subscription(String, "t", lambda msg: received.append(msg.data), KEEP_ALL)
     publisher = talker.create_publisher(String, "t", KEEP_ALL)
     await until(lambda: publisher.get_subscription_count() == 1)
     await meeting.settled(listener, talker)  # the whole window has been granted
@@ -77,7 +77,7 @@ async def test_messages_of_a_turn_travel_in_few_frames(
     message = String(data="x" * 256)
     for _ in range(1000):
         publisher.publish(message)
-    await until(lambda: len(heard) == 1000)
+    await until(lambda: len(received) == 1000)
     most = 1000 * 300 // limits.BATCH_FLUSH_BYTES + 1
     assert work.encoded_runs <= most
     assert work.frames["Batch"] == 2 * work.encoded_runs  # once in the broker, once in the listener
@@ -90,14 +90,14 @@ async def test_a_run_for_ten_subscriptions_of_a_link_crosses_it_once(
 ) -> None:
     """The node fans out to its own subscriptions; the broker sends each link one copy."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[str] = []
+    received: list[str] = []
     for _ in range(10):
-        listener.create_subscription(String, "t", lambda msg: heard.append(msg.data), 10)
+        listener.create_subscription(String, "t", lambda msg: received.append(msg.data), 10)
     publisher = talker.create_publisher(String, "t", 10)
     await until(lambda: publisher.get_subscription_count() == 10)
     work = Work(monkeypatch)
     publisher.publish(String(data="once"))
-    await until(lambda: len(heard) == 10)
+    await until(lambda: len(received) == 10)
     assert (work.frames["Batch"], work.encoded_runs) == (2, 1)
 
 
@@ -142,13 +142,13 @@ async def test_cancellations_of_a_turn_travel_together(
 async def test_a_large_message_is_not_copied_into_its_reader(meeting: Meeting) -> None:
     """What the callback gets is a view of the bytes that came, read-only."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[UInt8MultiArray] = []
-    listener.create_subscription(UInt8MultiArray, "t", heard.append, KEEP_ALL)
+    received: list[UInt8MultiArray] = []
+    listener.create_subscription(UInt8MultiArray, "t", received.append, KEEP_ALL)
     publisher = talker.create_publisher(UInt8MultiArray, "t", KEEP_ALL)
     await until(lambda: publisher.get_subscription_count() == 1)
     publisher.publish(UInt8MultiArray(data=bytes(MIB)))
-    await until(lambda: heard)
-    data = heard[0].data
+    await until(lambda: received)
+    data = received[0].data
     assert isinstance(data, memoryview)
     assert (len(data), data.readonly) == (MIB, True)
     assert len(memoryview(data.obj)) > MIB  # the frame around it, too

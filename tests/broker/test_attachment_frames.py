@@ -83,12 +83,12 @@ def test_a_newcomer_is_attached_to_many_readers_in_one_frame() -> None:
     talker, listener, _ = crowd(switch)
     newcomer = switch.publisher(talker, make.publisher(9)._replace(gid=b"n" * 16))
     switch.send(talker, make.batch(newcomer, 0))
-    heard = [
+    received = [
         frame for frame in switch.read_all(listener) if isinstance(frame, frames.Attached | frames.Batch)
     ]
-    assert [type(frame) for frame in heard] == [frames.Attached, frames.Batch]
-    assert isinstance(heard[0], frames.Attached)
-    assert heard[0].subscriptions == tuple(range(1, READERS + 1))
+    assert [type(frame) for frame in received] == [frames.Attached, frames.Batch]
+    assert isinstance(received[0], frames.Attached)
+    assert received[0].subscriptions == tuple(range(1, READERS + 1))
 
 
 def test_late_joiners_of_one_frame_get_their_replays_after_it() -> None:

@@ -89,11 +89,11 @@ async def test_keep_all_beyond_the_ceiling_ends_the_link_and_no_other(
         stats = broker.stats()
         assert stats.lost_on_break
         assert (stats.accounted, stats.queued, stats.dropped) == (stats.copies, 0, 0)
-        heard: dict[int, list[int]] = {number: [] for _, number in sources}
+        received: dict[int, list[int]] = {number: [] for _, number in sources}
         for _ in range(sent * TOPICS):
             batch = await bystander.next(frames.Batch)
-            heard[batch.publisher].append(batch.first_sequence)
-        assert all(numbers == list(range(sent)) for numbers in heard.values())
+            received[batch.publisher].append(batch.first_sequence)
+        assert all(numbers == list(range(sent)) for numbers in received.values())
         for writer, _ in sources:
             await writer.synchronise()
 

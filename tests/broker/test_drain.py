@@ -122,10 +122,10 @@ def test_keep_all_loses_nothing_to_a_stop_under_load(seed: int) -> None:
 
     async def scene(stage: Stage) -> None:
         source, sink = await stage.enter("source"), await stage.enter("sink")
-        heard: list[int] = []
+        received: list[int] = []
 
         async def take(message: Int64) -> None:
-            heard.append(message.data)
+            received.append(message.data)
             if message.data % 100 == 0:
                 await asyncio.sleep(0.01)
 
@@ -146,13 +146,13 @@ def test_keep_all_loses_nothing_to_a_stop_under_load(seed: int) -> None:
 
         publishing = asyncio.create_task(publish())
         await asyncio.sleep(0.5)
-        assert heard
+        assert received
         await stage.stop_broker()
         await publishing
         assert publisher.queued
         sent = publisher.published - publisher.queued
-        await stage.until(lambda: len(heard) >= sent, 60)
-        assert heard == list(range(sent))
+        await stage.until(lambda: len(received) >= sent, 60)
+        assert received == list(range(sent))
 
     play(scene, seed)
 
@@ -162,19 +162,19 @@ def test_a_slow_reader_gets_all_queued_messages() -> None:
 
     async def scene(stage: Stage) -> None:
         source, sink = await stage.enter("source"), await stage.enter("sink")
-        heard: list[int] = []
-        sink.create_subscription(String, "/texts", lambda m: heard.append(1), 100)
+        received: list[int] = []
+        sink.create_subscription(String, "/texts", lambda m: received.append(1), 100)
         publisher = source.create_publisher(String, "/texts", 100)
         await stage.until(lambda: publisher.get_subscription_count() == 1)
         stage.network.slow_down("sink", read=10_000, pause=0.01)
         for _ in range(100):
             publisher.publish(String(data="x" * 20_000))
         await publisher.flush()
-        assert len(heard) < 100
+        assert len(received) < 100
         # Evaluated in each loop iteration: adding up all queues there would block a large broker.
         with mock.patch.object(Routes, "tallies", side_effect=AssertionError("queues are added up")):
             await stage.stop_broker()
-        assert len(heard) == 100
+        assert len(received) == 100
 
     play(scene)
 

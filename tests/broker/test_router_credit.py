@@ -190,9 +190,9 @@ def test_a_publisher_that_comes_while_the_broker_stops_is_held_at_once() -> None
     switch.send(reader, make.subscription(1))
     switch.hold()
     switch.send(talker, make.publisher(1, next_sequence=7))
-    heard = switch.read_all(talker)
-    (number,) = [frame.number for frame in heard if isinstance(frame, frames.Accepted)]
-    credits_ = [frame for frame in heard if isinstance(frame, frames.Credit)]
+    received = switch.read_all(talker)
+    (number,) = [frame.number for frame in received if isinstance(frame, frames.Accepted)]
+    credits_ = [frame for frame in received if isinstance(frame, frames.Credit)]
     assert credits_[-1] == frames.Credit(number, 7, 0)
     switch.send(talker, *credits_)
     with pytest.raises(ProtocolError) as caught:

@@ -36,7 +36,7 @@ class PeerModel:
     ids: int = 0
     attached: set[tuple[int, int]] = field(default_factory=set)
     """Publishers and the subscriptions that hear them."""
-    heard: Counter[int] = field(default_factory=Counter)
+    received: Counter[int] = field(default_factory=Counter)
     """By publisher, the number that must come next, or a later one."""
     matched: Counter[int] = field(default_factory=Counter)
     """By endpoint, the count that the last MATCHED gave."""
@@ -194,8 +194,8 @@ class Routing(RuleBasedStateMachine):
     def _hear(self, peer: PeerModel) -> None:
         self._take(peer, self.switch.read_all(peer.number))
 
-    def _take(self, peer: PeerModel, heard: list[frames.Frame]) -> None:
-        for frame in heard:
+    def _take(self, peer: PeerModel, received: list[frames.Frame]) -> None:
+        for frame in received:
             match frame:
                 case frames.Accepted():
                     self._endpoint(peer, frame.id).key = frame.number
@@ -226,8 +226,8 @@ class Routing(RuleBasedStateMachine):
         assert any(publisher == batch.publisher for publisher, _ in peer.attached), (
             "a batch without a subscription"
         )
-        assert batch.first_sequence >= peer.heard[batch.publisher], "out of order, or twice"
-        peer.heard[batch.publisher] = batch.first_sequence + batch.length
+        assert batch.first_sequence >= peer.received[batch.publisher], "out of order, or twice"
+        peer.received[batch.publisher] = batch.first_sequence + batch.length
 
     # Calls
 

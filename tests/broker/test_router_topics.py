@@ -23,9 +23,9 @@ def test_a_batch_arrives_byte_for_byte_after_its_attachment() -> None:
     number = switch.publisher(talker, make.publisher(3, next_sequence=40))
     sent = make.batch(number, 40, 3)
     switch.send(talker, sent)
-    heard = switch.read_all(listener)
-    assert frames.Matched(7, 1, 1) in heard
-    ordered = [frame for frame in heard if isinstance(frame, (frames.Attached, frames.Batch))]
+    received = switch.read_all(listener)
+    assert frames.Matched(7, 1, 1) in received
+    ordered = [frame for frame in received if isinstance(frame, (frames.Attached, frames.Batch))]
     assert ordered[0] == frames.Attached(number, (7,), make.GID, 40, "/talker", make.QOS)
     assert isinstance(ordered[1], frames.Batch)
     assert bytes(ordered[1].raw) == bytes(sent.raw)
@@ -58,8 +58,8 @@ def test_seen_messages_are_discarded_and_gaps_are_allowed() -> None:
     talker, listener, number = talk(switch)
     switch.send(talker, make.batch(number, 0, 4), make.batch(number, 0, 4), make.batch(number, 2, 4))
     switch.send(talker, make.batch(number, 9, 1))
-    heard = switch.read(listener, frames.Batch)
-    assert [(batch.first_sequence, batch.length) for batch in heard] == [(0, 4), (4, 2), (9, 1)]
+    received = switch.read(listener, frames.Batch)
+    assert [(batch.first_sequence, batch.length) for batch in received] == [(0, 4), (4, 2), (9, 1)]
     assert switch.router.routes.stale == 6
 
 
@@ -71,9 +71,9 @@ def test_a_busy_link_keeps_the_greatest_depth_of_its_subscriptions() -> None:
     number = switch.publisher(talker, make.publisher(1))
     switch.send(talker, *(make.batch(number, first, 2) for first in range(0, 20, 2)))
     switch.congest(listener)
-    heard = switch.read(listener, frames.Batch)
-    assert sum(batch.length for batch in heard) == 5
-    assert heard[-1].first_sequence + heard[-1].length == 20
+    received = switch.read(listener, frames.Batch)
+    assert sum(batch.length for batch in received) == 5
+    assert received[-1].first_sequence + received[-1].length == 20
     assert switch.router.routes.tallies()[0].dropped == 15
 
 
@@ -94,10 +94,10 @@ def test_detached_comes_after_the_last_batch() -> None:
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.send(talker, make.batch(number, 0, 2), frames.Undeclare(1))
-    heard = switch.read_all(listener)
-    ordered = [type(frame) for frame in heard if not isinstance(frame, frames.Matched)]
+    received = switch.read_all(listener)
+    ordered = [type(frame) for frame in received if not isinstance(frame, frames.Matched)]
     assert ordered == [frames.Batch, frames.Detached]
-    assert frames.Matched(1, 0, 1) in heard
+    assert frames.Matched(1, 0, 1) in received
 
 
 def test_a_node_takes_its_endpoints_along() -> None:
@@ -120,12 +120,12 @@ def test_types_that_differ_do_not_match_and_are_reported() -> None:
     switch.send(listener, make.subscription(1))
     number = switch.publisher(talker, make.publisher(2, type_hash="RIHS01_bb"))
     switch.send(talker, make.batch(number, 0))
-    heard = switch.read_all(listener)
-    notices = [frame for frame in heard if isinstance(frame, frames.Notice)]
+    received = switch.read_all(listener)
+    notices = [frame for frame in received if isinstance(frame, frames.Notice)]
     assert [(notice.id, notice.kind) for notice in notices] == [(1, NoticeKind.INCOMPATIBLE_TYPE)]
     assert "/talker" in notices[0].text
     assert "/listener" in notices[0].text
-    assert not any(isinstance(frame, frames.Batch) for frame in heard)
+    assert not any(isinstance(frame, frames.Batch) for frame in received)
 
 
 def test_a_raw_subscription_matches_every_type() -> None:
@@ -150,16 +150,16 @@ def test_a_qos_mismatch_delivers_and_warns_both(
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(1, qos=requested))
     switch.send(talker, make.publisher(2, qos=offered))
-    heard = switch.read_all(talker)
-    number = next(frame.number for frame in heard if isinstance(frame, frames.Accepted))
+    received = switch.read_all(talker)
+    number = next(frame.number for frame in received if isinstance(frame, frames.Accepted))
     switch.send(talker, make.batch(number, 0))
-    notices = [frame for frame in heard if isinstance(frame, frames.Notice)]
+    notices = [frame for frame in received if isinstance(frame, frames.Notice)]
     assert [(notice.id, notice.kind) for notice in notices] == [(2, NoticeKind.INCOMPATIBLE_QOS)]
-    heard = switch.read_all(listener)
-    notices = [frame for frame in heard if isinstance(frame, frames.Notice)]
+    received = switch.read_all(listener)
+    notices = [frame for frame in received if isinstance(frame, frames.Notice)]
     assert [(notice.id, notice.kind) for notice in notices] == [(1, NoticeKind.INCOMPATIBLE_QOS)]
     assert policy in notices[0].text
-    assert any(isinstance(frame, frames.Batch) for frame in heard)
+    assert any(isinstance(frame, frames.Batch) for frame in received)
 
 
 def test_a_late_subscription_gets_the_latched_messages_then_live_ones() -> None:
@@ -170,8 +170,8 @@ def test_a_late_subscription_gets_the_latched_messages_then_live_ones() -> None:
     switch.send(talker, make.batch(number, 0, 4), make.batch(number, 4, 4))
     switch.send(listener, make.subscription(5, qos={**make.LATCHED, "depth": 5}))
     switch.send(talker, make.batch(number, 8))
-    heard = switch.read_all(listener)
-    queue = [frame for frame in heard if isinstance(frame, (frames.Attached, frames.Replay, frames.Batch))]
+    received = switch.read_all(listener)
+    queue = [frame for frame in received if isinstance(frame, (frames.Attached, frames.Replay, frames.Batch))]
     attached, *rest = queue
     assert isinstance(attached, frames.Attached)
     assert attached.first_sequence == 8
@@ -280,13 +280,13 @@ def test_a_suspended_subscriber_leaves_and_comes_back_at_the_present() -> None:
     assert switch.router.routes.unmatched == 5
     switch.restore(listener)
     switch.send(talker, make.batch(number, 5))
-    attached, heard = None, []
+    attached, received = None, []
     for frame in switch.read_all(listener):
         attached = frame if isinstance(frame, frames.Attached) else attached
-        heard += [frame.first_sequence] if isinstance(frame, frames.Batch) else []
+        received += [frame.first_sequence] if isinstance(frame, frames.Batch) else []
     assert attached is not None
     assert attached.first_sequence == 5
-    assert heard == [5]
+    assert received == [5]
 
 
 def test_a_suspended_publisher_is_detached_and_its_latched_messages_stay() -> None:
@@ -535,9 +535,9 @@ def test_many_mismatches_are_summed_up_for_the_newcomer() -> None:
     sent_frames = switch.read(listener, frames.Notice)
     assert [(notice.policy, notice.peers) for notice in sent_frames] == [(PolicyKind.DEADLINE, 1)] * 40
     switch.send(talker, make.publisher(2))
-    heard = switch.read(talker, frames.Notice)
-    assert [notice.peers for notice in heard] == [1] * 16 + [24]
-    assert heard[-1].policy == PolicyKind.DEADLINE
+    received = switch.read(talker, frames.Notice)
+    assert [notice.peers for notice in received] == [1] * 16 + [24]
+    assert received[-1].policy == PolicyKind.DEADLINE
 
 
 def test_texts_are_cut_to_what_a_receiver_must_take() -> None:

@@ -77,18 +77,18 @@ async def test_messages_published_without_a_broker_are_kept_to_the_depth(system:
         actors.Node("hearer", url=system.url) as hearer,
     ):
         publisher = talker.create_publisher(String, "t", LATCHED)
-        heard = aiter(hearer.create_subscription(String, "t", qos=LATCHED))
+        received = aiter(hearer.create_subscription(String, "t", qos=LATCHED))
         publisher.publish(String(data="before"))
-        assert (await anext(heard)).data == "before"
+        assert (await anext(received)).data == "before"
         await daemon.kill()
         while talker.connected or hearer.connected:
             await asyncio.sleep(0)
         for i in range(5):
             publisher.publish(String(data=str(i)))
         await system.broker()
-        assert [(await anext(heard)).data for _ in range(2)] == ["3", "4"]
+        assert [(await anext(received)).data for _ in range(2)] == ["3", "4"]
         publisher.publish(String(data="after"))
-        assert (await anext(heard)).data == "after"
+        assert (await anext(received)).data == "after"
         assert publisher.published == 7
         assert publisher.dropped == 3
 

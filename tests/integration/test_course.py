@@ -39,8 +39,8 @@ async def test_publisher_and_subscriber_log_the_texts_of_the_course(system: Syst
     said = await publisher.wait_for_line("Publishing")
     assert said.startswith("[INFO] [")
     assert said.endswith('[minimal_publisher]: Publishing: "Hi Automatic Addison: 0"')
-    heard = await subscriber.wait_for_line("I heard")
-    assert '[minimal_subscriber]: I heard: "Hi Automatic Addison: ' in heard
+    received = await subscriber.wait_for_line("I heard")
+    assert '[minimal_subscriber]: I heard: "Hi Automatic Addison: ' in received
 
 
 async def test_publishing_subscriber_republishes_what_it_receives(system: System) -> None:

@@ -84,11 +84,11 @@ async def test_keep_last_loses_only_the_oldest_and_counts_them(hub: broker.Broke
     """A busy reader keeps the newest messages; received and dropped ones add up."""
     total, depth = 5000, 10
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
-        heard: list[int] = []
+        received: list[int] = []
         busy, go_on = asyncio.Event(), asyncio.Event()
 
         async def on_number(msg: Int64) -> None:
-            heard.append(msg.data)
+            received.append(msg.data)
             if msg.data == 0:
                 busy.set()
                 await go_on.wait()
@@ -111,10 +111,10 @@ async def test_keep_last_loses_only_the_oldest_and_counts_them(hub: broker.Broke
         last.publish(Int64(data=0))
         await anext(done)
         async with asyncio.timeout(DEADLINE_SEC):
-            while heard[-1] != total - 1:
+            while received[-1] != total - 1:
                 await hearer.get_graph()
-        assert heard == [0, *range(total - depth, total)]
-        assert subscription.received == len(heard)
+        assert received == [0, *range(total - depth, total)]
+        assert subscription.received == len(received)
         assert subscription.received + subscription.dropped + subscription.lost == total
         assert publisher.published == total
 
@@ -148,13 +148,13 @@ async def test_latched_values_disappear_with_their_publisher(hub: broker.Broker)
 async def test_a_stopping_publisher_sends_its_queue(hub: broker.Broker) -> None:
     """Leaving `async with` right after publishing loses nothing."""
     async with actors.Node("hearer", url=hub.url) as hearer:
-        heard = aiter(hearer.create_subscription(Int64, "numbers", qos=KEEP_ALL))
+        received = aiter(hearer.create_subscription(Int64, "numbers", qos=KEEP_ALL))
         async with actors.Node("talker", url=hub.url) as talker:
             publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
             await wait_for_subscriptions(publisher, talker)
             for i in range(500):
                 publisher.publish(Int64(data=i))
-        assert [(await anext(heard)).data for _ in range(500)] == list(range(500))
+        assert [(await anext(received)).data for _ in range(500)] == list(range(500))
 
 
 async def test_another_type_on_the_same_topic_is_no_match(

@@ -201,15 +201,15 @@ async def test_nodes_leave_a_broker_whose_process_blocks_and_reconnect(system: S
     embedder = await system.python("-c", EMBEDDER, str(system.port))
     await embedder.wait_for_line("up")
     async with actors.Node("hearer", url=system.url) as node:
-        heard = aiter(node.create_subscription(Int64, "numbers", qos=10))
+        received = aiter(node.create_subscription(Int64, "numbers", qos=10))
         client = node.create_client(AddTwoInts, "nobody")
         async with asyncio.timeout(DEADLINE_SEC):
-            assert (await anext(heard)).data == 1
+            assert (await anext(received)).data == 1
             await embedder.wait_for_line("blocking")
             with pytest.raises(actors.ServiceUnavailable):
                 await client.call(AddTwoInts.Request(), timeout_sec=1000)
             embedder.send_signal(signal.SIGUSR1)
-            numbers = [(await anext(heard)).data for _ in range(10)]
+            numbers = [(await anext(received)).data for _ in range(10)]
         assert numbers[0] > 1
         assert numbers == list(range(numbers[0], numbers[0] + 10))
 
@@ -218,17 +218,17 @@ async def test_a_node_that_blocks_the_broker_in_its_loop_stays_connected(system:
     """Broker and node share a loop that was blocked: neither takes the other for dead."""
     options = broker.BrokerOptions(port=system.port, keepalive_sec=0.3)
     async with broker.Broker(options) as hub, actors.Node("node", url=hub.url) as node:
-        heard = aiter(node.create_subscription(String, "t", qos=10))
+        received = aiter(node.create_subscription(String, "t", qos=10))
         publisher = node.create_publisher(String, "t", 10)
         publisher.publish(String(data="before"))
-        assert (await anext(heard)).data == "before"
+        assert (await anext(received)).data == "before"
         opened = hub.stats().connections
         time.sleep(1)  # noqa: ASYNC251 - that is the fault
         publisher.publish(String(data="after"))
         async with asyncio.timeout(DEADLINE_SEC):
-            assert (await anext(heard)).data == "after"
+            assert (await anext(received)).data == "after"
             await asyncio.sleep(0.5)  # longer than the keepalive limit: a wrong suspension would show
             publisher.publish(String(data="later"))
-            assert (await anext(heard)).data == "later"
+            assert (await anext(received)).data == "later"
         assert hub.stats().connections == opened == 1
         assert [each.session for each in hub.link_stats()] == [1]

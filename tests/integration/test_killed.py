@@ -81,14 +81,14 @@ async def test_messages_flushed_before_a_kill_still_arrive(system: System) -> No
     total = 2000
     await system.broker()
     async with actors.Node("hearer", url=system.url) as node:
-        heard: list[int] = []
+        received: list[int] = []
         busy, go_on, done = asyncio.Event(), asyncio.Event(), asyncio.Event()
 
         async def on_message(msg: String) -> None:
             busy.set()
             await go_on.wait()
-            heard.append(int(msg.data.split()[0]))
-            if len(heard) == total:
+            received.append(int(msg.data.split()[0]))
+            if len(received) == total:
                 done.set()
 
         subscription = node.create_subscription(String, "numbers", on_message, KEEP_ALL)
@@ -101,7 +101,7 @@ async def test_messages_flushed_before_a_kill_still_arrive(system: System) -> No
                 await node.get_graph()
             go_on.set()
             await done.wait()
-        assert heard == list(range(total))
+        assert received == list(range(total))
         assert "/talker" not in await node.get_fully_qualified_node_names()
 
 

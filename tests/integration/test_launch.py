@@ -77,8 +77,8 @@ async def test_the_courses_file_runs(system: System, tmp_path: Path) -> None:
     )
     await program.wait_for_line(f"[INFO] [launch]: no broker at {system.url}: this launch brings its own")
     await program.wait_for_line("[my_subscriber_node-2] ")
-    heard = await program.wait_for_line('[ns1.my_subscriber_node]: I heard: "Hi Automatic Addison: ')
-    assert heard.startswith("[my_subscriber_node-2] [INFO] [")
+    received = await program.wait_for_line('[ns1.my_subscriber_node]: I heard: "Hi Automatic Addison: ')
+    assert received.startswith("[my_subscriber_node-2] [INFO] [")
     topics = await system.python("-m", "actors", "topic", "list")
     assert await topics.wait_for_exit() == 0
     assert "/ns1/addison" in topics.lines

@@ -69,7 +69,7 @@ async def test_a_broker_out_of_descriptors_serves_its_connections(system: System
     loop_now = asyncio.get_running_loop()
     async with actors.Node("inside", url=system.url) as inside, asyncio.timeout(DEADLINE_SEC):
         publisher = inside.create_publisher(Int64, "t", 10)
-        heard = aiter(inside.create_subscription(Int64, "t", qos=10))
+        received = aiter(inside.create_subscription(Int64, "t", qos=10))
         await wait_for_subscriptions(publisher, inside)
         with ExitStack() as stack:
             for _ in range(60):
@@ -80,7 +80,7 @@ async def test_a_broker_out_of_descriptors_serves_its_connections(system: System
             used = meters.cpu_s(daemon.process.pid)
             for number in range(20):
                 publisher.publish(Int64(data=number))
-                assert (await anext(heard)).data == number
+                assert (await anext(received)).data == number
                 await asyncio.sleep(0.05)
             now = meters.cpu_s(daemon.process.pid)
             assert used is not None

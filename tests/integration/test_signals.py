@@ -250,11 +250,11 @@ async def test_a_broker_that_stops_under_load_delivers_all_accepted_messages(
 ) -> None:
     """KEEP_ALL: every message sent is received; the others stay queued at the publisher."""
     daemon = await system.broker()
-    heard: list[int] = []
+    received: list[int] = []
     async with actors.Node("source", url=system.url) as source, actors.Node("sink", url=system.url) as sink:
 
         async def take(message: Int64) -> None:
-            heard.append(message.data)
+            received.append(message.data)
             if message.data % 1000 == 0:
                 await asyncio.sleep(0.001)
 
@@ -271,10 +271,10 @@ async def test_a_broker_that_stops_under_load_delivers_all_accepted_messages(
                 await asyncio.sleep(0)
 
         publishing = asyncio.create_task(publish())
-        await until(lambda: len(heard) > 5000)
+        await until(lambda: len(received) > 5000)
         daemon.send_signal(number)
         assert await daemon.wait_for_exit() == 0
         await publishing
         sent = publisher.published - publisher.queued
-        await until(lambda: len(heard) >= sent)
-        assert heard == list(range(sent))
+        await until(lambda: len(received) >= sent)
+        assert received == list(range(sent))

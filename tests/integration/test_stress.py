@@ -56,7 +56,7 @@ async def test_a_frozen_subscriber_delays_no_other(system: System, qos: str) -> 
     ):
         publisher = talker.create_publisher(String, "numbers", profile)
         side = talker.create_publisher(Int64, "side", 10)
-        heard = aiter(hearer.create_subscription(Int64, "side", qos=10))
+        messages = aiter(hearer.create_subscription(Int64, "side", qos=10))
         await wait_for_subscriptions(publisher, talker)
         publisher.publish(String(data="0 first"))
         await counter.wait_for_line("first")
@@ -65,7 +65,7 @@ async def test_a_frozen_subscriber_delays_no_other(system: System, qos: str) -> 
             publisher.publish(String(data=f"{number} {padding}"))
             if number % 100 == 0:
                 side.publish(Int64(data=number))
-                assert (await anext(heard)).data == number
+                assert (await anext(messages)).data == number
         counter.send_signal(signal.SIGCONT)
         publisher.publish(String(data=f"{total - 1} last"))
         line = await counter.wait_for_line("counted")
@@ -111,11 +111,11 @@ async def test_many_nodes_join_and_leave(hub: broker.Broker) -> None:
             async def visit(i: int) -> None:
                 async with actors.Node(f"visitor_{i}", url=hub.url) as node:
                     publisher = node.create_publisher(String, "visits", 100)
-                    heard = aiter(node.create_subscription(String, "visits", qos=100))
+                    messages = aiter(node.create_subscription(String, "visits", qos=100))
                     while not publisher.get_subscription_count():
                         await node.get_graph()
                     publisher.publish(String(data=f"visitor {i}"))
-                    await anext(heard)
+                    await anext(messages)
 
             for i in range(50):
                 group.create_task(visit(i))

@@ -28,11 +28,11 @@ def test_a_busy_reader_keeps_exactly_its_depth() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: list[int] = []
+        received: list[int] = []
         wake = asyncio.Event()
 
         async def slow(message: Note) -> None:
-            heard.append(message.number)
+            received.append(message.number)
             await wake.wait()
 
         subscription = listener.create_subscription(Note, "red", slow, 7)
@@ -46,7 +46,7 @@ def test_a_busy_reader_keeps_exactly_its_depth() -> None:
         assert subscription.queued == 7
         wake.set()
         await asyncio.sleep(1)
-        assert heard == [0, *range(94, 101)]
+        assert received == [0, *range(94, 101)]
         assert (subscription.received, subscription.dropped, subscription.lost) == (8, 93, 0)
 
     play(scene)
@@ -57,9 +57,9 @@ def test_an_unread_link_keeps_exactly_its_depth() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: list[int] = []
+        received: list[int] = []
         subscription = listener.create_subscription(
-            Note, "red", lambda message: heard.append(message.number), 10
+            Note, "red", lambda message: received.append(message.number), 10
         )
         publisher = talker.create_publisher(Note, "red", 10)
         await matched(stage, publisher)
@@ -70,9 +70,9 @@ def test_an_unread_link_keeps_exactly_its_depth() -> None:
         await asyncio.sleep(0.2)
         stage.network.heal()
         await asyncio.sleep(2)
-        assert heard[-10:] == list(range(1990, 2000))
-        assert heard[:-10] == list(range(len(heard) - 10))
-        assert subscription.lost == 2000 - len(heard) > 0
+        assert received[-10:] == list(range(1990, 2000))
+        assert received[:-10] == list(range(len(received) - 10))
+        assert subscription.lost == 2000 - len(received) > 0
         assert not subscription.dropped
         assert not subscription.lost_on_break
 
@@ -84,11 +84,11 @@ def test_keep_all_pushes_the_publisher_back_and_loses_nothing() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: list[int] = []
+        received: list[int] = []
         gate = asyncio.Event()
 
         async def slow(message: Note) -> None:
-            heard.append(message.number)
+            received.append(message.number)
             await gate.wait()
 
         listener.create_subscription(Note, "red", slow, KEEP_ALL)
@@ -108,8 +108,8 @@ def test_keep_all_pushes_the_publisher_back_and_loses_nothing() -> None:
         gate.set()
         await publisher.ready(10)
         publisher.publish(Note(number=number))
-        await stage.until(lambda: len(heard) == number + 1, 60)
-        assert heard == list(range(number + 1))
+        await stage.until(lambda: len(received) == number + 1, 60)
+        assert received == list(range(number + 1))
 
     play(scene)
 
@@ -119,8 +119,8 @@ def test_keep_all_survives_a_short_partition() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: list[int] = []
-        listener.create_subscription(Note, "red", lambda message: heard.append(message.number), KEEP_ALL)
+        received: list[int] = []
+        listener.create_subscription(Note, "red", lambda message: received.append(message.number), KEEP_ALL)
 
         async def handler(request: Ask.Request) -> Ask.Response:
             await asyncio.sleep(request.seconds)
@@ -140,7 +140,7 @@ def test_keep_all_survives_a_short_partition() -> None:
         stage.network.heal()
         assert (await call).number == 8
         await asyncio.sleep(2)
-        assert heard == list(range(1000))
+        assert received == list(range(1000))
 
     play(scene)
 
@@ -288,14 +288,14 @@ def test_a_volatile_subscription_counts_what_broke_off_of_a_latched_publisher() 
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: list[int] = []
+        received: list[int] = []
         publisher = talker.create_publisher(Note, "map", actors.QoSProfile(depth=10, durability=LATCHED))
         subscription = listener.create_subscription(
-            Note, "map", lambda message: heard.append(message.number), 10
+            Note, "map", lambda message: received.append(message.number), 10
         )
         await matched(stage, publisher)
         publisher.publish(Note(number=0))
-        await stage.until(lambda: heard == [0])
+        await stage.until(lambda: received == [0])
         stage.network.block("talker", BROKER)
         publisher.publish(Note(number=1))
         await asyncio.sleep(0.1)  # it has left, and never arrives
@@ -305,8 +305,8 @@ def test_a_volatile_subscription_counts_what_broke_off_of_a_latched_publisher() 
         stage.network.heal()
         await matched(stage, publisher)
         publisher.publish(Note(number=2))
-        await stage.until(lambda: heard[-1] == 2)
-        assert heard == [0, 2]
+        await stage.until(lambda: received[-1] == 2)
+        assert received == [0, 2]
         assert (subscription.lost, subscription.lost_on_break) == (0, 1)
 
     play(scene)
@@ -317,9 +317,9 @@ def test_a_frozen_peer_leaves_the_graph_and_comes_back() -> None:
 
     async def scene(stage: Stage) -> None:
         caller, server = await stage.enter("caller"), await stage.enter("server")
-        heard: list[int] = []
+        received: list[int] = []
         server.create_service(Ask, "double", lambda request: Ask.Response(number=2 * request.number))
-        server.create_subscription(Note, "red", lambda message: heard.append(message.number))
+        server.create_subscription(Note, "red", lambda message: received.append(message.number))
         client = caller.create_client(Ask, "double")
         publisher = caller.create_publisher(Note, "red")
         await matched(stage, publisher)
@@ -333,7 +333,7 @@ def test_a_frozen_peer_leaves_the_graph_and_comes_back() -> None:
         await matched(stage, publisher)
         publisher.publish(Note(number=1))
         await asyncio.sleep(1)
-        assert heard == [1]
+        assert received == [1]
 
     play(scene)
 
@@ -414,8 +414,8 @@ def test_a_node_takes_its_name_back_from_its_own_half_dead_link() -> None:
 
     async def scene(stage: Stage) -> None:
         node, other = await stage.enter("phoenix"), await stage.enter("other")
-        heard: list[int] = []
-        node.create_subscription(Note, "red", lambda message: heard.append(message.number))
+        received: list[int] = []
+        node.create_subscription(Note, "red", lambda message: received.append(message.number))
         publisher = other.create_publisher(Note, "red")
         await matched(stage, publisher)
         stage.network.block(BROKER, "phoenix")
@@ -425,7 +425,7 @@ def test_a_node_takes_its_name_back_from_its_own_half_dead_link() -> None:
         await matched(stage, publisher)
         publisher.publish(Note(number=5))
         await asyncio.sleep(1)
-        assert heard == [5]
+        assert received == [5]
 
     play(scene)
 
@@ -435,8 +435,8 @@ def test_a_publisher_that_comes_back_does_not_overtake_itself() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: list[int] = []
-        listener.create_subscription(Note, "red", lambda message: heard.append(message.number), KEEP_ALL)
+        received: list[int] = []
+        listener.create_subscription(Note, "red", lambda message: received.append(message.number), KEEP_ALL)
         publisher = talker.create_publisher(Note, "red", KEEP_ALL)
         await matched(stage, publisher)
         stage.network.slow_down("listener", read=2000, pause=0.05)
@@ -447,8 +447,8 @@ def test_a_publisher_that_comes_back_does_not_overtake_itself() -> None:
         await stage.until(lambda: not talker.connected)
         for number in range(500, 600):
             publisher.publish(Note(number=number))
-        await stage.until(lambda: bool(heard) and heard[-1] == 599, 60)
-        assert heard == list(range(600))
+        await stage.until(lambda: bool(received) and received[-1] == 599, 60)
+        assert received == list(range(600))
 
     play(scene)
 
@@ -479,7 +479,7 @@ def test_credit_from_before_a_suspension_does_not_outlive_it() -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
         other = await stage.enter("other")
         gate = asyncio.Event()
-        heard: list[int] = []
+        received: list[int] = []
 
         async def slow(message: Note) -> None:
             await gate.wait()
@@ -496,10 +496,10 @@ def test_credit_from_before_a_suspension_does_not_outlive_it() -> None:
         stage.network.block("talker", BROKER)
         await asyncio.sleep(5)
         listener.destroy_subscription(reader)
-        other.create_subscription(Note, "red", lambda message: heard.append(message.number), 10)
+        other.create_subscription(Note, "red", lambda message: received.append(message.number), 10)
         await asyncio.sleep(1)
         stage.network.heal()
-        await stage.until(lambda: bool(heard) and heard[-1] == 39_999, 30)
+        await stage.until(lambda: bool(received) and received[-1] == 39_999, 30)
 
     play(scene)
 
@@ -550,8 +550,8 @@ def test_what_was_dropped_before_the_first_message_uses_no_credit() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: list[int] = []
-        listener.create_subscription(Note, "red", lambda message: heard.append(message.number), KEEP_ALL)
+        received: list[int] = []
+        listener.create_subscription(Note, "red", lambda message: received.append(message.number), KEEP_ALL)
         stage.network.block(BROKER, "talker")
         publisher = talker.create_publisher(Note, "red", 10)
         await asyncio.sleep(0.1)  # it has been declared, to go on with number 0
@@ -559,7 +559,7 @@ def test_what_was_dropped_before_the_first_message_uses_no_credit() -> None:
             publisher.publish(Note(number=number))
         await asyncio.sleep(0.1)
         stage.network.heal()
-        await stage.until(lambda: bool(heard) and heard[-1] == 39_999)
-        assert heard == list(range(39_990, 40_000))
+        await stage.until(lambda: bool(received) and received[-1] == 39_999)
+        assert received == list(range(39_990, 40_000))
 
     play(scene)

@@ -20,12 +20,12 @@ WEIGHT: Final = bytes(10_000)
 """So many and so large that a new link has taken a part of them when it breaks."""
 
 
-async def publish_all(publisher: actors.Publisher[Note], stage: Stage, heard: list[int]) -> None:
+async def publish_all(publisher: actors.Publisher[Note], stage: Stage, received: list[int]) -> None:
     """Publish, a little at a time, until all have been heard."""
     for number in range(COUNT):
         publisher.publish(Note(number=number, weight=WEIGHT))
         await asyncio.sleep(0.002)
-    await stage.until(lambda: len(heard) == COUNT)
+    await stage.until(lambda: len(received) == COUNT)
 
 
 async def break_while_it_sends_again(
@@ -79,21 +79,21 @@ def test_what_has_been_heard_is_not_dropped_when_it_waits_to_be_sent_again() -> 
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: list[int] = []
+        received: list[int] = []
         publisher = talker.create_publisher(Note, "map", actors.QoSProfile(depth=COUNT, durability=LATCHED))
         subscription = listener.create_subscription(
-            Note, "map", lambda message: heard.append(message.number), 400
+            Note, "map", lambda message: received.append(message.number), 400
         )
         await matched(stage, publisher)
-        await publish_all(publisher, stage, heard)
+        await publish_all(publisher, stage, received)
 
         def publish_more() -> None:
             for number in range(COUNT, COUNT + 100):
                 publisher.publish(Note(number=number))
 
         await break_while_it_sends_again(stage, publisher, publish_more)
-        await stage.until(lambda: heard[-1] == COUNT + 99)
-        assert heard == list(range(COUNT + 100))
+        await stage.until(lambda: received[-1] == COUNT + 99)
+        assert received == list(range(COUNT + 100))
         assert (publisher.dropped, subscription.lost, subscription.lost_on_break) == (0, 0, 0)
 
     play(scene)

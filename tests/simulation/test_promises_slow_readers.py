@@ -207,9 +207,9 @@ def test_a_slow_link_is_late_by_what_is_in_transit(depth: int, caplog: pytest.Lo
             if not slow:
                 await asyncio.gather(*(meter.measure(0.1) for meter in elsewhere))
                 return
-            heard: list[int] = []
+            received: list[int] = []
             subscription = listener.create_subscription(
-                Note, "red", lambda message: heard.append(message.number), depth
+                Note, "red", lambda message: received.append(message.number), depth
             )
             await matched(stage, publisher)
             stage.network.slow_down("listener", read=READ, pause=PAUSE)
@@ -218,9 +218,9 @@ def test_a_slow_link_is_late_by_what_is_in_transit(depth: int, caplog: pytest.Lo
             pressing.cancel()
             await asyncio.wait({pressing})
             stage.network.heal()
-            await stage.until(lambda: heard[-1] == publisher.published - 1)
-            assert heard == sorted(set(heard))
-            assert heard[-depth:] == list(range(publisher.published - depth, publisher.published))
+            await stage.until(lambda: received[-1] == publisher.published - 1)
+            assert received == sorted(set(received))
+            assert received[-depth:] == list(range(publisher.published - depth, publisher.published))
             assert subscription.lost > 1000
             assert subscription.received + subscription.lost == publisher.published
             assert stage.broker.stats().dropped == subscription.lost
@@ -265,11 +265,11 @@ class Listener:
 
     def __init__(self, node: actors.Node, qos: int | actors.QoSProfile) -> None:
         self.node = node
-        self.heard: dict[str, list[int]] = {}
+        self.received: dict[str, list[int]] = {}
         self.subscription = node.create_subscription(Note, "red", self._hear, qos)
 
     def _hear(self, message: Note) -> None:
-        self.heard.setdefault(message.source, []).append(message.number)
+        self.received.setdefault(message.source, []).append(message.number)
 
 
 async def listen_to_a_crowd(
@@ -288,7 +288,7 @@ async def listen_to_a_crowd(
     await asyncio.gather(bystander.measure(0.01), publish_all(publishers, each, size))
     assert any(publisher.queued for publisher in publishers) == (qos is KEEP_ALL)
     last = [publisher.gid.hex() for publisher in publishers]
-    await stage.until(lambda: all(listener.heard.get(gid, [-1])[-1] == each - 1 for gid in last), 300)
+    await stage.until(lambda: all(listener.received.get(gid, [-1])[-1] == each - 1 for gid in last), 300)
     assert all_links_hold(listener.node)
     return listener, publishers, bystander.calls
 
@@ -325,7 +325,7 @@ def test_a_thousand_publishers_cost_a_slow_reader_the_ceiling_at_most(
         assert stats.dropped + sum(publisher.dropped for publisher in publishers) == subscription.lost > 0
         assert stats.copies == stats.accounted
         assert (stats.queued, stats.leaving, stats.lost_on_break) == (0, 0, 0)
-        assert all(numbers == sorted(set(numbers)) for numbers in listener.heard.values())
+        assert all(numbers == sorted(set(numbers)) for numbers in listener.received.values())
         assert_alike(calls, quiet)
 
     play(scene, options=BrokerOptions(max_link_bytes=ceiling))
@@ -352,7 +352,7 @@ def test_many_keep_all_publishers_share_what_may_wait(
         listener, publishers, _ = await listen_to_a_crowd(stage, KEEP_ALL, count, each, size)
         assert ceiling / 2 < most() <= ceiling
         subscription = listener.subscription
-        assert all(numbers == list(range(each)) for numbers in listener.heard.values())
+        assert all(numbers == list(range(each)) for numbers in listener.received.values())
         assert subscription.received == sum(publisher.published for publisher in publishers) == count * each
         assert (subscription.lost, subscription.dropped, stage.broker.stats().dropped) == (0, 0, 0)
 
@@ -372,11 +372,11 @@ def test_a_reader_that_stops_for_a_flood_gets_the_newest(
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
         bystander = Meter(stage, await stage.enter("other"), talker, "bystander")
         await bystander.ready()
-        heard: list[int] = []
+        received: list[int] = []
         gate = asyncio.Event()
 
         async def hear(message: Note) -> None:
-            heard.append(message.number)
+            received.append(message.number)
             await gate.wait()
 
         subscription = listener.create_subscription(Note, "red", hear, depth)
@@ -393,8 +393,8 @@ def test_a_reader_that_stops_for_a_flood_gets_the_newest(
         assert_alike(bystander.calls, quiet)
         stage.loop.thaw("listener")
         gate.set()
-        await stage.until(lambda: heard[-depth:] == list(range(count - depth, count)))
-        head = heard[:-depth]
+        await stage.until(lambda: received[-depth:] == list(range(count - depth, count)))
+        head = received[:-depth]
         assert head == list(range(len(head)))
         assert len(head) <= 1 + 2 * TRANSIT // size
         assert subscription.received + subscription.lost + subscription.dropped == count
@@ -413,13 +413,13 @@ def test_publishers_that_come_and_go_add_nothing_to_what_waits(monkeypatch: pyte
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: dict[int, list[int]] = {}
+        received: dict[int, list[int]] = {}
         most = 0
         gate = asyncio.Event()
 
         async def hear(message: Note, info: actors.MessageInfo) -> None:
             await gate.wait()
-            heard.setdefault(message.number, []).append(info.publication_sequence_number)
+            received.setdefault(message.number, []).append(info.publication_sequence_number)
 
         def look() -> None:
             nonlocal most
@@ -438,8 +438,8 @@ def test_publishers_that_come_and_go_add_nothing_to_what_waits(monkeypatch: pyte
         assert each - 1 <= most <= window
         gate.set()
         await stage.until(lambda: subscription.received == lives * each)
-        await stage.until(lambda: len(heard.get(lives - 1, ())) == each)
-        assert list(heard.values()) == [list(range(each))] * lives
+        await stage.until(lambda: len(received.get(lives - 1, ())) == each)
+        assert list(received.values()) == [list(range(each))] * lives
         assert (subscription.lost, subscription.dropped) == (0, 0)
 
     play(scene)

@@ -135,11 +135,15 @@ def test_what_is_destroyed_counts_no_lease_and_no_deadline(*, whole_node: bool) 
         else:
             both.destroy_subscription(subscription)
             both.destroy_publisher(publisher)
-        heard, told = endpoint_of(subscription)._events, endpoint_of(publisher)._events
-        before = [list(event.counts) for event in (*heard._all(), *told._all())]
+        received, told = endpoint_of(subscription)._events, endpoint_of(publisher)._events
+        before = [list(event.counts) for event in (*received._all(), *told._all())]
         await asyncio.sleep(10)
-        assert [list(event.counts) for event in (*heard._all(), *told._all())] == before
-        assert (heard.liveliness.counts[1], heard.deadline.counts, told.deadline.counts) == (0, [0], [0])
+        assert [list(event.counts) for event in (*received._all(), *told._all())] == before
+        assert (received.liveliness.counts[1], received.deadline.counts, told.deadline.counts) == (
+            0,
+            [0],
+            [0],
+        )
 
     play(scene)
 
@@ -149,11 +153,11 @@ def test_a_subscription_gets_nothing_older_than_the_lifespan() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: list[int] = []
+        received: list[int] = []
         profile = qos(depth=100, durability=LATCHED, lifespan=1.0)
 
         async def slow(message: Note) -> None:
-            heard.append(message.number)
+            received.append(message.number)
             await asyncio.sleep(0.3)
 
         subscription = listener.create_subscription(Note, "red", slow, qos(depth=100))
@@ -163,12 +167,14 @@ def test_a_subscription_gets_nothing_older_than_the_lifespan() -> None:
             for number in range(10):
                 publisher.publish(Note(number=number))
             await asyncio.sleep(5)
-            assert heard == [0, 1, 2, 3]
+            assert received == [0, 1, 2, 3]
             assert (subscription.received, subscription.expired, subscription.queued) == (4, 6, 0)
             publisher.publish(Note(number=10))
-            late = listener.create_subscription(Note, "red", lambda note: heard.append(note.number), profile)
+            late = listener.create_subscription(
+                Note, "red", lambda note: received.append(note.number), profile
+            )
             await asyncio.sleep(1)
-        assert heard[4:] == [10, 10]
+        assert received[4:] == [10, 10]
         assert (late.received, late.expired) == (1, 10)
 
     play(scene)
@@ -189,17 +195,17 @@ def test_an_iterator_gets_nothing_older_than_the_lifespan(*, kept: bool) -> None
             if number % 1000 == 999:
                 await asyncio.sleep(0)
         await asyncio.sleep(10)
-        heard: list[int] = []
+        received: list[int] = []
 
         async def read() -> None:
             async for note in subscription:
-                heard.append(note.number)  # noqa: PERF401 - as they come
+                received.append(note.number)  # noqa: PERF401 - as they come
 
         reader = asyncio.create_task(read())
         await asyncio.sleep(1)
         publisher.publish(Note(number=40_000))
         await asyncio.sleep(1)
-        assert heard[-1] == 40_000
+        assert received[-1] == 40_000
         assert subscription.received + subscription.expired + subscription.dropped == 40_001
         assert subscription.expired > 30_000
         reader.cancel()
@@ -346,7 +352,7 @@ def test_misfits_are_told_with_the_policy() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        heard: list[int] = []
+        received: list[int] = []
         misfits: list[Any] = []
         subscription_events = actors.SubscriptionEventCallbacks(
             incompatible_qos=misfits.append, incompatible_type=misfits.append
@@ -362,12 +368,12 @@ def test_misfits_are_told_with_the_policy() -> None:
         publisher = talker.create_publisher(Note, "red", best_effort, event_callbacks=publisher_events)
         await asyncio.sleep(0.1)
         listener.create_subscription(
-            Note, "red", lambda note: heard.append(note.number), event_callbacks=subscription_events
+            Note, "red", lambda note: received.append(note.number), event_callbacks=subscription_events
         )
         await matched(stage, publisher)
         publisher.publish(Note(number=1))
         await asyncio.sleep(0.5)
-        assert heard == [1]
+        assert received == [1]
         reliability = actors.QoSPolicyKind.RELIABILITY
         assert misfits == [(1, 1, reliability), (1, 1, reliability)]
         listener.create_subscription(Other, "red", lambda _: None, event_callbacks=subscription_events)

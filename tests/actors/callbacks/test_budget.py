@@ -177,7 +177,7 @@ async def test_callbacks_that_become_slow_are_noticed(meeting: Meeting, hands: H
 
 async def test_concurrent_callbacks_leave_time_for_timers_and_tasks(meeting: Meeting, hands: Hands) -> None:
     """Callbacks that run side by side start in order, and one in a loop turn when they are slow."""
-    heard: list[int] = []
+    received: list[int] = []
     steps: dict[int, int] = {}
 
     def step() -> None:
@@ -185,13 +185,13 @@ async def test_concurrent_callbacks_leave_time_for_timers_and_tasks(meeting: Mee
         steps[hands.turns] = steps.get(hands.turns, 0) + 1
 
     async def callback(message: Int64) -> None:
-        heard.append(message.data)
+        received.append(message.data)
         step()
         await asyncio.sleep(0)
         step()
 
     await slowed(meeting, hands, callback, concurrent=True)
-    assert heard == list(range(CROWD))
+    assert received == list(range(CROWD))
     assert hands.most <= CONCURRENT_STARTS * SLOW_SEC + 1e-9  # the first, before anything is known of them
     assert sum(count > 2 for count in steps.values()) <= 2
 
@@ -218,10 +218,10 @@ async def test_a_crowd_of_requests_leaves_time_for_timers_and_tasks(meeting: Mee
 async def test_what_an_exhausted_budget_leaves_is_held_to_the_depth(meeting: Meeting, hands: Hands) -> None:
     """A KEEP_LAST reader whose callback is slow takes the newest `depth` messages; the others are counted."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[int] = []
+    received: list[int] = []
 
     def callback(message: Int64) -> None:
-        heard.append(message.data)
+        received.append(message.data)
         hands.take()
 
     subscription = listener.create_subscription(Int64, "numbers", callback, 10)
@@ -229,8 +229,8 @@ async def test_what_an_exhausted_budget_leaves_is_held_to_the_depth(meeting: Mee
     await matched(publisher)
     for number in range(100):
         publisher.publish(Int64(data=number))
-    await until(lambda: heard and heard[-1] == 99)
-    assert heard == [0, *range(90, 100)]
+    await until(lambda: received and received[-1] == 99)
+    assert received == [0, *range(90, 100)]
     assert (subscription.received, subscription.dropped) == (11, 89)
 
 
@@ -239,12 +239,12 @@ async def test_a_node_stops_with_work_left_over(
 ) -> None:
     """Messages that wait for the budget when their node ends are counted as unread; none runs later."""
     talker = await meeting.node("talker")
-    heard: list[int] = []
+    received: list[int] = []
     caplog.set_level("INFO")
     async with meeting.absent("listener") as listener:
 
         def callback(message: Int64) -> None:
-            heard.append(message.data)
+            received.append(message.data)
             hands.take()
 
         subscription = listener.create_subscription(Int64, "numbers", callback, KEEP_ALL)
@@ -253,8 +253,8 @@ async def test_a_node_stops_with_work_left_over(
         for number in range(CROWD):
             publisher.publish(Int64(data=number))
         await until(lambda: subscription.received + subscription.queued == CROWD)
-    count = len(heard)
+    count = len(received)
     assert count < CROWD
     assert f"Stopping with {CROWD - count} received messages unread" in caplog.text
     await meeting.settled(talker)
-    assert len(heard) == count
+    assert len(received) == count

@@ -49,15 +49,15 @@ async def test_a_node_that_has_never_run_says_so() -> None:
 async def test_published_is_received_or_dropped(meeting: Meeting) -> None:
     """Both ends count every message, and what each callback took."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[str] = []
-    subscription = listener.create_subscription(String, "t", lambda msg: heard.append(msg.data), KEEP_ALL)
+    received: list[str] = []
+    subscription = listener.create_subscription(String, "t", lambda msg: received.append(msg.data), KEEP_ALL)
     publisher = talker.create_publisher(String, "t", KEEP_ALL)
     await matched(publisher)
     for number in range(100):
         publisher.publish(String(data=str(number)))
     before = talker.diagnostics().publishers[0]
     assert (before.published, before.queued, before.matched) == (100, 100, 1)
-    await until(lambda: len(heard) == 100)
+    await until(lambda: len(received) == 100)
     (sent,), (came,) = talker.diagnostics().publishers, listener.diagnostics().subscriptions
     assert (sent.topic, sent.published, sent.dropped, sent.queued, sent.queued_bytes) == ("/t", 100, 0, 0, 0)
     assert sent.credit is not None

@@ -40,7 +40,7 @@ async def test_an_async_callback_takes_its_turn(meeting: Meeting) -> None:
     """It runs in the mailbox, alone; what befalls meanwhile is told at once when it has ended."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     told: list[tuple[int, ...]] = []
-    heard: list[int] = []
+    received: list[int] = []
     leave = asyncio.Event()
 
     async def tell(info: actors.MatchedInfo) -> None:
@@ -48,7 +48,7 @@ async def test_an_async_callback_takes_its_turn(meeting: Meeting) -> None:
         await leave.wait()
 
     subscription = listener.create_subscription(
-        Int64, "numbers", lambda message: heard.append(message.data), event_callbacks=heeding(matched=tell)
+        Int64, "numbers", lambda message: received.append(message.data), event_callbacks=heeding(matched=tell)
     )
     publisher = talker.create_publisher(Int64, "numbers")
     await matched(publisher)
@@ -57,11 +57,11 @@ async def test_an_async_callback_takes_its_turn(meeting: Meeting) -> None:
     await until(lambda: subscription.queued)
     await come_and_go_beside(talker, subscription)
     assert told == [(1, 1, 1, 1)]
-    assert heard == []
+    assert received == []
     leave.set()
     await until(lambda: len(told) == 2)
     assert told[1] == (2, 1, 1, 0)
-    assert heard == [1]
+    assert received == [1]
 
 
 async def come_and_go_beside(node: actors.Node, subscription: actors.Subscription[Any]) -> None:

@@ -50,7 +50,7 @@ class Watch:
         watcher = await meeting.node("watcher")
         self.service = self.server.create_service(srv_type, "add", callback, **options)
         self.client = self.caller.create_client(srv_type, "add")
-        self.heard = watcher.create_subscription(
+        self.received = watcher.create_subscription(
             srv_type.Event, "add/_service_event", self.events.append, KEEP_ALL
         )
         assert await self.client.wait_for_service(20)
@@ -58,7 +58,7 @@ class Watch:
     async def tell(self, server: State, client: State, qos: actors.QoSProfile | int = KEEP_ALL) -> None:
         self.service.configure_introspection(CLOCK, qos, server)
         self.client.configure_introspection(CLOCK, qos, client)
-        await matched(self.heard, (server is not State.OFF) + (client is not State.OFF))
+        await matched(self.received, (server is not State.OFF) + (client is not State.OFF))
 
     @property
     def kinds(self) -> list[str]:
@@ -218,9 +218,9 @@ async def test_the_topic_lives_as_long_as_its_teller(watch: Watch) -> None:
     await watch.open(add)
     await watch.tell(State.CONTENTS, State.CONTENTS)
     watch.client.destroy()
-    await matched(watch.heard, 1)
+    await matched(watch.received, 1)
     watch.service.destroy()
-    await matched(watch.heard, 0)
+    await matched(watch.received, 0)
     assert not watch.server._context.endpoints
     assert not watch.caller._context.endpoints
     for teller in (watch.client, watch.service):

@@ -32,13 +32,13 @@ def link_of(report: BrokerReport, node: str) -> LinkStats:
 async def test_the_broker_tells_what_it_has_done(meeting: Meeting) -> None:
     """Published, heard and counted are the same number; the answer is what the broker itself says."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener", namespace="/ns")
-    heard: list[String] = []
-    listener.create_subscription(String, "/t", heard.append, KEEP_ALL)
+    received: list[String] = []
+    listener.create_subscription(String, "/t", received.append, KEEP_ALL)
     publisher = talker.create_publisher(String, "t", KEEP_ALL)
     await matched(publisher)
     for _ in range(100):
         publisher.publish(String(data="hello"))
-    await until(lambda: len(heard) == 100)
+    await until(lambda: len(received) == 100)
     await meeting.settled(talker, listener)
     report = await talker.get_broker_stats()
     topic = report.topics["/t"]
@@ -117,15 +117,15 @@ async def test_three_thousand_topics_come_in_slices(
 async def test_asked_a_thousand_times_at_once(meeting: Meeting) -> None:
     """Every question is answered; nothing is left of them, and messages went on meanwhile."""
     node = await meeting.node("curious")
-    heard: list[String] = []
-    node.create_subscription(String, "t", heard.append, KEEP_ALL)
+    received: list[String] = []
+    node.create_subscription(String, "t", received.append, KEEP_ALL)
     publisher = node.create_publisher(String, "t", KEEP_ALL)
     await matched(publisher)
     publisher.publish(String(data="x"))
     reports = await asyncio.gather(*(node.get_broker_stats() for _ in range(1000)))
     stamps = [report.totals.stamp_sec for report in reports]
     assert stamps == sorted(stamps)
-    await until(lambda: heard)
+    await until(lambda: received)
     assert not node._context.link.answers
 
 

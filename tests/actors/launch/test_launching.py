@@ -43,11 +43,11 @@ SLEEPER = ExecuteProcess(cmd=["sleep", "1000"], name="sleeper")
 
 async def test_a_launch_can_be_stopped_before_it_runs(meeting: Meeting) -> None:
     """Then it starts nothing, and nothing has gone wrong."""
-    heard: list[Event] = []
-    launch = Launch(LaunchDescription([SLEEPER]), url=meeting.url, listeners=[heard.append])
+    received: list[Event] = []
+    launch = Launch(LaunchDescription([SLEEPER]), url=meeting.url, listeners=[received.append])
     launch.stop("not wanted")
     assert await launch.run()
-    assert heard == []
+    assert received == []
 
 
 async def test_two_launches_run_in_one_loop(meeting: Meeting) -> None:
@@ -60,13 +60,13 @@ async def test_two_launches_run_in_one_loop(meeting: Meeting) -> None:
 
     ended: list[str] = []
 
-    def heard(event: Event) -> None:
+    def received(event: Event) -> None:
         if isinstance(event, ProcessExited):
             ended.append(event.process_name)
 
     description = LaunchDescription([SLEEPER])
-    one = Launch(description, url=meeting.url, listeners=[started, heard])
-    other = Launch(description, url=meeting.url, listeners=[heard])
+    one = Launch(description, url=meeting.url, listeners=[started, received])
+    other = Launch(description, url=meeting.url, listeners=[received])
     assert all(await asyncio.gather(one.run(), other.run()))
     assert set(ended) <= {"sleeper-1"}
     assert "sleeper-1" in ended
@@ -90,11 +90,11 @@ def test_what_is_asked_to_stop_gets_five_seconds(monkeypatch: pytest.MonkeyPatch
                 except asyncio.CancelledError:
                     asked.append(stage.loop.time())
 
-        def heard(event: Event) -> None:
+        def received(event: Event) -> None:
             if isinstance(event, ProcessStarted):
                 stage.loop.call_later(1, launch.stop, "enough")
 
-        launch = Launch(LaunchDescription([Node(node=deaf)]), listeners=[heard])
+        launch = Launch(LaunchDescription([Node(node=deaf)]), listeners=[received])
         launch.plan()  # no thread in a simulation
         await launch.run()
         first, second = asked
@@ -109,11 +109,11 @@ async def test_another_launch_may_be_quicker_to_bring_a_broker(
 ) -> None:
     """Where nothing answered, and then the place is in use, it looks again: the other's may take a moment."""
     looks = _blind_at_first(monkeypatch, late)
-    heard: list[Event] = []
-    launch = Launch(LaunchDescription([]), url=meeting.url, listeners=[heard.append])
+    received: list[Event] = []
+    launch = Launch(LaunchDescription([]), url=meeting.url, listeners=[received.append])
     assert await launch.run()
     assert len(looks) == late + 1
-    assert not any("brings its own" in str(event) for event in heard)
+    assert not any("brings its own" in str(event) for event in received)
 
 
 async def test_a_place_in_use_where_no_broker_answers_is_given_up(
@@ -182,14 +182,14 @@ async def test_functions_of_a_description_do_not_block_the_loop(meeting: Meeting
 
 async def test_what_is_wrong_with_a_description_is_raised_before_anything_runs(meeting: Meeting) -> None:
     """By whatever plans it."""
-    heard: list[Event] = []
+    received: list[Event] = []
     description = LaunchDescription([SLEEPER, LogInfo(msg=FileContent("/no/such/file"))])
-    launch = Launch(description, url=meeting.url, listeners=[heard.append])
+    launch = Launch(description, url=meeting.url, listeners=[received.append])
     with pytest.raises(LaunchError, match="No file '/no/such/file'"):
         await launch.run()
     with pytest.raises(LaunchError, match="No file '/no/such/file'"):
         launch.plan()
-    assert heard == []
+    assert received == []
 
 
 @pytest.mark.parametrize("cancel", [True, False])

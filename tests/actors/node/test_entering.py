@@ -53,14 +53,14 @@ async def mute(stage: Stage) -> AsyncGenerator[None]:
 
 async def test_the_first_statement_may_publish(meeting: Meeting) -> None:
     """A node of one statement: its message arrives."""
-    heard: list[int] = []
+    received: list[int] = []
     reader = await meeting.node("reader")
-    reader.create_subscription(Int64, "out", lambda message: heard.append(message.data))
+    reader.create_subscription(Int64, "out", lambda message: received.append(message.data))
     await meeting.settled(reader)
     async with meeting.absent("one") as node:
         node.create_publisher(Int64, "out").publish(Int64(data=7))
     await meeting.settled(reader)
-    assert heard == [7]
+    assert received == [7]
 
 
 @pytest.mark.parametrize("timeout", [None, 20.0])
@@ -250,15 +250,15 @@ def test_leaving_waits_for_an_attempt_in_progress() -> None:
     """A broker that answers late still gets what was published."""
 
     async def scene(stage: Stage) -> None:
-        reader, heard = await stage.enter("reader"), []
-        reader.create_subscription(Int64, "/out", lambda message: heard.append(message.data))
+        reader, received = await stage.enter("reader"), []
+        reader.create_subscription(Int64, "/out", lambda message: received.append(message.data))
         stage.network.block("one", BROKER)
         stage.loop.call_later(2.5, stage.network.heal)
         with on_host("one"):
             async with make() as node:
                 assert not node.connected
                 node.create_publisher(Int64, "/out").publish(Int64(data=7))
-        await stage.until(lambda: heard == [7])
+        await stage.until(lambda: received == [7])
 
     play(scene)
 

@@ -96,8 +96,8 @@ def test_callbacks_that_run_may_call_and_publish_to_their_end() -> None:
 
     async def scene(stage: Stage) -> None:
         actor = Actor(stage)
-        helper, heard = await stage.enter("helper"), []
-        helper.create_subscription(Int64, "/out", lambda message: heard.append(message.data), KEEP_ALL)
+        helper, received = await stage.enter("helper"), []
+        helper.create_subscription(Int64, "/out", lambda message: received.append(message.data), KEEP_ALL)
 
         async def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
             await helper.get_clock().sleep_for(actors.Duration(seconds=0.5))
@@ -121,8 +121,8 @@ def test_callbacks_that_run_may_call_and_publish_to_their_end() -> None:
         await stage.until(lambda: bool(begun and client.pending))
         actor.stop()
         assert 1.0 < await actor.ended() < 2.0
-        await stage.until(lambda: len(heard) == 1997)
-        assert heard == list(range(3, 2000))
+        await stage.until(lambda: len(received) == 1997)
+        assert received == list(range(3, 2000))
 
     play(scene)
 
@@ -406,8 +406,8 @@ def test_a_node_destroyed_inside_its_block_leaves_after_what_it_has_published() 
     """`destroy_node` frees the name although the block goes on; what was published arrives before."""
 
     async def scene(stage: Stage) -> None:
-        watcher, heard = await stage.enter("watcher"), []
-        watcher.create_subscription(Int64, "/out", lambda message: heard.append(message.data), KEEP_ALL)
+        watcher, received = await stage.enter("watcher"), []
+        watcher.create_subscription(Int64, "/out", lambda message: received.append(message.data), KEEP_ALL)
         actor = Actor(stage)
         await actor.connected()
         publisher = actor.node.create_publisher(Int64, "/out", KEEP_ALL)
@@ -417,7 +417,7 @@ def test_a_node_destroyed_inside_its_block_leaves_after_what_it_has_published() 
         actor.node.destroy_node()
         await stage.until(lambda: not actor.node.connected)
         assert await watcher.get_node_names() == ["watcher"]
-        assert heard == list(range(20_000))
+        assert received == list(range(20_000))
         assert (await stage.enter("actor", host="other")).connected
         assert not actor.task.done()
         actor.stop()

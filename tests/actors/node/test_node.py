@@ -64,15 +64,15 @@ def test_a_node_needs_no_loop_to_be_made() -> None:
 async def test_what_is_made_before_entering_becomes_live(meeting: Meeting) -> None:
     """I01, E18: entities made before `async with` work in it, and are gone after it."""
     node = meeting.absent("both")
-    heard: list[str] = []
-    node.create_subscription(String, "chatter", lambda msg: heard.append(msg.data))
+    received: list[str] = []
+    node.create_subscription(String, "chatter", lambda msg: received.append(msg.data))
     publisher = node.create_publisher(String, "chatter")
     assert not node.connected
     async with node as entered:
         assert entered is node
         await matched(publisher)
         publisher.publish(String(data="hello"))
-        await until(lambda: heard)
+        await until(lambda: received)
     assert not node.connected
     await until(lambda: meeting.broker.stats().endpoints == 0)
 
@@ -291,9 +291,9 @@ async def test_qos_mismatch_warns_both_and_delivers(
 ) -> None:
     """G13: both sides log the policy's name, and the message arrives all the same."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[int] = []
+    received: list[int] = []
     publisher = talker.create_publisher(Int64, "numbers")
-    listener.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data), latched(5))
+    listener.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data), latched(5))
     await matched(publisher)
     await meeting.settled(talker, listener)
     texts = {record.name: record.getMessage() for record in caplog.records if "QoS" in record.getMessage()}
@@ -305,7 +305,7 @@ async def test_qos_mismatch_warns_both_and_delivers(
     )
     assert all("DURABILITY" in text for text in texts.values())
     publisher.publish(Int64(data=1))
-    await until(lambda: heard)
+    await until(lambda: received)
 
 
 async def test_type_mismatch_warns_both_and_does_not_connect(
@@ -313,14 +313,14 @@ async def test_type_mismatch_warns_both_and_does_not_connect(
 ) -> None:
     """Another type on the same topic: no match, no message, a warning on both sides."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[Any] = []
+    received: list[Any] = []
     publisher = talker.create_publisher(Int64, "things")
-    listener.create_subscription(String, "things", heard.append)
+    listener.create_subscription(String, "things", received.append)
     await meeting.settled(talker, listener)
     publisher.publish(Int64())
     await meeting.settled(talker, listener)
     assert publisher.get_subscription_count() == 0
-    assert heard == []
+    assert received == []
     warned = {record.name for record in caplog.records if "/things" in record.getMessage()}
     assert {"callboard.talker", "callboard.listener"} <= warned
 
@@ -336,21 +336,21 @@ async def test_one_class_in_two_scripts_is_warned_of_with_a_remedy(
         return reading, type("Calibrate", (actors.Service,), parts)
 
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    (sent, asked), (heard, served) = classes("pub"), classes("sub")
+    (sent, asked), (received, served) = classes("pub"), classes("sub")
     talker.create_publisher(sent, "readings")
     talker.create_client(asked, "calibrate")
-    listener.create_subscription(heard, "readings", print)
+    listener.create_subscription(received, "readings", print)
     listener.create_service(served, "calibrate", print)
     await meeting.settled(talker, listener)
     remedy = "put it in a module that both import, or give both classes the same type_name="
     warned = [record for record in caplog.records if remedy in record.getMessage()]
     assert sorted(record.name for record in warned) == 2 * ["callboard.listener"] + 2 * ["callboard.talker"]
-    (sent, _), (heard, _) = (
+    (sent, _), (received, _) = (
         classes("pub", type_name="lab/msg/Reading"),
         classes("sub", type_name="lab/msg/Reading"),
     )
     publisher = talker.create_publisher(sent, "same")
-    listener.create_subscription(heard, "same", print)
+    listener.create_subscription(received, "same", print)
     await until(lambda: publisher.get_subscription_count() == 1)
 
 

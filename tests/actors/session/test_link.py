@@ -127,18 +127,18 @@ def test_a_broker_that_says_nothing_does_not_use_up_the_time_of_the_next() -> No
 async def test_everything_is_declared_again(meeting: Meeting) -> None:
     """After a broker's restart node, endpoints and matches are as before, and ids go on."""
     node = await meeting.node("n")
-    heard: list[str] = []
-    node.create_subscription(String, "chatter", lambda msg: heard.append(msg.data))
+    received: list[str] = []
+    node.create_subscription(String, "chatter", lambda msg: received.append(msg.data))
     publisher = node.create_publisher(String, "chatter")
     await until(lambda: publisher.peers == 1)
     publisher.publish(String(data="before"))
-    await until(lambda: heard)
+    await until(lambda: received)
     await meeting.restart_broker()
     await until(lambda: publisher.peers == 0)
     await until(lambda: publisher.peers == 1)
     publisher.publish(String(data="after"))
-    await until(lambda: len(heard) == 2)
-    assert heard == ["before", "after"]
+    await until(lambda: len(received) == 2)
+    assert received == ["before", "after"]
     assert await node.get_node_names() == ["n"]
 
 

@@ -350,9 +350,9 @@ async def test_a_black_hole_shorter_than_the_keepalive_loses_nothing(
     meeting: Meeting, far: FaultProxy
 ) -> None:
     """Everything published into it arrives when it heals, on the same connection."""
-    heard: list[int] = []
+    received: list[int] = []
     async with actors.Node("far", url=far.url) as node:
-        node.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data), KEEP_ALL)
+        node.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data), KEEP_ALL)
         talker = await meeting.node("talker")
         publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
         await matched(publisher)
@@ -360,26 +360,26 @@ async def test_a_black_hole_shorter_than_the_keepalive_loses_nothing(
         for i in range(1000):
             publisher.publish(Int64(data=i))
         await meeting.settled(talker)
-        assert not heard
+        assert not received
         far.heal()
-        await until(lambda: len(heard) == 1000)
-    assert heard == list(range(1000))
+        await until(lambda: len(received) == 1000)
+    assert received == list(range(1000))
     assert far.accepted == 1
 
 
 async def test_frames_that_drip_in_are_put_together(meeting: Meeting, far: FaultProxy) -> None:
     """However the stream is torn, messages arrive whole and in order."""
-    heard: list[int] = []
+    received: list[int] = []
     far.drip(7, every_sec=0)
     async with actors.Node("far", url=far.url) as node:
-        node.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data), KEEP_ALL)
+        node.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data), KEEP_ALL)
         talker = await meeting.node("talker")
         publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
         await matched(publisher)
         for i in range(200):
             publisher.publish(Int64(data=i))
-        await until(lambda: len(heard) == 200)
-    assert heard == list(range(200))
+        await until(lambda: len(received) == 200)
+    assert received == list(range(200))
 
 
 @pytest.mark.parametrize("direction", [Direction.TO_BROKER, Direction.TO_NODE])

@@ -164,8 +164,8 @@ def test_nobody_there() -> None:
 async def test_a_real_broker_is_seen_as_it_is(meeting: Meeting) -> None:
     """The rates are those of the messages published between two samples."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[String] = []
-    listener.create_subscription(String, "chatter", heard.append, 100)
+    received: list[String] = []
+    listener.create_subscription(String, "chatter", received.append, 100)
     listener.create_service(AddTwoInts, "add", lambda request, response: response)
     publisher = talker.create_publisher(String, "chatter", 100)
     await matched(publisher)
@@ -173,7 +173,7 @@ async def test_a_real_broker_is_seen_as_it_is(meeting: Meeting) -> None:
     samples.add(Sample(await talker.get_graph(), await talker.get_broker_stats()))
     for _ in range(50):
         publisher.publish(String(data="hello"))
-    await until(lambda: len(heard) == 50)
+    await until(lambda: len(received) == 50)
     await meeting.settled(talker, listener)
     seen = samples.add(Sample(await talker.get_graph(), await talker.get_broker_stats()))
     assert names(seen) == [["/chatter"], ["/listener", "/talker"], ["/add"]]

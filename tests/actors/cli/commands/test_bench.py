@@ -20,10 +20,12 @@ if TYPE_CHECKING:
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """What the measurement is asked; it fails in W3 and gives 1,000 in W4."""
-    heard: dict[str, Any] = {}
+    received: dict[str, Any] = {}
 
     async def measure(workloads: Sequence[Workload], **options: Any) -> Results:
-        heard.update(options, cases=[f"{each.id} {case.name}" for each in workloads for case in each.cases])
+        received.update(
+            options, cases=[f"{each.id} {case.name}" for each in workloads for case in each.cases]
+        )
         results = Results(
             machine={},
             date="",
@@ -36,13 +38,13 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         results.samples.append(
             Sample(workload="W4", case="100 in flight", figures={"rate": 1000.0}, **where)  # type: ignore[arg-type]
         )
-        if "W3 1 in flight" in heard["cases"]:
+        if "W3 1 in flight" in received["cases"]:
             failure = Failure(workload="W3", case="1 in flight", reason="server ended with 1", **where)  # type: ignore[arg-type]
             results.failures.append(failure)
         return results
 
     monkeypatch.setattr(alone, "measure", measure)
-    return heard
+    return received
 
 
 def test_options_reach_the_measurement(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:

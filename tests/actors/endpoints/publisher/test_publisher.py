@@ -83,8 +83,8 @@ def test_a_wrong_object_is_refused(tmp_path: Path) -> None:
 async def test_a_wrong_field_is_refused_and_nothing_of_it_sent(meeting: Meeting) -> None:
     """A value that does not fit raises where it is published; the messages around it arrive unharmed."""
     node = await meeting.node("both")
-    heard: list[int] = []
-    node.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data))
+    received: list[int] = []
+    node.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data))
     publisher = node.create_publisher(Int64, "numbers")
     await matched(publisher)
     publisher.publish(Int64(data=1))
@@ -94,22 +94,22 @@ async def test_a_wrong_field_is_refused_and_nothing_of_it_sent(meeting: Meeting)
         publisher.publish(Int64(data=2**70))
     publisher.publish(Int64(data=2))
     assert publisher.published == 2
-    await until(lambda: len(heard) == 2)
-    assert heard == [1, 2]
+    await until(lambda: len(received) == 2)
+    assert received == [1, 2]
 
 
 async def test_encoded_bytes_are_published_as_they_are(meeting: Meeting) -> None:
     """F04: bytes are taken as an encoded message; bytes that are none are refused."""
     node = await meeting.node("both")
-    heard: list[str] = []
-    node.create_subscription(String, "chatter", lambda msg: heard.append(msg.data))
+    received: list[str] = []
+    node.create_subscription(String, "chatter", lambda msg: received.append(msg.data))
     publisher = node.create_publisher(String, "chatter")
     await matched(publisher)
     publisher.publish(codec_for(String).encode(String(data="raw")))
     with pytest.raises(InvalidMessageError):
         publisher.publish(b"\x93")
-    await until(lambda: heard)
-    assert heard == ["raw"]
+    await until(lambda: received)
+    assert received == ["raw"]
     assert publisher.published == 1
 
 
@@ -134,8 +134,8 @@ async def test_counts_follow_the_peers(meeting: Meeting) -> None:
 async def test_a_turn_of_the_loop_makes_few_frames_and_no_task(meeting: Meeting) -> None:
     """1,000 messages published in one loop turn leave as one run: no task, and hardly a frame."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[int] = []
-    listener.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data))
+    received: list[int] = []
+    listener.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data))
     publisher = talker.create_publisher(Int64, "numbers", 1000)
     await matched(publisher)
     await meeting.settled(talker, listener)
@@ -158,8 +158,8 @@ async def test_a_turn_of_the_loop_makes_few_frames_and_no_task(meeting: Meeting)
         await asyncio.sleep(0)
         assert asyncio.all_tasks() == tasks
         assert len(batches) == 1
-    await until(lambda: len(heard) == 1000)
-    assert heard == list(range(1000))
+    await until(lambda: len(received) == 1000)
+    assert received == list(range(1000))
 
 
 async def test_long_turns_do_not_wait_for_their_end(meeting: Meeting) -> None:
@@ -180,15 +180,15 @@ async def test_long_turns_do_not_wait_for_their_end(meeting: Meeting) -> None:
 async def test_publishing_before_the_broker_is_there_keeps_the_last(meeting: Meeting) -> None:
     """A KEEP_LAST publisher without a broker keeps its last `depth` messages and counts the others."""
     listener = await meeting.node("listener")
-    heard: list[int] = []
-    subscription = listener.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data), 100)
+    received: list[int] = []
+    subscription = listener.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data), 100)
     talker = meeting.absent("talker")
     publisher = talker.create_publisher(Int64, "numbers", 5)
     for number in range(12):
         publisher.publish(Int64(data=number))
     async with talker:
-        await until(lambda: len(heard) == 5)
-    assert heard == [7, 8, 9, 10, 11]
+        await until(lambda: len(received) == 5)
+    assert received == [7, 8, 9, 10, 11]
     assert (publisher.published, publisher.dropped, publisher.queued) == (12, 7, 0)
     assert subscription.dropped == 0
 
@@ -196,15 +196,15 @@ async def test_publishing_before_the_broker_is_there_keeps_the_last(meeting: Mee
 async def test_keep_all_before_the_broker_is_there_keeps_all(meeting: Meeting) -> None:
     """A KEEP_ALL publisher without a broker drops nothing."""
     listener = await meeting.node("listener")
-    heard: list[int] = []
-    listener.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data), KEEP_ALL)
+    received: list[int] = []
+    listener.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data), KEEP_ALL)
     talker = meeting.absent("talker")
     publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
     for number in range(5000):
         publisher.publish(Int64(data=number))
     async with talker:
-        await until(lambda: len(heard) == 5000)
-    assert heard == list(range(5000))
+        await until(lambda: len(received) == 5000)
+    assert received == list(range(5000))
     assert publisher.dropped == 0
 
 
@@ -246,14 +246,14 @@ async def test_a_full_keep_all_publisher_refuses(meeting: Meeting, monkeypatch: 
     waiting = asyncio.create_task(publisher.ready())
     await meeting.settled(talker, listener)
     assert not waiting.done()
-    heard: list[int] = []
+    received: list[int] = []
     async for msg in subscription:
-        heard.append(msg.data)
-        if len(heard) == taken:
+        received.append(msg.data)
+        if len(received) == taken:
             break
     await waiting
     publisher.publish(Int64(data=-1))
-    assert heard == list(range(taken))
+    assert received == list(range(taken))
     assert (publisher.dropped, subscription.dropped, subscription.lost) == (0, 0, 0)
 
 
@@ -345,8 +345,8 @@ async def test_a_publisher_destroyed_before_the_broker_knew_it_sends_on_the_next
     meeting: Meeting, caplog: pytest.LogCaptureFixture
 ) -> None:
     """The link breaks before it is accepted: its messages go later, and nothing else is said."""
-    reader, heard = await meeting.node("reader"), []
-    reader.create_subscription(String, "chatter", lambda msg: heard.append(msg.data))
+    reader, received = await meeting.node("reader"), []
+    reader.create_subscription(String, "chatter", lambda msg: received.append(msg.data))
     node = await meeting.node("n")
     publisher = node.create_publisher(String, "chatter")
     publisher.publish(String(data="1"))
@@ -356,7 +356,7 @@ async def test_a_publisher_destroyed_before_the_broker_knew_it_sends_on_the_next
     link.channel.abort()
     await until(lambda: not node.connected)
     assert [queue.pending for queue in node._context.departing] == [1]
-    await until(lambda: heard == ["1"])
+    await until(lambda: received == ["1"])
     await until(lambda: len(link.endpoints) == 1)
     assert all(queue.empty for queue in node._context.departing)
     assert "never sent" not in caplog.text
@@ -391,27 +391,27 @@ async def test_a_leaving_node_sends_its_last_large_message(meeting: Meeting) -> 
 async def test_large_messages_arrive(meeting: Meeting, size: int) -> None:
     """A message of some MiB travels in fragments and arrives whole, between small ones in order."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[int] = []
+    received: list[int] = []
 
     def on_blob(msg: UInt8MultiArray) -> None:
         assert set(bytes(msg.data)) == {7}
-        heard.append(len(msg.data))
+        received.append(len(msg.data))
 
     listener.create_subscription(UInt8MultiArray, "blobs", on_blob)
     publisher = talker.create_publisher(UInt8MultiArray, "blobs")
     await matched(publisher)
     for count in (1, size, 2):
         publisher.publish(blob(count))
-    await until(lambda: len(heard) == 3)
-    assert heard == [1, size, 2]
+    await until(lambda: len(received) == 3)
+    assert received == [1, size, 2]
 
 
 async def test_a_message_over_the_limit_is_refused_where_it_is_published(meeting: Meeting) -> None:
     """A message that the broker would not take raises at `publish`; the link and its neighbours live on."""
     await meeting.restart_broker(max_message_bytes=MIB)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[int] = []
-    listener.create_subscription(UInt8MultiArray, "blobs", lambda msg: heard.append(len(msg.data)))
+    received: list[int] = []
+    listener.create_subscription(UInt8MultiArray, "blobs", lambda msg: received.append(len(msg.data)))
     publisher = talker.create_publisher(UInt8MultiArray, "blobs")
     await matched(publisher)
     for _ in range(2):
@@ -419,8 +419,8 @@ async def test_a_message_over_the_limit_is_refused_where_it_is_published(meeting
         with pytest.raises(InvalidMessageError, match="limit"):
             publisher.publish(blob(MIB))
         publisher.publish(blob(MIB - 400))  # with the run before it, it would be over the limit
-    await until(lambda: len(heard) == 4)
-    assert heard == [5, MIB - 400] * 2
+    await until(lambda: len(received) == 4)
+    assert received == [5, MIB - 400] * 2
     assert talker._context.link.connections == listener._context.link.connections == 1
 
 
@@ -430,16 +430,16 @@ async def test_a_message_that_a_new_broker_would_not_take_is_dropped(
     """What waits for a broker and turns out too large for it is dropped and counted, not tried for ever."""
     await meeting.restart_broker(max_message_bytes=MIB)
     listener = await meeting.node("listener")
-    heard: list[int] = []
-    listener.create_subscription(UInt8MultiArray, "blobs", lambda msg: heard.append(len(msg.data)))
+    received: list[int] = []
+    listener.create_subscription(UInt8MultiArray, "blobs", lambda msg: received.append(len(msg.data)))
     talker = meeting.absent("talker")
     publisher = talker.create_publisher(UInt8MultiArray, "blobs")
     for size in (3, 2 * MIB, 4):
         publisher.publish(blob(size))
     async with talker:
-        await until(lambda: len(heard) == 2)
+        await until(lambda: len(received) == 2)
         assert talker._context.link.connections == 1
-    assert heard == [3, 4]
+    assert received == [3, 4]
     assert publisher.dropped == 1
     assert "over the limit" in caplog.text
 
@@ -491,9 +491,9 @@ async def test_latched_messages_survive_a_broker(meeting: Meeting) -> None:
 async def test_publishing_costs_no_more_with_many_subscriptions(meeting: Meeting) -> None:
     """One run goes to the broker however many subscriptions there are."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[int] = []
+    received: list[int] = []
     for _ in range(20):
-        listener.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data))
+        listener.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data))
     publisher = talker.create_publisher(Int64, "numbers")
     await matched(publisher, 20)
     await meeting.settled(talker, listener)
@@ -501,7 +501,7 @@ async def test_publishing_costs_no_more_with_many_subscriptions(meeting: Meeting
     assert channel is not None
     before = channel.bytes_received
     publisher.publish(Int64(data=1))
-    await until(lambda: len(heard) == 20)
+    await until(lambda: len(received) == 20)
     assert channel.bytes_received - before < 200
 
 

@@ -100,17 +100,17 @@ async def test_latched_messages_that_have_been_seen_are_discarded(node: actors.N
 async def test_the_number_of_parameters_decides_what_a_callback_gets(meeting: Meeting) -> None:
     """F05, F06: one parameter gets the message, two also the info; three are refused at creation."""
     both = await meeting.node("both")
-    heard: list[Any] = []
-    both.create_subscription(Int64, "numbers", heard.append)
-    both.create_subscription(Int64, "numbers", lambda msg, info: heard.append((msg.data, info)))
+    received: list[Any] = []
+    both.create_subscription(Int64, "numbers", received.append)
+    both.create_subscription(Int64, "numbers", lambda msg, info: received.append((msg.data, info)))
     with pytest.raises(RuntimeError, match="takes 1 or 2 arguments"):
         both.create_subscription(Int64, "numbers", lambda a, b, c: None)
     publisher = both.create_publisher(Int64, "numbers")
     await matched(publisher, 2)
     publisher.publish(Int64(data=1))
     publisher.publish(Int64(data=2))
-    await until(lambda: len(heard) == 4)
-    infos = [entry[1] for entry in heard if isinstance(entry, tuple)]
+    await until(lambda: len(received) == 4)
+    infos = [entry[1] for entry in received if isinstance(entry, tuple)]
     assert [info.publication_sequence_number for info in infos] == [0, 1]
     assert all(0 < info.source_timestamp <= info.received_timestamp for info in infos)
     assert {info.publisher_gid for info in infos} == {publisher.gid}
@@ -120,29 +120,29 @@ async def test_the_number_of_parameters_decides_what_a_callback_gets(meeting: Me
 async def test_a_raw_subscription_gets_bytes_of_every_type(meeting: Meeting) -> None:
     """F07: `raw=True` gives the encoded message, whatever its type; no class is needed."""
     both = await meeting.node("both")
-    heard: list[bytes] = []
-    both.create_subscription(None, "things", heard.append, raw=True)
+    received: list[bytes] = []
+    both.create_subscription(None, "things", received.append, raw=True)
     numbers, texts = both.create_publisher(Int64, "things"), both.create_publisher(String, "things")
     await matched(numbers)
     await matched(texts)
     numbers.publish(Int64(data=5))
     texts.publish(String(data="x"))
-    await until(lambda: len(heard) == 2)
-    assert {type(data) for data in heard} == {bytes}
-    assert codec_for(Int64).decode(min(heard)) == Int64(data=5)
-    assert codec_for(String).decode(max(heard)) == String(data="x")
+    await until(lambda: len(received) == 2)
+    assert {type(data) for data in received} == {bytes}
+    assert codec_for(Int64).decode(min(received)) == Int64(data=5)
+    assert codec_for(String).decode(max(received)) == String(data="x")
     with pytest.raises(TypeError, match="raw=True"):
-        both.create_subscription(None, "things", heard.append)
+        both.create_subscription(None, "things", received.append)
 
 
 async def test_after_destroy_no_callback_comes(meeting: Meeting) -> None:
     """F11, E11: what waits is discarded, what comes is ignored; twice is no error."""
     both = await meeting.node("both")
-    heard: list[int] = []
+    received: list[int] = []
     entered, leave = asyncio.Event(), asyncio.Event()
 
     async def slow(msg: Int64) -> None:
-        heard.append(msg.data)
+        received.append(msg.data)
         entered.set()
         await leave.wait()
 
@@ -158,50 +158,50 @@ async def test_after_destroy_no_callback_comes(meeting: Meeting) -> None:
     leave.set()
     publisher.publish(Int64(data=9))
     await meeting.settled(both)
-    assert heard == [0]
+    assert received == [0]
 
 
 @pytest.mark.parametrize("kind", ["def", "async def"])
 async def test_both_kinds_of_callbacks_are_taken(meeting: Meeting, kind: str) -> None:
     """I03: a plain function and a coroutine function hear the same, in order."""
     both = await meeting.node("both")
-    heard: list[int] = []
+    received: list[int] = []
 
     def plain(msg: Int64) -> None:
-        heard.append(msg.data)
+        received.append(msg.data)
 
     async def slow(msg: Int64) -> None:
         await asyncio.sleep(0)
-        heard.append(msg.data)
+        received.append(msg.data)
 
     both.create_subscription(Int64, "numbers", plain if kind == "def" else slow, 100)
     publisher = both.create_publisher(Int64, "numbers", 100)
     await matched(publisher)
     for number in range(50):
         publisher.publish(Int64(data=number))
-    await until(lambda: len(heard) == 50)
-    assert heard == list(range(50))
+    await until(lambda: len(received) == 50)
+    assert received == list(range(50))
 
 
 async def test_plain_callbacks_need_no_task(node: actors.Node) -> None:
     """A plain callback runs where the run arrives: when `receive` returns, all of it is done, task-free."""
-    heard: list[int] = []
-    subscription = node.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data), 1)
+    received: list[int] = []
+    subscription = node.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data), 1)
     attachments = node._context.link.attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     tasks = asyncio.all_tasks()
     attachments.batch_received(batch_of(1, range(1000)))
-    assert heard == list(range(1000))
+    assert received == list(range(1000))
     assert asyncio.all_tasks() == tasks
 
 
 async def test_a_busy_reader_keeps_its_last_depth(node: actors.Node) -> None:
     """Behind a busy callback the last `depth` messages wait, whatever the runs; the rest is counted."""
     leave = asyncio.Event()
-    heard: list[int] = []
+    received: list[int] = []
 
     async def slow(msg: Int64) -> None:
-        heard.append(msg.data)
+        received.append(msg.data)
         await leave.wait()
 
     subscription = node.create_subscription(Int64, "numbers", slow, 5)
@@ -212,31 +212,31 @@ async def test_a_busy_reader_keeps_its_last_depth(node: actors.Node) -> None:
         attachments.batch_received(batch_of(1, range(start, start + 13)))
         assert subscription.queued == 5
     leave.set()
-    await until(lambda: len(heard) == 6)
+    await until(lambda: len(received) == 6)
     await turns()
-    assert heard == [0, 35, 36, 37, 38, 39]
+    assert received == [0, 35, 36, 37, 38, 39]
     assert (subscription.received, subscription.dropped, subscription.lost) == (6, 34, 0)
 
 
 async def test_a_busy_mailbox_counts_as_a_busy_reader(node: actors.Node) -> None:
     """Another callback of the node that runs makes a subscription wait, and hold to its depth."""
     leave = asyncio.Event()
-    heard: list[int] = []
+    received: list[int] = []
 
     async def slow(msg: Int64) -> None:
         await leave.wait()
 
     slow_one = node.create_subscription(Int64, "slow", slow)
-    plain = node.create_subscription(Int64, "plain", lambda msg: heard.append(msg.data), 3)
+    plain = node.create_subscription(Int64, "plain", lambda msg: received.append(msg.data), 3)
     attachments = node._context.link.attachments
     attachments.attached(Attached(1, (slow_one.id,), GID, 0, "/talker", {}))
     attachments.attached(Attached(2, (plain.id,), bytes(15) + b"2", 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(1)))
     attachments.batch_received(batch_of(2, range(10)))
-    assert heard == []
+    assert received == []
     leave.set()
-    await until(lambda: len(heard) == 3)
-    assert heard == [7, 8, 9]
+    await until(lambda: len(received) == 3)
+    assert received == [7, 8, 9]
     assert plain.dropped == 7
 
 
@@ -245,25 +245,25 @@ async def test_an_idle_iterator_gets_a_whole_run(node: actors.Node) -> None:
     subscription = node.create_subscription(Int64, "numbers", qos=4)
     attachments = node._context.link.attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
-    heard: list[int] = []
+    received: list[int] = []
     pause = asyncio.Event()
 
     async def read() -> None:
         async for msg in subscription:
-            heard.append(msg.data)
+            received.append(msg.data)
             if msg.data == 99:
                 await pause.wait()
 
     reader = asyncio.create_task(read())
     await turns()
     attachments.batch_received(batch_of(1, range(100)))
-    await until(lambda: len(heard) == 100)
+    await until(lambda: len(received) == 100)
     attachments.batch_received(batch_of(1, range(100, 110)))
     attachments.batch_received(batch_of(1, range(110, 120)))
     assert subscription.queued == 4
     pause.set()
-    await until(lambda: len(heard) == 104)
-    assert heard == [*range(100), 116, 117, 118, 119]
+    await until(lambda: len(received) == 104)
+    assert received == [*range(100), 116, 117, 118, 119]
     assert (subscription.received, subscription.dropped) == (104, 16)
     subscription.destroy()
     await reader
@@ -295,13 +295,13 @@ async def test_keep_all_loses_nothing_with_a_slow_reader(
     """KEEP_ALL pushes its publisher back by credit; everything comes, in order; others are not held up."""
     monkeypatch.setattr("actors.endpoints.flow_control.window.WINDOW_MESSAGES", 20)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    heard: list[int] = []
+    received: list[int] = []
     swift: list[int] = []
     gate = asyncio.Semaphore(0)
 
     async def slow(msg: Int64) -> None:
         await gate.acquire()
-        heard.append(msg.data)
+        received.append(msg.data)
 
     subscription = listener.create_subscription(Int64, "numbers", slow, KEEP_ALL)
     other = await meeting.node("other")
@@ -320,8 +320,8 @@ async def test_keep_all_loses_nothing_with_a_slow_reader(
     assert publisher.queued >= 400
     for _ in range(500):
         gate.release()
-    await until(lambda: len(heard) == 500)
-    assert heard == list(range(500))
+    await until(lambda: len(received) == 500)
+    assert received == list(range(500))
     assert (subscription.dropped, subscription.lost, publisher.dropped) == (0, 0, 0)
 
 
@@ -475,12 +475,12 @@ async def test_a_raising_callback_harms_nobody(
 ) -> None:
     """I09 (ours): the error is logged with its traceback and counted; node, link and mailbox go on."""
     both = await meeting.node("both")
-    heard: list[int] = []
+    received: list[int] = []
 
     def plain(msg: Int64) -> None:
         if msg.data == 1:
             raise error
-        heard.append(msg.data)
+        received.append(msg.data)
 
     async def slow(msg: Int64) -> None:
         await asyncio.sleep(0)
@@ -491,8 +491,8 @@ async def test_a_raising_callback_harms_nobody(
     await matched(publisher)
     for number in range(3):
         publisher.publish(Int64(data=number))
-    await until(lambda: len(heard) == 2)
-    assert heard == [0, 2]
+    await until(lambda: len(received) == 2)
+    assert received == [0, 2]
     assert both.callback_errors == 1
     assert both._context.link.connections == 1
     assert f"of the subscription to '/numbers' raised {error.__name__}" in caplog.text

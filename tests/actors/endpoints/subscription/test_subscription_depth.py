@@ -30,7 +30,7 @@ class Model:
     def __init__(self, kind: str, depth: int) -> None:
         self.kind = kind
         self.depth = depth
-        self.heard: list[int] = []
+        self.received: list[int] = []
         self.queue: list[int] = []
         self.dropped = 0
         self.busy = False
@@ -60,7 +60,7 @@ class Model:
         self._go_on()
 
     def _take(self) -> None:
-        self.heard.append(self.queue.pop(0))
+        self.received.append(self.queue.pop(0))
         self.busy = True
 
     def _trim(self) -> None:
@@ -80,7 +80,7 @@ class Reader:
     """A subscription that reads as a model does."""
 
     def __init__(self, node: actors.Node, kind: str, depth: int) -> None:
-        self.heard: list[int] = []
+        self.received: list[int] = []
         self.leave = asyncio.Semaphore(0)
         self.lost: list[actors.MessageLostInfo] = []
         callback: Callable[[Int64], Any] | None = None if kind == "iterator" else self._hear
@@ -94,7 +94,7 @@ class Reader:
         self.task = asyncio.create_task(self._read()) if callback is None else None
 
     async def _hear(self, message: Int64) -> None:
-        self.heard.append(message.data)
+        self.received.append(message.data)
         await self.leave.acquire()
 
     async def _read(self) -> None:
@@ -143,7 +143,7 @@ def test_exactly_the_newest_that_could_not_be_taken_wait(kind: str, depth: int, 
                         reader.leave.release()
                     model.go_on(what)
                 await settled()
-                assert reader.heard == model.heard
+                assert reader.received == model.received
                 assert (subscription.queued, subscription.dropped) == (len(model.queue), model.dropped)
                 assert subscription.received + subscription.dropped + subscription.queued == came
             await flushed(reader)
@@ -178,7 +178,7 @@ def test_a_plain_callback_takes_all_it_can_and_then_the_newest(depth: int, steps
         del loop
         async with actors.Node("hearer", use_global_arguments=False) as node:
             await asyncio.sleep(0.01)  # the first attempt to connect has failed: it would take feeds away
-            heard: list[int] = []
+            received: list[int] = []
             leave = asyncio.Event()
 
             async def hold(message: Int64) -> None:
@@ -186,7 +186,7 @@ def test_a_plain_callback_takes_all_it_can_and_then_the_newest(depth: int, steps
                 await leave.wait()
 
             plain = node.create_subscription(
-                Int64, "numbers", lambda message: heard.append(message.data), depth
+                Int64, "numbers", lambda message: received.append(message.data), depth
             )
             other = node.create_subscription(Int64, "others", hold)
             attachments = node._context.link.attachments
@@ -215,7 +215,7 @@ def test_a_plain_callback_takes_all_it_can_and_then_the_newest(depth: int, steps
                 else:
                     taken += waiting
                     waiting.clear()
-                assert heard == taken
+                assert received == taken
                 assert plain.queued == len(waiting)
                 assert plain.received + plain.dropped + plain.queued == came
             leave.set()

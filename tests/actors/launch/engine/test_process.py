@@ -191,8 +191,8 @@ async def test_stopping_does_not_depend_on_who_listens() -> None:
     assert [type(error) for error in errors] == [ValueError, ValueError]
 
 
-@pytest.mark.parametrize("heard", [True, False])
-async def test_what_cannot_be_stopped_is_left(monkeypatch: pytest.MonkeyPatch, *, heard: bool) -> None:
+@pytest.mark.parametrize("received", [True, False])
+async def test_what_cannot_be_stopped_is_left(monkeypatch: pytest.MonkeyPatch, *, received: bool) -> None:
     """It has ended as far as the launch goes, and no task waits for it, whatever listeners do."""
 
     def fail(level: Level, text: str) -> None:
@@ -202,7 +202,7 @@ async def test_what_cannot_be_stopped_is_left(monkeypatch: pytest.MonkeyPatch, *
     monkeypatch.setattr(execution, "LAST_STEP_SEC", 0.05)
     monkeypatch.setattr(process_execution, "LAST_STEP_SEC", 0.05)
     guard = Guard()
-    run = Run(guard, "echo here; sleep 1000", stop_timeout_sec=0.05, say=None if heard else fail)
+    run = Run(guard, "echo here; sleep 1000", stop_timeout_sec=0.05, say=None if received else fail)
     await run.says(b"here")
     child = run.process._process
     assert child is not None
@@ -214,7 +214,7 @@ async def test_what_cannot_be_stopped_is_left(monkeypatch: pytest.MonkeyPatch, *
             await asyncio.wait(others)
     await guard.close()
     assert await child.wait() == -signal.SIGKILL
-    assert not heard or run.said[-1] == "ERROR process cannot be stopped; going on without it"
+    assert not received or run.said[-1] == "ERROR process cannot be stopped; going on without it"
 
 
 async def test_one_that_is_stopped_before_its_start_ends_at_once(monkeypatch: pytest.MonkeyPatch) -> None:

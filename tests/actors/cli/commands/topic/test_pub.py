@@ -27,8 +27,8 @@ async def test_pub_says_what_it_publishes(desk: Desk) -> None:
         subscription = node.create_subscription(String, "said", qos=10)
         await node.get_graph()
         ended = await desk.callboard(*HELLO, "-t", "2", "-r", "1000")
-        heard = aiter(subscription)
-        assert [await anext(heard), await anext(heard)] == [String(data="hello")] * 2
+        received = aiter(subscription)
+        assert [await anext(received), await anext(received)] == [String(data="hello")] * 2
     assert (ended.code, ended.err) == (0, "")
     assert ended.out == (
         "publisher: beginning loop\n"
@@ -114,16 +114,16 @@ async def test_pub_from_stdin_publishes_what_comes_as_it_comes(
     with os.fdopen(reading, encoding="utf-8") as stream:
         monkeypatch.setattr(sys, "stdin", stream)
         async with desk.node() as node:
-            heard = aiter(node.create_subscription(String, "said", qos=10))
+            received = aiter(node.create_subscription(String, "said", qos=10))
             await node.get_graph()
             pub = desk.start(*READ)
             os.write(writing, b"data: \xc3")
             os.write(writing, b"\xa4\n---\n")
-            assert await anext(heard) == String(data="\xe4")
+            assert await anext(received) == String(data="\xe4")
             os.write(writing, b'{"data": "b"}\n{"data": "c"}\ndata: d')
-            assert [await anext(heard), await anext(heard)] == [String(data="b"), String(data="c")]
+            assert [await anext(received), await anext(received)] == [String(data="b"), String(data="c")]
             os.close(writing)
-            assert await anext(heard) == String(data="d")
+            assert await anext(received) == String(data="d")
             ended = await pub
     assert (ended.code, ended.err) == (0, "")
     assert ended.out.count("publishing #") == 4
@@ -140,8 +140,8 @@ async def test_pub_from_a_file(desk: Desk, monkeypatch: pytest.MonkeyPatch, tmp_
                 subscription = node.create_subscription(String, "said", qos=1000)
                 await node.get_graph()
                 ended = await desk.callboard(*READ, *options)
-                heard = aiter(subscription)
-                assert [await anext(heard) for _ in range(count)] == [
+                received = aiter(subscription)
+                assert [await anext(received) for _ in range(count)] == [
                     String(data=str(n)) for n in range(count)
                 ]
                 assert subscription.queued == 0
@@ -193,8 +193,8 @@ async def test_pub_fills_in_times(desk: Desk) -> None:
         ended = await desk.callboard(
             "topic", "pub", "imu", "sensor_msgs/msg/Imu", values, "-t", "2", "-r", "100"
         )
-        heard = aiter(subscription)
-        stamps = [(await anext(heard)).header.stamp for _ in range(2)]
+        received = aiter(subscription)
+        stamps = [(await anext(received)).header.stamp for _ in range(2)]
     assert ended.code == 0
     assert 1_600_000_000 < stamps[0].sec <= stamps[1].sec
     assert stamps[0] != stamps[1]
