@@ -44,8 +44,8 @@ def at_second(second: int, graph: GraphSnapshot = GRAPH, *, fast: int = 100) -> 
     )
 
 
-class FakeEar:
-    """Has received what the test says."""
+class FakeTopicReader:
+    """Has received what the test sets."""
 
     def __init__(self) -> None:
         self.received = Received([], 0, 0, None, None)
@@ -56,17 +56,17 @@ class FakeEar:
         return self.received
 
     async def close(self) -> None:
-        """Note it."""
+        """Record it."""
         self.closed = True
 
 
 class FakeSource:
-    """Shows what the test says; without a sample there is no broker."""
+    """Returns the sample that the test sets; without a sample there is no broker."""
 
     def __init__(self) -> None:
         self.target = "callboard://somewhere:1"
         self.shown: Sample | None = at_second(1)
-        self.ears: dict[str, FakeEar] = {}
+        self.readers: dict[str, FakeTopicReader] = {}
 
     async def sample(self) -> Sample:
         """Return the sample."""
@@ -74,11 +74,11 @@ class FakeSource:
             raise BrokerUnreachable("No broker")
         return self.shown
 
-    async def listen(self, topic: str, snapshot: GraphSnapshot) -> FakeEar:
-        """Lend an reader."""
+    async def listen(self, topic: str, snapshot: GraphSnapshot) -> FakeTopicReader:
+        """Return a reader."""
         assert snapshot is GRAPH
-        self.ears[topic] = FakeEar()
-        return self.ears[topic]
+        self.readers[topic] = FakeTopicReader()
+        return self.readers[topic]
 
 
 class Screen:
@@ -126,7 +126,7 @@ class Screen:
 
 @asynccontextmanager
 async def screen(*, size: tuple[int, int] = (100, 30), **options: Any) -> AsyncGenerator[Screen]:
-    """A view that has looked twice."""
+    """Run a view that has taken two samples."""
     source = FakeSource()
     app = TopApp(source, interval_s=NEVER, echo_interval_s=NEVER, **options)
     async with app.run_test(size=size) as pilot:
@@ -237,11 +237,11 @@ async def test_the_command_line_can_filter_and_show_hidden_names() -> None:
         assert here.app.query_one(Input).has_class("open")
 
 
-async def test_a_topic_is_heard() -> None:
+async def test_a_topic_is_received() -> None:
     """Enter opens it: its messages, where they come from and how long they take; Escape closes it."""
     async with screen() as here:
         await here.press("down", "enter")
-        reader = here.source.ears["/slow"]
+        reader = here.source.readers["/slow"]
         assert here.text("#status") == "/slow  5 messages/s  no delays measured yet"
         reader.received = Received(
             [ReceivedMessage("/a", 0, 0.0004, "data: hi [b]there[/b]")], 1234, 99, 0.0005, 0.021
@@ -261,7 +261,7 @@ async def test_another_topic_takes_the_place_of_the_first() -> None:
     """Its reader is closed; Enter on what is received already changes nothing."""
     async with screen() as here:
         await here.press("enter", "down", "enter", "enter")
-        assert {topic: reader.closed for topic, reader in here.source.ears.items()} == {
+        assert {topic: reader.closed for topic, reader in here.source.readers.items()} == {
             "/fast": True,
             "/slow": False,
         }
@@ -271,7 +271,7 @@ async def test_space_pauses() -> None:
     """Messages stand still, and the screen says so, until it is pressed again."""
     async with screen() as here:
         await here.press("enter", "space")
-        reader = here.source.ears["/fast"]
+        reader = here.source.readers["/fast"]
         reader.received = Received([ReceivedMessage("/a", 0, 0.0, "data: hi")], 0, 1, 0.1, 0.1)
         pane = here.app.query_one("#echo")
         await pane.take()  # type: ignore[attr-defined]
@@ -286,7 +286,7 @@ async def test_space_pauses() -> None:
         assert not here.text("#target").endswith("paused")
 
 
-async def test_a_lost_broker_is_said_until_it_is_back() -> None:
+async def test_a_lost_broker_is_reported_until_it_is_back() -> None:
     """What was seen last stays; a new broker's rates do not come from the old one's counts."""
     async with screen() as here:
         banner = here.app.query_one("#lost")

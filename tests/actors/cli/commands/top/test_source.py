@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
 
 
-async def hear(reader: TopicReader, count: int) -> tuple[list[ReceivedMessage], Received]:
+async def take_messages(reader: TopicReader, count: int) -> tuple[list[ReceivedMessage], Received]:
     """Take until so many messages have come, shown or not."""
     messages: list[ReceivedMessage] = []
     known = 0
@@ -37,12 +37,12 @@ async def hear(reader: TopicReader, count: int) -> tuple[list[ReceivedMessage], 
     return messages, await enough()
 
 
-async def test_a_look_is_of_the_others(meeting: Meeting) -> None:
+async def test_a_sample_is_of_the_other_nodes(meeting: Meeting) -> None:
     """The observing node and its subscriptions are not in it."""
-    talker, looker = await meeting.node("talker"), await meeting.node("_looker")
+    talker, observer = await meeting.node("talker"), await meeting.node("_observer")
     talker.create_publisher(String, "chatter", 10)
-    source = NodeSource(looker, "here")
-    reader = await source.listen("/chatter", await looker.get_graph())
+    source = NodeSource(observer, "here")
+    reader = await source.listen("/chatter", await observer.get_graph())
     sample = await source.sample()
     assert sample.snapshot.nodes() == ["/talker"]
     assert {entry.node for entry in sample.snapshot.entries.values()} == {"/talker"}
@@ -50,15 +50,15 @@ async def test_a_look_is_of_the_others(meeting: Meeting) -> None:
     await reader.close()
 
 
-async def test_messages_are_heard_with_where_they_are_from(meeting: Meeting) -> None:
+async def test_messages_are_received_with_where_they_are_from(meeting: Meeting) -> None:
     """Their text, their publisher's node and how long they took; after the end none."""
-    talker, looker = await meeting.node("talker"), await meeting.node("_looker")
+    talker, observer = await meeting.node("talker"), await meeting.node("_observer")
     publisher = talker.create_publisher(String, "chatter", 10)
-    reader = await NodeSource(looker, "here").listen("/chatter", await talker.get_graph())
+    reader = await NodeSource(observer, "here").listen("/chatter", await talker.get_graph())
     await until(lambda: publisher.get_subscription_count() == 1)
     assert await reader.take() == ([], 0, 0, None, None)
     publisher.publish(String(data="hello"))
-    (message,), received = await hear(reader, 1)
+    (message,), received = await take_messages(reader, 1)
     assert (message.node, message.text, received.measured) == ("/talker", "data: hello", 1)
     assert received.p50_s == received.p99_s == message.delay_s
     await reader.close()
@@ -67,14 +67,14 @@ async def test_messages_are_heard_with_where_they_are_from(meeting: Meeting) -> 
 
 async def test_only_the_newest_are_read(meeting: Meeting) -> None:
     """Whatever comes on top of what one can read is counted."""
-    talker, looker = await meeting.node("talker"), await meeting.node("_looker")
+    talker, observer = await meeting.node("talker"), await meeting.node("_observer")
     publisher = talker.create_publisher(String, "chatter", 1000)
-    reader = await NodeSource(looker, "here").listen("/chatter", await talker.get_graph())
+    reader = await NodeSource(observer, "here").listen("/chatter", await talker.get_graph())
     await until(lambda: publisher.get_subscription_count() == 1)
     for number in range(50):
         publisher.publish(String(data=str(number)))
-    await looker.get_graph()  # what was sent before the answer has come, too
-    messages, received = await hear(reader, 50)
+    await observer.get_graph()  # what was sent before the answer has come, too
+    messages, received = await take_messages(reader, 50)
     assert messages[-1].text == "data: '49'"
     assert received.besides == 50 - SHOWN_AT_ONCE
     assert received.measured == 50
@@ -82,20 +82,20 @@ async def test_only_the_newest_are_read(meeting: Meeting) -> None:
 
 async def test_a_latched_message_has_no_delay(meeting: Meeting) -> None:
     """It is as old as it is, which says nothing of the way."""
-    talker, looker = await meeting.node("talker"), await meeting.node("_looker")
+    talker, observer = await meeting.node("talker"), await meeting.node("_observer")
     talker.create_publisher(String, "map", latched(1)).publish(String(data="old"))
-    reader = await NodeSource(looker, "here").listen("/map", await talker.get_graph())
-    (message,), received = await hear(reader, 1)
+    reader = await NodeSource(observer, "here").listen("/map", await talker.get_graph())
+    (message,), received = await take_messages(reader, 1)
     assert (message.text, received.measured, received.p50_s) == ("data: old", 0, None)
 
 
-async def test_a_lost_broker_is_told_at_once(meeting: Meeting) -> None:
+async def test_a_lost_broker_is_reported_at_once(meeting: Meeting) -> None:
     """Without waiting for the node, which comes back by itself."""
-    looker = await meeting.node("_looker")
-    source = NodeSource(looker, "callboard://here:1")
+    observer = await meeting.node("_observer")
+    source = NodeSource(observer, "callboard://here:1")
     await source.sample()
     await meeting.stop_broker()
-    await until(lambda: not looker.connected)
+    await until(lambda: not observer.connected)
     with pytest.raises(BrokerUnreachable, match="No broker at callboard://here:1"):
         await source.sample()
 
@@ -120,7 +120,7 @@ def test_long_arrays_are_described() -> None:
     assert "length: 100" in text
 
 
-def test_what_is_no_message_is_said() -> None:
+def test_what_is_no_message_is_reported() -> None:
     """The screen shows why."""
     assert "Not a message" in shown(array.array("B", [0xC1]).tobytes(), decode_untyped)
     assert "Not a message" in shown(b"\x81\xa4data" + b"\x91" * 300 + b"\xc0", decode_untyped)

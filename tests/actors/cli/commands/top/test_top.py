@@ -120,7 +120,7 @@ class FakeInspector:
         return self._sample.report
 
 
-def test_no_broker_is_said_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_broker_is_reported_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     """With the command that starts one."""
     assert main(["top", "--once", "--url", "callboard://127.0.0.1:1"]) == 3
     assert "Start one with: callboard broker --port 1" in capsys.readouterr().err
