@@ -117,7 +117,7 @@ def test_calls_are_added_and_checked() -> None:
 
 
 class Reports:
-    """A parent that keeps what it is told."""
+    """A parent that keeps what is reported to it."""
 
     def __init__(self) -> None:
         self.figures: dict[str, float] = {}

@@ -38,7 +38,7 @@ def test_every_panel_shows_a_case_that_there_is() -> None:
     assert {(panel.workload, panel.case, panel.key) for panel in plot.PANELS} <= figures
 
 
-def test_the_same_results_are_the_same_picture(tmp_path: Path) -> None:
+def test_the_same_results_are_the_same_plot(tmp_path: Path) -> None:
     """Byte for byte, so that a commit shows what has changed."""
     pytest.importorskip("matplotlib")
     samples = [

@@ -85,7 +85,7 @@ def test_curves_are_compared_with_their_first_point() -> None:
     assert "| topics: 1,000 | 4.0 | 1.0 | 2.50 | 2.0 |" in report.updated(PAGE, report.body(results()))
 
 
-def test_who_was_skipped_and_what_failed_is_said() -> None:
+def test_who_was_skipped_and_what_failed_is_reported() -> None:
     """With the reason."""
     page = report.updated(PAGE, report.body(results()))
     assert "Skipped: other: not installed." in page

@@ -165,7 +165,7 @@ async def test_an_end_in_mid_frame_leaves_nothing(broker: Broker, how: str) -> N
 
 
 @pytest.mark.usefixtures("bystander")
-async def test_the_log_has_one_harmless_line(broker: Broker, caplog: pytest.LogCaptureFixture) -> None:
+async def test_the_log_has_one_escaped_line(broker: Broker, caplog: pytest.LogCaptureFixture) -> None:
     """A closed link is one warning, without control characters from the peer."""
     async with link(broker, agent="evil\x1b[2J\nforged line") as client:
         with caplog.at_level(logging.INFO, "callboard.broker"):

@@ -92,7 +92,7 @@ def test_ties_rotate_when_every_call_is_answered_at_once() -> None:
     assert met == [10, 10, 10]
 
 
-def test_another_type_is_no_match_and_is_said() -> None:
+def test_another_type_is_no_match_and_is_reported() -> None:
     """Client and server of different types do not meet; both hear why."""
     switch = Switch()
     asker, server = switch.join("/asker"), switch.join("/server")
@@ -114,7 +114,7 @@ def test_many_servers_of_another_type_are_summed_up_for_a_client() -> None:
     assert [notice.id for notice in switch.read(server, frames.Notice)] == [*range(1, 41)]
 
 
-def test_both_sides_hear_how_many_match() -> None:
+def test_both_sides_learn_how_many_match() -> None:
     """MATCHED counts a client's servers and a server's clients."""
     switch = Switch()
     asker, server = switch.join("/asker"), switch.join("/server")

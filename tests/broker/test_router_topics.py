@@ -437,7 +437,7 @@ def test_a_link_that_leaves_leaves_nothing() -> None:
     assert switch.router.calls.pending == 0
 
 
-def test_readers_of_a_suspended_publisher_hear_how_that_ends() -> None:
+def test_readers_of_a_suspended_publisher_learn_how_that_ends() -> None:
     """DETACHED says that it is silent; attached anew it is back; another DETACHED says that it is gone."""
     switch = Switch()
     talker, listener, number = talk(switch)
@@ -452,7 +452,7 @@ def test_readers_of_a_suspended_publisher_hear_how_that_ends() -> None:
     assert reasons == [DetachReason.SUSPENDED, DetachReason.GONE]
 
 
-def test_a_reader_that_is_suspended_as_well_hears_how_that_ends() -> None:
+def test_a_reader_that_is_suspended_as_well_learns_how_that_ends() -> None:
     """It is told not to wait; if the publisher is restored first, it is attached to it as usual."""
     switch = Switch()
     talker, listener, number = talk(switch)
@@ -486,7 +486,7 @@ def test_a_suspended_reader_is_detached_from_earlier_ids_as_well() -> None:
     ]
 
 
-def test_only_readers_that_knew_a_publisher_hear_that_it_is_gone() -> None:
+def test_only_readers_that_knew_a_publisher_learn_that_it_is_gone() -> None:
     """Not those that joined after its suspension, nor those that have left."""
     switch = Switch()
     talker, listener, _ = talk(switch)

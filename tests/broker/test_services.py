@@ -132,8 +132,8 @@ def test_a_link_knows_how_many_answers_it_owes(how: str) -> None:
     assert switch.router.calls.pending == 0
 
 
-def test_a_suspended_client_hears_that_its_calls_have_ended() -> None:
-    """When it is restored, it does not wait for answers that will not come; the server is told."""
+def test_a_suspended_client_learns_that_its_calls_have_ended() -> None:
+    """When it is restored, it does not wait for answers that will not come; the server is informed."""
     switch = Switch()
     asker, server = pair(switch)
     switch.send(asker, make.request(1, 5, 6))

@@ -202,7 +202,7 @@ def test_error_text_has_three_lines() -> None:
         ("/é漢 b", r"'/é\u6f22 b'", 3 + 1),
     ],
 )
-def test_error_text_is_harmless(name: str, quoted: str, caret: int) -> None:
+def test_error_text_is_escaped(name: str, quoted: str, caret: int) -> None:
     """Control, bidirectional and double-width characters are escaped and the caret stays in place."""
     with pytest.raises(InvalidTopicNameError) as caught:
         validate_full_topic_name(name)

@@ -296,7 +296,7 @@ def test_frames_between_dropped_runs_stay_in_order() -> None:
     assert drain(outbox) == [*raws, make_batch(2, [b"x"]).raw]
 
 
-def test_the_fullest_lanes_give_way() -> None:
+def test_the_fullest_publisher_queues_give_way() -> None:
     """§6.4.3: above the limit only the fullest KEEP_LAST queues lose their oldest batches."""
     outbox, queues = Outbox(), [PublisherQueue(number, 1000) for number in range(3)]
     keep_all = PublisherQueue(9, None)
@@ -354,7 +354,7 @@ def test_no_ceiling_takes_a_last_message(
     assert outbox.held_bytes == 0
 
 
-def test_a_restarted_lane_counts_on_its_new_link_only() -> None:
+def test_a_restarted_publisher_queue_counts_on_its_new_link_only() -> None:
     """What waits on a link counts there, also if it had waited on another before."""
     queue = PublisherQueue(1, 100)
     for link in (1, 2):

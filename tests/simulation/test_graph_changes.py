@@ -72,7 +72,7 @@ def test_a_silent_node_is_suspended_and_returns_or_goes() -> None:
     play(scene)
 
 
-def test_a_restart_between_two_looks_is_seen() -> None:
+def test_a_restart_between_two_snapshots_is_seen() -> None:
     """A node that dies and returns between two reads is two changes, not none."""
 
     async def scene(stage: Stage) -> None:
@@ -153,7 +153,7 @@ def test_a_watch_ends_with_its_node() -> None:
     play(scene)
 
 
-def test_what_is_silent_over_a_lost_link_is_told_when_it_is_back() -> None:
+def test_what_is_silent_over_a_lost_link_is_reported_when_it_is_back() -> None:
     """SUSPENDED is always followed by another change, even if the watcher lost its connection meanwhile."""
 
     async def scene(stage: Stage) -> None:
@@ -176,7 +176,7 @@ def test_what_is_silent_over_a_lost_link_is_told_when_it_is_back() -> None:
     play(scene)
 
 
-def test_what_falls_silent_before_anybody_looks_appears_when_it_is_back() -> None:
+def test_what_falls_silent_before_any_query_appears_when_it_is_back() -> None:
     """A watcher gets no return of a node whose appearance it has not received."""
 
     async def scene(stage: Stage) -> None:

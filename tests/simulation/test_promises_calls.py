@@ -237,7 +237,7 @@ def test_a_slow_server_gets_fewer_calls() -> None:
     play(scene)
 
 
-def test_a_suspended_server_is_passed_over_and_told_when_it_is_back() -> None:
+def test_a_suspended_server_is_passed_over_and_informed_when_it_is_back() -> None:
     """Other servers take over; when it is back its handlers are cancelled and late replies dropped."""
 
     async def scene(stage: Stage) -> None:

@@ -21,7 +21,7 @@ WEIGHT: Final = bytes(10_000)
 
 
 async def publish_all(publisher: actors.Publisher[Note], stage: Stage, received: list[int]) -> None:
-    """Publish, a little at a time, until all have been heard."""
+    """Publish, a little at a time, until all have been received."""
     for number in range(COUNT):
         publisher.publish(Note(number=number, weight=WEIGHT))
         await asyncio.sleep(0.002)
@@ -74,7 +74,7 @@ def test_what_is_sent_again_after_a_second_break_is_not_new() -> None:
     play(scene)
 
 
-def test_what_has_been_heard_is_not_dropped_when_it_waits_to_be_sent_again() -> None:
+def test_what_has_been_received_is_not_dropped_when_it_waits_to_be_sent_again() -> None:
     """New messages displace repeated ones, and only messages never sent count as dropped."""
 
     async def scene(stage: Stage) -> None:

@@ -37,7 +37,7 @@ async def beat(publisher: Publisher[Note], seconds: float, period: float) -> Non
         await asyncio.sleep(period)
 
 
-def test_a_missed_deadline_is_told_to_both_sides() -> None:
+def test_a_missed_deadline_is_reported_to_both_sides() -> None:
     """Each period without a message counts once, at the publisher and at the subscription."""
 
     async def scene(stage: Stage) -> None:
@@ -311,7 +311,7 @@ def test_matches_are_counted_over_reconnects() -> None:
     play(scene)
 
 
-def test_lost_messages_are_told() -> None:
+def test_lost_messages_are_reported() -> None:
     """Drops at a busy reader and in the broker raise events that add up to the counters."""
 
     async def scene(stage: Stage) -> None:
@@ -347,7 +347,7 @@ def test_lost_messages_are_told() -> None:
     play(scene)
 
 
-def test_misfits_are_told_with_the_policy() -> None:
+def test_misfits_are_reported_with_the_policy() -> None:
     """Both sides learn the incompatible policy or type; compatible messages are still delivered."""
 
     async def scene(stage: Stage) -> None:

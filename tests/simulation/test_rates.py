@@ -13,7 +13,7 @@ from tests.simulation.records import Note
 from tests.simulation.stage import Stage, play
 
 
-def test_a_timer_of_one_hertz_is_heard_at_one_hertz() -> None:
+def test_a_timer_of_one_hertz_is_received_at_one_hertz() -> None:
     """The rate is within one percent from the second message on."""
 
     async def scene(stage: Stage) -> None:

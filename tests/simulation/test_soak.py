@@ -47,7 +47,7 @@ def test_histories_that_hang_or_kill_their_process_are_violations() -> None:
     assert any("ended with 3" in line for line in lines)
 
 
-def test_a_broken_promise_is_told_with_the_command_that_shows_it() -> None:
+def test_a_broken_promise_is_reported_with_the_command_that_shows_it() -> None:
     """The report of a violation has the command that reproduces it."""
     tally = Soak(Plan(seeds=1, processes=1), live_with_a_breakage, ignore).run()
     again = "python -m pytest tests/simulation/test_histories.py -k calm --first-seed 0 --seeds 1"

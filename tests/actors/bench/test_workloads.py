@@ -28,7 +28,7 @@ def test_callboard_plays_every_role() -> None:
 
 
 @pytest.mark.parametrize("role", ROLES)
-def test_every_role_is_where_it_is_said_to_be(role: str) -> None:
+def test_every_role_is_where_it_is_listed(role: str) -> None:
     """Under its own name."""
     assert callable(getattr(import_module(f"actors.bench.roles.{ROLES[role]}"), role))
 

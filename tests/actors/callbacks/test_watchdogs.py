@@ -53,7 +53,7 @@ def test_once_is_once_until_it_is_fed() -> None:
     played(scene)
 
 
-def test_after_a_stall_it_looks_twice() -> None:
+def test_after_a_stall_it_checks_twice() -> None:
     """What had come while the loop was busy counts; what really did not come, period by period."""
 
     async def scene(loop: SimulatedLoop) -> None:

@@ -99,7 +99,7 @@ def test_a_bad_url_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
     assert "'nonsense'" in capsys.readouterr().err
 
 
-async def test_the_node_is_hidden_and_not_in_its_own_picture(desk: Desk) -> None:
+async def test_the_node_is_hidden_and_not_in_its_own_snapshot(desk: Desk) -> None:
     """Two commands in one process do not get in each other's way."""
     options = argparse.Namespace(url=desk.url, domain=None, context=None, own_process=False)
     async with hidden_node(options) as one, hidden_node(options) as two:

@@ -58,7 +58,7 @@ def test_colour_is_by_column_and_by_cell() -> None:
     ]
 
 
-def test_painted_text_is_harmless() -> None:
+def test_painted_text_is_sanitized() -> None:
     """The only escape sequences are ours."""
     assert painted("\x1b[0m", "bad", color=True) == "\x1b[31m\\x1b[0m\x1b[0m"
     assert painted("x", "bad", color=False) == "x"
@@ -101,7 +101,7 @@ def test_the_widest_texts_give_way_to_a_narrow_terminal() -> None:
     assert table_lines([("a" * 20, "b" * 20)], max_width=3) == ["aaaaaaa…  bbbbbbb…"]
 
 
-def test_say_table_fits_a_terminal(
+def test_print_table_fits_a_terminal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """And cuts nothing short in a pipe."""
@@ -114,7 +114,7 @@ def test_say_table_fits_a_terminal(
     assert capsys.readouterr().out == f"{'x' * 50}\n"
 
 
-def test_say_table_prints_plain_text_into_a_pipe(capsys: pytest.CaptureFixture[str]) -> None:
+def test_print_table_prints_plain_text_into_a_pipe(capsys: pytest.CaptureFixture[str]) -> None:
     """And nothing at all without rows."""
     print_table([], header=("A", "B"))
     print_table([("x", 1)], header=("A", "B"), style=("name", "count"))

@@ -120,7 +120,7 @@ def test_errors_do_not_repeat_their_input(text: str) -> None:
 
 
 @pytest.mark.parametrize("opening", ["[", "- ", "{a: "])
-def test_endless_nesting_is_told(opening: str) -> None:
+def test_endless_nesting_is_reported(opening: str) -> None:
     """It does not crash what reads it."""
     with pytest.raises(CommandError, match="nested too deeply"):
         message_from_text(String, opening * 100_000)

@@ -91,7 +91,7 @@ async def test_a_wait_in_a_callback_frees_the_mailbox(meeting: Meeting) -> None:
     assert facts == [1, 2]
 
 
-async def test_a_refused_entity_is_told_of(node: actors.Node, caplog: pytest.LogCaptureFixture) -> None:
+async def test_a_refused_entity_is_reported(node: actors.Node, caplog: pytest.LogCaptureFixture) -> None:
     """What the broker refuses or remarks reaches the log; a client's calls fail."""
     publisher = node.create_publisher(Int64, "numbers")
     endpoint_of(publisher).refused(2, "too many")

@@ -19,7 +19,7 @@ SECOND = Duration(seconds=1)
 
 
 class Counter:
-    """Stands for the event: counts what it is told."""
+    """Stands for the event: counts what is reported to it."""
 
     def __init__(self) -> None:
         self.total = 0

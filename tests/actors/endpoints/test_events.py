@@ -37,7 +37,7 @@ def warnings_of(caplog: pytest.LogCaptureFixture, text: str) -> list[str]:
 
 
 async def test_an_async_callback_takes_its_turn(meeting: Meeting) -> None:
-    """It runs in the mailbox, alone; what befalls meanwhile is told at once when it has ended."""
+    """It runs in the mailbox, alone; what befalls meanwhile is reported at once when it has ended."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     told: list[tuple[int, ...]] = []
     received: list[int] = []
@@ -148,7 +148,7 @@ async def test_a_misfit_is_logged_once_by_those_who_do_not_handle_it(
 
 
 @pytest.mark.parametrize("kind", ["publisher", "subscription"])
-async def test_nothing_is_told_of_what_has_been_destroyed(meeting: Meeting, kind: str) -> None:
+async def test_nothing_is_reported_of_what_has_been_destroyed(meeting: Meeting, kind: str) -> None:
     """An event that waits for the mailbox when its entity is destroyed is not told any more."""
     both = await meeting.node("both")
     told: list[Any] = []
@@ -186,7 +186,7 @@ async def test_nothing_is_told_of_what_has_been_destroyed(meeting: Meeting, kind
     assert told == [(1, 1, 0, 0)]
 
 
-async def test_what_does_not_change_is_not_told(meeting: Meeting) -> None:
+async def test_what_does_not_change_is_not_reported(meeting: Meeting) -> None:
     """No change, no call; of many changes in one turn of the loop one call with their sum."""
     both = await meeting.node("both")
     told: list[Any] = []
@@ -208,7 +208,7 @@ async def test_what_does_not_change_is_not_told(meeting: Meeting) -> None:
     assert lost.calls == 1
 
 
-async def test_a_policy_that_is_not_known_yet_is_told_as_invalid(meeting: Meeting) -> None:
+async def test_a_policy_that_is_not_known_yet_is_reported_as_invalid(meeting: Meeting) -> None:
     """A later broker may know more policies than this node; the warning says what it says."""
     both = await meeting.node("both")
     told: list[actors.IncompatibleQoSInfo] = []

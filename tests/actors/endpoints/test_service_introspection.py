@@ -147,7 +147,7 @@ async def test_each_end_tells_for_itself(watch: Watch) -> None:
 
 @pytest.mark.parametrize("how", ["raises", "returns nonsense", "cannot read"])
 async def test_a_call_without_a_response_has_no_event_of_one(watch: Watch, how: str) -> None:
-    """The request is told, at the server if its handler saw it; the next call has all four events."""
+    """The request is reported, at the server if its handler saw it; the next call has all four events."""
     bad = True
 
     def handle(request: AddTwoInts.Request) -> Any:
@@ -171,7 +171,7 @@ async def test_a_call_without_a_response_has_no_event_of_one(watch: Watch, how: 
     assert sorted(EventKind(event.info.event_type).name for event in first) == sorted(FOUR[:failed])
 
 
-async def test_a_call_that_never_leaves_is_not_told(meeting: Meeting) -> None:
+async def test_a_call_that_never_leaves_is_not_reported(meeting: Meeting) -> None:
     """Without a broker, and with a wrong request, there is no call to tell of."""
     caller = await meeting.node("caller")
     client = caller.create_client(AddTwoInts, "add")

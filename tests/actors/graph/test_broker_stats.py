@@ -76,7 +76,7 @@ async def test_a_server_that_hangs_can_be_found(meeting: Meeting) -> None:
     assert (link_of(report, "/asker").pending_calls, link_of(report, "/server").owed_calls) == (0, 0)
 
 
-async def test_another_domain_is_counted_and_not_told_of(meeting: Meeting) -> None:
+async def test_another_domain_is_counted_and_not_reported(meeting: Meeting) -> None:
     """Topics and links are the own domain's; totals are the broker's."""
     here, there = await meeting.node("here"), await meeting.node("there", domain=7)
     here.create_publisher(String, "mine")

@@ -72,21 +72,21 @@ def test_constants_have_their_types() -> None:
         complex,
     ],
 )
-def test_a_field_without_ros_type_is_told(annotation: Any) -> None:
+def test_a_field_without_ros_type_is_reported(annotation: Any) -> None:
     """The error names the field, the class and a remedy, when the class is first used."""
     bad = make("Bad", (Message,), {"__annotations__": {"x": annotation}, "__module__": __name__})
     with pytest.raises(TypeError, match=r"Field 'x' of message class Bad "):
         codec_for(bad)
 
 
-def test_an_unknown_name_in_an_annotation_is_told() -> None:
+def test_an_unknown_name_in_an_annotation_is_reported() -> None:
     """A type that cannot be found is an error with a remedy, not a NameError."""
     bad = make("Bad", (Message,), {"__annotations__": {"x": "Nowhere"}, "__module__": __name__})
     with pytest.raises(TypeError, match="top level"):
         codec_for(bad)
 
 
-def test_options_that_change_the_wire_are_told() -> None:
+def test_options_that_change_the_wire_are_reported() -> None:
     """Messages are maps of field names; array_like, tag and rename would break that."""
 
     class Renamed(Message, rename="camel"):

@@ -172,7 +172,7 @@ def test_generation_beside_the_sources_keeps_the_authors_init(package: Path) -> 
         ({}, "No interfaces"),
     ],
 )
-def test_broken_packages_are_told(tmp_path: Path, files: dict[str, str], reason: str) -> None:
+def test_broken_packages_are_reported(tmp_path: Path, files: dict[str, str], reason: str) -> None:
     """Circles are named; nothing is written."""
     folder = tmp_path / "a_msgs"
     folder.mkdir()
@@ -184,7 +184,7 @@ def test_broken_packages_are_told(tmp_path: Path, files: dict[str, str], reason:
     assert not list(folder.rglob("*.py"))
 
 
-def test_a_bad_folder_name_is_told(tmp_path: Path) -> None:
+def test_a_bad_folder_name_is_reported(tmp_path: Path) -> None:
     """The folder's name is the package's."""
     with pytest.raises(InterfaceSyntaxError, match="not a package name"):
         generate(tmp_path / "Bad-Name")

@@ -130,7 +130,7 @@ def test_messages_copy_and_pickle() -> None:
 
 @pytest.mark.parametrize("function", [type_name, type_hash, definition])
 @pytest.mark.parametrize("wrong", [5, "std_msgs/msg/String", int, Message, Service, Action, None])
-def test_wrong_arguments_are_told(function: object, wrong: object) -> None:
+def test_wrong_arguments_are_reported(function: object, wrong: object) -> None:
     """What is no interface class raises a TypeError that says what to pass."""
     with pytest.raises(TypeError, match="Expected a message, service or action class"):
         function(wrong)  # type: ignore[operator]

@@ -264,7 +264,7 @@ def test_leaving_waits_for_an_attempt_in_progress() -> None:
 
 
 def test_leaving_waits_no_longer_than_its_time(caplog: pytest.LogCaptureFixture) -> None:
-    """A broker that never answers gets `stop_timeout_sec`; then the loss is said."""
+    """A broker that never answers gets `stop_timeout_sec`; then the loss is reported."""
 
     async def scene(stage: Stage) -> None:
         async for _ in mute(stage):

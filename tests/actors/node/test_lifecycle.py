@@ -280,7 +280,7 @@ def test_a_timeout_around_a_node_that_stops_is_a_timeout() -> None:
 
 
 @pytest.mark.parametrize("inside", [False, True])
-def test_destroy_node_cancels_at_once_and_callers_hear_of_it(*, inside: bool) -> None:
+def test_destroy_node_cancels_at_once_and_callers_learn_of_it(*, inside: bool) -> None:
     """I02, I10, E12: handlers are cancelled, `run` returns, and nobody waits for a dead node's answer."""
 
     async def scene(stage: Stage) -> None:
@@ -428,7 +428,7 @@ def test_a_node_destroyed_inside_its_block_leaves_after_what_it_has_published() 
 
 
 def test_a_destroyed_node_whose_queue_is_stuck_leaves_in_time(caplog: pytest.LogCaptureFixture) -> None:
-    """A reader that takes nothing does not keep a destroyed node in the graph; what is lost is said once."""
+    """A reader that takes nothing does not keep a destroyed node in the graph; the loss is reported once."""
 
     async def scene(stage: Stage) -> None:
         reader = await stage.enter("reader")

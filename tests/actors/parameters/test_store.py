@@ -276,7 +276,7 @@ def test_by_prefix(store: ParameterStore) -> None:
 
 
 def test_list(store: ParameterStore) -> None:
-    """L15: depth 0 lists all, depth n that many levels; each prefix is told once."""
+    """L15: depth 0 lists all, depth n that many levels; each prefix is reported once."""
     store.declare_many("", [("a", 1), ("foo.a", 1), ("foo.b", 1), ("foo.bar.c", 1), ("foofoo", 1)])
     listed = store.list_names()
     assert listed.names == [*ALWAYS, "a", "foo.a", "foo.b", "foo.bar.c", "foofoo"]

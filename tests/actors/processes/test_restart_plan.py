@@ -68,7 +68,7 @@ def test_stopping_goes_backwards_one_at_a_time(strategy: Strategy) -> None:
 
 
 def test_a_forced_stop_stops_all_that_are_left() -> None:
-    """Whoever has not been told yet is told at once."""
+    """Those that are not being stopped yet are stopped at once."""
     plan = plan_of(Strategy.ONE_FOR_ONE)
     bring_up(plan)
     assert plan.stop(1) == [Stop(2)]

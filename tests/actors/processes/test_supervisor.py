@@ -26,7 +26,7 @@ RESTARTING, GIVEN_UP = ChildEventKind.RESTARTING, ChildEventKind.GIVEN_UP
 
 
 class Diary:
-    """Children that write down when they begin and end, and do as they are told."""
+    """Children that write down when they begin and end, and follow instructions."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []

@@ -56,7 +56,7 @@ def test_durability_pairs() -> None:
         assert qos_check_compatible(pub, sub)[0] is QoSCompatibility.OK
 
 
-def test_both_errors_are_told_and_hide_warnings() -> None:
+def test_both_errors_are_reported_and_hide_warnings() -> None:
     """G08, G09, G12: several errors are listed, DURABILITY last; a warning shows only without an error."""
     weak = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
     strong = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -198,7 +198,7 @@ def test_what_is_no_program_is_refused() -> None:
         actors.run(lambda: 5, args=[])  # type: ignore[arg-type]
 
 
-async def test_a_loop_that_runs_already_is_said_and_what_to_do() -> None:
+async def test_a_loop_that_runs_already_is_reported_and_what_to_do() -> None:
     """In a coroutine or a notebook; the process is left as it was."""
     with pytest.raises(RuntimeError, match=r"`async with node:` or `await node\.run\(\)`"):
         actors.run(actors.Node)  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]

@@ -15,7 +15,7 @@ GID = bytes(16)
 
 
 class Ear:
-    """A reader that writes down what it is told."""
+    """A reader that records the calls it gets."""
 
     def __init__(self, name: str, diary: list[str]) -> None:
         self.name = name
@@ -144,7 +144,7 @@ def test_a_session_ends_all_attachments() -> None:
 
 
 def test_a_silent_publisher_is_forgotten_when_it_is_back_or_gone() -> None:
-    """A suspension is told apart from an end, and its own end is told, however it ends."""
+    """A suspension is distinguished from an end, and its own end is reported, however it ends."""
     attachments, _, diary = attachments_of(1)
     attachments.attached(Attached(7, (1,), GID, 0, "/n", {}))
     attachments.attached(Attached(8, (1,), GID, 0, "/n", {}))

@@ -55,7 +55,7 @@ def test_a_link_that_something_depends_on_gives_a_sign_every_second() -> None:
     assert 20 <= session.pings <= 30
 
 
-def test_a_slow_reader_gives_signs_although_it_hears_much() -> None:
+def test_a_slow_reader_gives_signs_although_it_receives_much() -> None:
     """Bytes that come all the time do not keep it from sending its own."""
     session = Session()
     for _ in range(20):

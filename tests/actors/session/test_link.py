@@ -142,10 +142,10 @@ async def test_everything_is_declared_again(meeting: Meeting) -> None:
     assert await node.get_node_names() == ["n"]
 
 
-async def test_waiting_is_said_once_with_the_remedy(
+async def test_waiting_is_reported_once_with_the_remedy(
     meeting: Meeting, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """A missing broker is told of once, with the command that starts one, and so is its return."""
+    """A missing broker is reported once, with the command that starts one, and so is its return."""
     await meeting.node("n")
     caplog.clear()
     caplog.set_level("INFO", "callboard")

@@ -146,7 +146,7 @@ async def test_waiting_for_a_process_that_has_died_ends_at_once() -> None:
         await pid_of(running, "sleeper")
 
 
-async def test_a_node_in_this_process_is_heard(capsys: pytest.CaptureFixture[str]) -> None:
+async def test_the_output_of_a_node_in_this_process_is_captured(capsys: pytest.CaptureFixture[str]) -> None:
     """What it logs and prints is its output, once; what the test prints is not. It ends with 0."""
 
     class Talker(actors.Node):

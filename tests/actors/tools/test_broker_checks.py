@@ -49,7 +49,7 @@ def snapshot(*entries: tuple[EntryKind, str, str, str, str], **profiles: QoSProf
 
 
 def test_versions_are_compared() -> None:
-    """The same is fine; another, or none, is said."""
+    """The same is fine; another, or none, is reported."""
     same = {"agent": f"callboard-broker/{VERSION}"}
     assert not bad(broker_checks.greeting(same, 0.0, 0.001))
     for agent in ("callboard-broker/9.9", "callboard-broker", ""):
@@ -80,7 +80,7 @@ def test_a_quiet_broker_is_fine() -> None:
     assert not bad(broker_checks.numbers(report(links=(QUICK,), topics=(FINE,))))
 
 
-def test_a_broker_under_strain_is_said() -> None:
+def test_a_broker_under_strain_is_reported() -> None:
     """A late loop, and connections turned away."""
     found = bad(broker_checks.numbers(report(lag_longest_sec=0.25, refused_connections=3)))
     assert found == [
@@ -99,7 +99,7 @@ def test_slow_and_silent_links_are_named() -> None:
     ]
 
 
-def test_losses_are_told_by_topic() -> None:
+def test_losses_are_reported_by_topic() -> None:
     """Each kind of loss that there was."""
     lossy = FINE._replace(dropped=1, lost_on_break=2, latched_dropped=3)
     assert bad(broker_checks.numbers(report(topics=(lossy,)))) == [
@@ -140,7 +140,7 @@ def test_types_that_meet_are_fine() -> None:
     assert not bad(broker_checks.graph(graph))
 
 
-def test_profiles_that_disagree_are_said_once() -> None:
+def test_profiles_that_disagree_are_reported_once() -> None:
     """However many publishers have the same profile."""
     hasty = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
     string = ("/chatter", "std_msgs/msg/String", "a")

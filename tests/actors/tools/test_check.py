@@ -14,7 +14,7 @@ def test_nothing_found_is_ok() -> None:
 
 @pytest.mark.parametrize("last", ["warn", "fail"])
 def test_many_findings_are_counted(last: Status) -> None:
-    """The first are told; the count of the others is as bad as the worst of them."""
+    """The first are reported; the count of the others is as bad as the worst of them."""
     found = [Check("types", "warn", str(number)) for number in range(MAX_LISTED + 2)]
     found.append(Check("types", last, "last"))
     shown = summed_up("types", found, "all agree")

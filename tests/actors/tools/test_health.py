@@ -25,7 +25,7 @@ async def look(
     return {check.name: check for check in await asyncio.to_thread(examine, url, domain, context)}
 
 
-async def test_with_a_broker_everything_is_looked_at() -> None:
+async def test_with_a_broker_everything_is_checked() -> None:
     """What the broker knows is there; nothing is wrong with an empty one."""
     async with Broker(BrokerOptions(port=0)) as broker:
         checks = await look(broker.url)

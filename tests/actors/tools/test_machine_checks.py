@@ -42,14 +42,14 @@ def test_an_old_python_is_wrong() -> None:
     assert "3.10.9" in finding
 
 
-def test_a_missing_uvloop_is_said_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_uvloop_is_reported_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """On Windows there is none to be missed."""
     monkeypatch.setitem(sys.modules, "uvloop", None)
     assert bad([machine_checks.event_loop(platform_name="linux")])[0][0] == "warn"
     assert machine_checks.event_loop(platform_name="win32").status == "ok"
 
 
-def test_a_slow_or_broken_codec_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_or_broken_codec_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the C extension things work, slowly; without msgspec they do not."""
     fallback = type("Packer", (), {"__module__": "msgpack.fallback"})
     monkeypatch.setattr(msgpack, "Packer", fallback)
@@ -100,7 +100,7 @@ def test_a_clone_of_callboard_does_not_hide_callboard(tmp_path: Path) -> None:
     assert not machine_checks.shadows(tmp_path)
 
 
-def test_few_open_files_are_said() -> None:
+def test_few_open_files_are_reported() -> None:
     """The hard limit is what counts for a broker."""
     assert machine_checks.judged_files(256, 524_288).status == "ok"
     assert machine_checks.judged_files(1024, -1) == Check(
@@ -127,8 +127,8 @@ def test_wrong_variables_are_found(environ: dict[str, str], status: str, finding
     assert "CALLBOARD_URL?" in machine_checks.variables({"CALLBOARD_URI": "x"})[0].remedy
 
 
-def test_the_file_of_contexts_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
-    """None is fine; a broken one, a choice that is gone, and one that others can read are said."""
+def test_the_file_of_contexts_is_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """None is fine; a broken one, a choice that is gone, and one that others can read are reported."""
     assert machine_checks.contexts()[0].finding == "none is named"
     contexts = Contexts()
     contexts.add("robot", Context(url="callboard://robot"))

@@ -10,7 +10,7 @@ from actors.tools.nesting import deeper_than
 
 @pytest.mark.parametrize("text", ["[[[]]]", "{a: {b: {c: 1}}}", "- [{}]", "[a, [[]], b]"])
 def test_levels_are_counted(text: str) -> None:
-    """Lists and maps alike; the first that is too deep is told, and where it is."""
+    """Lists and maps alike; the first that is too deep is reported, and where it is."""
     assert deeper_than(3, yaml.parse(text)) is None
     found = deeper_than(2, yaml.parse(text))
     assert text[found.start_mark.index] in "[{c"

@@ -51,7 +51,7 @@ def names(seen: Overview) -> list[list[str]]:
     return [[row.name for row in rows] for rows in (seen.topics, seen.nodes, seen.services)]
 
 
-def test_one_look_has_no_rates() -> None:
+def test_one_sample_has_no_rates() -> None:
     """But it has everything else."""
     seen = Samples().add(at_second(4))
     assert (seen.seconds, seen.totals.routed_per_sec, seen.topics[0].messages_per_sec) == (0.0, None, None)
@@ -59,7 +59,7 @@ def test_one_look_has_no_rates() -> None:
     assert (seen.topics[0].queued, seen.topics[0].dropped, seen.totals.longest_lag_sec) == (3, 8, 0.25)
 
 
-def test_two_looks_give_rates() -> None:
+def test_two_samples_give_rates() -> None:
     """Per second of the broker's clock, however long the time between the samples."""
     samples = Samples()
     samples.add(at_second(1))
@@ -81,7 +81,7 @@ def test_two_looks_give_rates() -> None:
     assert (listener.endpoints, talker.endpoints, talker.state) == (2, 1, "linked")
 
 
-def test_rates_are_those_of_the_last_few_looks() -> None:
+def test_rates_are_those_of_the_last_few_samples() -> None:
     """What was before the window is forgotten."""
     samples = Samples(window=2)
     for second in (0, 50, 51):

@@ -158,7 +158,7 @@ async def test_verbs_follow_a_context(desk: Desk, capsys: pytest.CaptureFixture[
         assert capsys.readouterr().err.startswith(missing)
 
 
-def test_children_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_children_get_the_options_of_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a program that `run` starts hears is what was said to `run`, and nothing else."""
     main(["context", "add", "robot", "--url", "callboard://robot", "--domain", "3"])
 

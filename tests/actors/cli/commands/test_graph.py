@@ -34,7 +34,7 @@ async def talk(desk: Desk) -> AsyncIterator[Desk]:
         yield desk
 
 
-async def test_a_picture(talk: Desk) -> None:
+async def test_a_drawing(talk: Desk) -> None:
     """Plain, and as wide as it has to be, when it is piped."""
     code, out, err = await talk.callboard("graph")
     assert (code, err) == (0, "")
@@ -121,7 +121,7 @@ async def test_the_file_says_which_format(talk: Desk, tmp_path: Path, name: str,
 
 
 async def test_the_option_is_stronger_than_the_file_name(talk: Desk, tmp_path: Path) -> None:
-    """It has been said expressly."""
+    """It is given explicitly."""
     file = tmp_path / "g.svg"
     assert (await talk.callboard("graph", "--format", "dot", "-o", str(file))).code == 0
     assert file.read_text(encoding="utf-8").startswith("digraph")
@@ -164,7 +164,7 @@ async def test_an_invalid_namespace(talk: Desk) -> None:
 
 
 async def test_an_empty_graph(desk: Desk) -> None:
-    """It is no failure, but it is said, not on stdout."""
+    """It is no failure, but it is reported, not on stdout."""
     note = "There is nothing to draw: no nodes are running.\n"
     assert await desk.callboard("graph") == (0, "", note)
     assert (await desk.callboard("graph", "--json")).json["nodes"] == []

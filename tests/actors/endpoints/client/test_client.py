@@ -311,7 +311,7 @@ async def test_each_status_is_an_error_that_says_so(
     assert str(caught.value) == text
 
 
-async def test_too_many_calls_of_a_link_are_said_to_be_that(meeting: Meeting) -> None:
+async def test_too_many_calls_of_a_link_are_reported_as_that(meeting: Meeting) -> None:
     """Beyond the broker's limit a call is ServiceOverloaded, a ServiceUnavailable; an end makes room."""
     await meeting.restart_broker(max_pending_calls=10)
     sloth = Sloth()

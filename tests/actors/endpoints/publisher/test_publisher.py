@@ -344,7 +344,7 @@ async def test_a_publisher_that_is_refused_by_one_broker_may_publish_at_the_next
 async def test_a_publisher_destroyed_before_the_broker_knew_it_sends_on_the_next_link(
     meeting: Meeting, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """The link breaks before it is accepted: its messages go later, and nothing else is said."""
+    """The link breaks before it is accepted: its messages go later, and nothing else is reported."""
     reader, received = await meeting.node("reader"), []
     reader.create_subscription(String, "chatter", lambda msg: received.append(msg.data))
     node = await meeting.node("n")

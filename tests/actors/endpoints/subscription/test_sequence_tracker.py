@@ -159,7 +159,7 @@ def test_a_new_broker_takes_back_what_a_break_has_cost() -> None:
 
 
 def test_a_volatile_subscription_is_not_made_good() -> None:
-    """Nothing can bring it what it has missed, so that is told at once when the publisher goes again."""
+    """Nothing can bring it what it has missed, so that is reported at once when the publisher goes again."""
     tracker, event = tracker_and_event(latched=False)
     first, second = attachment(0), attachment(10)
     tracker.attached(first)

@@ -61,7 +61,7 @@ def end_session(subscription: actors.Subscription[Int64]) -> None:
 
 
 async def heard_of(subscription: actors.Subscription[Int64], numbers: Iterable[int]) -> list[int]:
-    """Return what is heard next, as many messages as there are numbers."""
+    """Return what is received next, as many messages as there are numbers."""
     messages = aiter(subscription)
     return [(await anext(messages)).data for _ in numbers]
 
@@ -285,7 +285,7 @@ async def test_an_iterator_ends_with_its_node(meeting: Meeting) -> None:
 
 
 async def heard_of_all(subscription: actors.Subscription[Int64]) -> list[int]:
-    """Return everything that is heard until the subscription ends."""
+    """Return everything that is received until the subscription ends."""
     return [msg.data async for msg in subscription]
 
 

@@ -159,7 +159,7 @@ async def settled() -> None:
 
 
 async def flushed(reader: Reader) -> None:
-    """Let the reader take what waits, so that the events that wait behind its callbacks are told."""
+    """Let the reader take what waits, so that the events that wait behind its callbacks are reported."""
     for _ in range(reader.subscription.queued + 1):
         reader.leave.release()
     await settled()

@@ -11,7 +11,7 @@ from actors.launch.errors import LaunchError
 ONE, TWO = LogInfo(msg="1"), LogInfo(msg="2")
 
 
-def test_actions_are_kept_for_another_look() -> None:
+def test_actions_are_kept_for_reuse() -> None:
     """Also those that come one after the other, and those that are added later."""
     description = LaunchDescription(iter([ONE]))
     description.add_action(TWO)

@@ -168,7 +168,7 @@ def test_what_is_no_such_expression_is_an_error(expression: str, reason: str) ->
     ],
 )
 def test_little_cannot_become_much(expression: str) -> None:
-    """Sizes are looked at before the work is done."""
+    """Sizes are checked before the work is done."""
     with pytest.raises(LaunchError) as caught:
         evaluate(expression)
     assert len(str(caught.value)) < 400

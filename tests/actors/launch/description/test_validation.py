@@ -110,7 +110,9 @@ def test_each_argument_of_each_part_is_checked() -> None:
         (PathJoinSubstitution, {"substitutions": 3}, "substitutions must be a list of texts"),
     ],
 )
-def test_what_is_wrong_is_said_with_what_is_wanted(part: type, wrong: dict[str, Any], wanted: str) -> None:
+def test_what_is_wrong_is_reported_with_what_is_wanted(
+    part: type, wrong: dict[str, Any], wanted: str
+) -> None:
     """A text where a list belongs among it, which would be taken letter by letter."""
     if part is IncludeLaunchDescription:
         wrong = {"launch_description_source": "a", **wrong}

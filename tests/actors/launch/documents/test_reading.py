@@ -351,7 +351,7 @@ ERROR_CASES: list[tuple[str, str]] = [
 
 
 @pytest.mark.parametrize(("text", "error"), ERROR_CASES, ids=[text for text, _ in ERROR_CASES])
-def test_what_is_wrong_is_said_with_its_place(text: str, error: str) -> None:
+def test_what_is_wrong_is_reported_with_its_place(text: str, error: str) -> None:
     """The file, the line, the element and what is wrong there."""
     with pytest.raises(LaunchFileError) as caught:
         element(text)
@@ -395,7 +395,7 @@ def test_what_is_wrong_is_said_with_its_place(text: str, error: str) -> None:
         ("a.toml", "launch = ", "/files/a.toml: it is not TOML: Invalid value"),
     ],
 )
-def test_what_is_wrong_with_a_file_is_said(name: str, text: str, error: str) -> None:
+def test_what_is_wrong_with_a_file_is_reported(name: str, text: str, error: str) -> None:
     """With its line, where the language's reader knows it."""
     with pytest.raises(LaunchFileError) as caught:
         described(text, name)

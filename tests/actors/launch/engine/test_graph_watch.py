@@ -35,7 +35,7 @@ def names(there: set[Presence]) -> set[str]:
 
 @asynccontextmanager
 async def watched(stage: Stage) -> AsyncIterator[list[set[str]]]:
-    """Watch the graph from a host "launch"; give what has been said so far."""
+    """Watch the graph from a host "launch"; give what was reported so far."""
     said: list[set[str]] = []
     with on_host("launch"):
         watching = graph_watch(find_broker_target(), lambda now: said.append(names(now)))
@@ -97,8 +97,8 @@ def test_a_frozen_node_is_not_there_until_it_is_back() -> None:
     play(scene)
 
 
-def test_without_a_broker_the_last_picture_stands() -> None:
-    """While the broker is away nothing is said; what the next one has then holds."""
+def test_without_a_broker_the_last_snapshot_is_kept() -> None:
+    """While the broker is away nothing is reported; what the next one has then holds."""
 
     async def scene(stage: Stage) -> None:
         await stage.enter("talker")
@@ -203,7 +203,7 @@ def entry(key: int, kind: EntryKind, node: str, name: str = "") -> GraphEntry:
     return GraphEntry(key, kind, node, name, "", "", {})
 
 
-def test_the_same_as_from_the_whole_picture() -> None:
+def test_the_same_as_from_a_whole_snapshot() -> None:
     """Following changes comes to what a look at everything gives, also when numbers get another meaning."""
     known = Presences(own_node="/me")
     entries = (

@@ -140,7 +140,7 @@ class Play:
 
     @property
     def said(self) -> list[str]:
-        """What has been said."""
+        """What was reported."""
         return [f"{each.level.value} {each.about}: {each.text}" for each in self.told(Message)]
 
 
@@ -167,7 +167,7 @@ def test_nothing_to_do_is_over_at_once() -> None:
     assert not Play(keep=True).machine.finished
 
 
-def test_what_happens_is_told() -> None:
+def test_what_happens_is_reported() -> None:
     """With the process it is about; its number is known from its start to its end."""
     play = Play(start())
     play.up()
@@ -285,7 +285,7 @@ def test_what_is_there_already_is_not_waited_for() -> None:
 
 
 def test_a_wait_has_an_end() -> None:
-    """It is said again and again, and then the process counts as dead: a required one ends the launch."""
+    """It is reported again and again, and then the process counts as dead: a required one ends the launch."""
     play = Play(start(depends_on=(ADD,), depends_timeout_sec=5 * REMINDER_SEC, required=True))
     play.waits(9 * REMINDER_SEC)
     assert [each.so_far_sec for each in play.told(ProcessWaits)] == [0.0, 10.0, 20.0, 40.0]
@@ -432,7 +432,7 @@ def test_what_appears_is_reacted_to() -> None:
 
 
 def test_a_function_that_fails_ends_the_launch() -> None:
-    """What it raises is told, and the launch has failed."""
+    """What it raises is reported, and the launch has failed."""
 
     def fail() -> list[Step]:
         raise LaunchError("f(): ValueError: no")
@@ -446,7 +446,7 @@ def test_a_function_that_fails_ends_the_launch() -> None:
 
 
 def test_a_handler_that_has_failed_is_not_called_again() -> None:
-    """Its mistake is told once, though what it is for goes on happening while the launch ends."""
+    """Its mistake is reported once, though what it is for goes on happening while the launch ends."""
 
     def fail(event: Event) -> list[Step]:
         raise LaunchError("no")
@@ -471,7 +471,7 @@ def function(text: str, *steps: Step, kind: type[Event] = ProcessExited) -> Reac
 
 
 def test_reactions_wait_for_functions_in_order() -> None:
-    """What happens while a function runs is told at once and reacted to later, as if it took no time."""
+    """What happens while a function runs is reported at once and reacted to later, as if it took no time."""
     play = Play(
         start("a", respawn=True), start("b"), function("first"), whenever(ProcessExited, Say(text="x"))
     )
@@ -501,7 +501,7 @@ def test_a_launch_goes_on_for_a_function_that_runs() -> None:
 
 @pytest.mark.parametrize("forced", [False, True])
 def test_functions_do_not_hold_the_end_up_for_long(*, forced: bool) -> None:
-    """When the launch ends, a function has some seconds; a second Ctrl-C ends the wait. It is said then."""
+    """When the launch ends, a function has some seconds; a second Ctrl-C ends the wait and is reported."""
     play = Play(start("a"), function("late", start("b")), function("never", kind=ShuttingDown))
     play.answers = False
     play.ends("a-1")
@@ -519,7 +519,7 @@ def test_functions_do_not_hold_the_end_up_for_long(*, forced: bool) -> None:
 
 
 def test_what_waits_for_a_slow_function_has_a_limit() -> None:
-    """A process that writes much meanwhile is told of; what is not reacted to is counted."""
+    """A process that writes much meanwhile is reported; what is not reacted to is counted."""
     play = Play(start("a"), start("b"), function("late"), whenever(ProcessIO))
     play.answers = False
     play.ends("a-1")
@@ -573,7 +573,7 @@ def test_processes_have_a_limit() -> None:
     assert not play.machine.failed
 
 
-def test_a_handler_that_comes_too_late_is_said_to_hear_nothing() -> None:
+def test_a_warning_reports_a_handler_that_comes_too_late() -> None:
     """The streams of what runs already cannot be told apart any more; those of what comes are."""
     late = whenever(ProcessIO, split=True)
     play = Play(start("a"), Call(name="f()", steps=lambda: [late, late, start("b")], after_sec=1))
@@ -727,7 +727,7 @@ def test_a_required_process_that_died_may_be_mended(code: int) -> None:
 
 
 def test_the_end_of_a_process_may_have_a_reason() -> None:
-    """Of its own, which is what is said."""
+    """Of its own, which is what is reported."""
     play = Play(start("a", required=True, end_reason="over"))
     play.ends("a-1")
     assert play.told(ShuttingDown) == [ShuttingDown("a-1 has ended: over")]

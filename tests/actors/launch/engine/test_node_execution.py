@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 class Hall:
-    """Where executions run and are heard."""
+    """Where executions run and are recorded."""
 
     def __init__(self) -> None:
         self.events: list[Event] = []
@@ -85,13 +85,13 @@ class Hall:
         ]
 
     def messages(self) -> list[str]:
-        """Return what has been said, and about whom."""
+        """Return what was reported, and about whom."""
         return [f"{each.about}: {each.text}" for each in self.events if isinstance(each, Message)]
 
 
 @pytest.fixture
 def hall() -> Iterator[Hall]:
-    """A place for executions whose log is heard."""
+    """Return a place for executions whose log is captured."""
     made = Hall()
     yield made
     assert process_arguments.get() is None

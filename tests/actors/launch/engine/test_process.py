@@ -91,7 +91,7 @@ class Run:
 
 
 async def test_each_signal_has_a_wait_of_its_own() -> None:
-    """The launch's wait would be too long for this test; what has happened is said as of a process."""
+    """The launch's wait would be too long for this test; what has happened is reported as of a process."""
     guard = Guard()
     run = Run(guard, DEAF, sigterm_timeout_sec=0.05, sigkill_timeout_sec=0.1)
     await run.says(b"deaf")

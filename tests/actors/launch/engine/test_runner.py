@@ -243,7 +243,7 @@ async def test_what_a_process_writes_moves_no_timer() -> None:
 
 
 async def test_one_that_was_given_up_has_no_say_any_more() -> None:
-    """Its last words may come after its end, and it may end again; nobody is told."""
+    """Its last words may come after its end, and it may end again; nothing of it is reported."""
     told: list[Event] = []
     running = asyncio.create_task(of(told.append).run(processes("ab")))
     await asyncio.sleep(0)

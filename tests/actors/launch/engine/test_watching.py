@@ -36,7 +36,7 @@ class Witness:
         )
 
     async def sees(self, *texts: str) -> None:
-        """Wait until all of this has been said, and forget all that has."""
+        """Wait until all of this was reported, and forget all that has."""
         while not set(texts) <= set(self.said):
             self._more.clear()
             await self._more.wait()
@@ -107,7 +107,7 @@ async def test_processes_that_come_later_are_watched(tmp_path: Path) -> None:
 
 
 async def test_a_launch_file_cannot_be_carried_out_again(tmp_path: Path) -> None:
-    """That is said; those in whose folder it is are left alone."""
+    """That is reported; those in whose folder it is are left alone."""
     file = tmp_path / "robot.launch.py"
     witness = Witness(process("one-1", tmp_path), launch_files=(file,))
     async with witness.watch.running():

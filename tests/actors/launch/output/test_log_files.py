@@ -101,7 +101,7 @@ def test_labels_are_made_safe_for_files(tmp_path: Path) -> None:
     assert sorted(files) == ["_._.._etc_x-1.log", "_hidden-2.log", "n" * 48 + "-3.log"]
 
 
-def test_files_that_cannot_be_made_are_told_of_once(tmp_path: Path) -> None:
+def test_files_that_cannot_be_made_are_reported_once(tmp_path: Path) -> None:
     """The launch goes on; what is missing is counted."""
     (tmp_path / "file").touch()
     told: list[Event] = []
@@ -117,7 +117,7 @@ def test_files_that_cannot_be_made_are_told_of_once(tmp_path: Path) -> None:
     ]
 
 
-def test_a_full_disk_is_told_of_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_reported_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What cannot be written is counted; when there is room again, files go on."""
     write = LogFolder.write
     full = {b"2", b"3"}
@@ -154,7 +154,7 @@ def test_lines_that_come_too_fast_are_counted(tmp_path: Path, monkeypatch: pytes
 
 
 def test_closing_does_not_wait_for_a_disk_that_hangs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beyond the time that it is given; that is said."""
+    """Beyond the time that it is given; that is reported."""
     free = threading.Event()
     monkeypatch.setattr(LogFolder, "write", lambda *_: free.wait(DEADLINE_SEC))
     told: list[Event] = []

@@ -22,7 +22,7 @@ def test_pieces_are_taken_in_batches() -> None:
     assert waiting.take() == waiting.take() == Batch(last=True)
 
 
-def test_what_is_too_much_is_told_of_when_there_is_room(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_too_much_is_reported_when_there_is_room(monkeypatch: pytest.MonkeyPatch) -> None:
     """Once, behind what waits."""
     monkeypatch.setattr(outgoing, "MAX_WAITING_BYTES", 10)
     waiting: Outgoing[str] = Outgoing()

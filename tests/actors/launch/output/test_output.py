@@ -27,7 +27,7 @@ def test_what_is_written_comes_in_order() -> None:
     assert output.lost_lines == 0
 
 
-def test_what_nobody_takes_is_counted_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_nobody_takes_is_counted_and_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """More than may wait is dropped; the reader learns how much, once it reads again."""
     monkeypatch.setattr(outgoing, "MAX_WAITING_BYTES", 1000)
     reading, writing = os.pipe()
@@ -63,7 +63,7 @@ def test_closing_does_not_wait_for_a_reader_that_does_not_read() -> None:
     os.close(writing)
 
 
-def test_a_reader_that_is_gone_is_told_of() -> None:
+def test_a_reader_that_is_gone_is_reported() -> None:
     """Once; what comes after is counted."""
     reading, writing = os.pipe()
     os.close(reading)
@@ -77,7 +77,7 @@ def test_a_reader_that_is_gone_is_told_of() -> None:
     os.close(writing)
 
 
-def test_what_is_said_of_lost_lines_can_be_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_reported_of_lost_lines_can_be_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where programs read, a line for people would be wrong."""
     monkeypatch.setattr(outgoing, "MAX_WAITING_BYTES", 5)
     reading, writing = os.pipe()
@@ -114,7 +114,9 @@ def test_a_line_stays_below_all_others() -> None:
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
-def test_a_full_disk_is_told_once_and_does_not_end_it(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+def test_a_full_disk_is_reported_once_and_does_not_end_it(
+    monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
     """What has no room is counted; when there is room again the next line begins at its beginning."""
     reading, writing = os.pipe()
     told: list[OSError] = []

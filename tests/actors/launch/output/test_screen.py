@@ -31,13 +31,13 @@ def test_lines_have_labels() -> None:
 
 
 @pytest.mark.parametrize("color", [False, True])
-def test_what_a_process_writes_cannot_steer_a_terminal_either(color: bool) -> None:
+def test_what_a_process_writes_is_sanitized_too(color: bool) -> None:
     """It neither clears the screen nor writes over its label; colours pass, and others' lines as they are."""
     lines = shown(wrote(spec("n"), b"\x1b[2Jcleared", b"10 %\r20 %", b"plain", b"\x1b[31mred"), color=color)
     assert lines == "[n] cleared\n[n] 20 %\n[n] plain\n[n] \x1b[31mred\x1b[0m\n"
 
 
-def test_what_the_launch_says_cannot_steer_a_terminal() -> None:
+def test_what_the_launch_says_is_sanitized() -> None:
     """Control characters in a description's texts are escaped."""
     assert shown(Message(Level.INFO, "a\x1b[2J\rb")) == "[INFO] [launch]: a\\x1b[2J\\rb\n"
 

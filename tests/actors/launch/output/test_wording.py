@@ -65,7 +65,7 @@ def test_each_process_has_its_lines(event: Event, level: Level, text: str) -> No
 
 
 def test_the_launch_speaks_for_itself() -> None:
-    """Messages are said as they are, and why it stops."""
+    """Messages are reported as they are, and why it stops."""
     message = Message(Level.WARN, "careful", "b-2")
     assert message_of(message) is message
     assert message_of(ShuttingDown("enough")) == Message(Level.INFO, "stopping: enough")

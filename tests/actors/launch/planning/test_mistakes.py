@@ -96,7 +96,7 @@ def planned(path: Path) -> list[Step]:
         ("Node(script='s.py', parameters=['s.py'])", "{file}: Node 's.py': Parameter file '{folder}/s.py'"),
     ],
 )
-def test_a_mistake_is_said_with_its_file_and_action(tmp_path: Path, line: str, error: str) -> None:
+def test_a_mistake_is_reported_with_its_file_and_action(tmp_path: Path, line: str, error: str) -> None:
     """In one line: the file, what the action is known by, and what is wrong."""
     (tmp_path / "s.py").write_text("no parameters")
     (tmp_path / "s").touch()

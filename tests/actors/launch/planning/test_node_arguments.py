@@ -84,7 +84,7 @@ def test_a_value_of_another_type_is_an_error(value: ParameterValue, error: str) 
         ros_arguments(Node(parameters=[{"p": value}]), scope())
 
 
-def test_all_is_said_in_order() -> None:
+def test_all_is_reported_in_order() -> None:
     """Name, namespace, parameters and files as they stand, remappings, the rest."""
     node = Node(
         name="n",
@@ -109,7 +109,7 @@ def test_what_is_set_for_all_comes_before_what_is_the_nodes_own() -> None:
     assert parse_ros_arguments(said).parameters_for("/n") == {"a": 1, "b": 3}
 
 
-def test_nothing_is_said_when_there_is_nothing_to_say() -> None:
+def test_nothing_is_reported_when_there_is_nothing_to_say() -> None:
     """A plain script gets no --ros-args."""
     assert ros_arguments(Node(), scope()) == []
     assert ros_arguments(Node(), scope(namespace="a")) == ["--ros-args", "-r", "__ns:=/a"]
@@ -124,7 +124,7 @@ def test_nothing_is_said_when_there_is_nothing_to_say() -> None:
     ],
 )
 def test_what_cannot_be_is_found_before_the_start(node: Node, error: type[Exception]) -> None:
-    """Names and values are looked at here."""
+    """Names and values are checked here."""
     with pytest.raises(error):
         ros_arguments(node, scope())
 

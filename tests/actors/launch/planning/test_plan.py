@@ -221,7 +221,7 @@ def test_an_argument_that_somebody_knows_may_be_given(actions: list[Action]) -> 
     ],
 )
 def test_an_argument_that_is_likely_to_be_wrong_is_warned_of(unclear: Action) -> None:
-    """Where a function, or a file that is not included now, may know it; and what was meant is said."""
+    """Where a function, or a file that is not included now, may know it; and what was meant is reported."""
     warned = said(DeclareLaunchArgument("robot", default_value=""), unclear, given={"robto": "1"})
     assert warned == ["No launch argument 'robto' is declared; did you mean 'robot'?"]
 
@@ -258,7 +258,7 @@ def test_respawn_is_bounded_below() -> None:
 
 @pytest.mark.parametrize("event", [False, True])
 def test_shutdown_at_the_end_of_a_process_is_the_end(event: bool) -> None:
-    """Its reason is what is said, and a respawn does not come before it; a condition makes it a handler."""
+    """Its reason is reported, and a respawn does not come before it; a condition makes it a handler."""
     bye = Shutdown(reason="over")
     end = EmitEvent(event=bye) if event else bye
     (spec,) = processes(Node(script="s.py", respawn=True, on_exit=[end]))

@@ -72,7 +72,7 @@ def handled(handler: EventHandler, *before: Action) -> React:
 
 
 def texts(steps: Sequence[Step]) -> list[str]:
-    """Return what is said, and the labels of what is started."""
+    """Return what is reported, and the labels of what is started."""
     return [
         step.text if isinstance(step, Say) else step.process.label
         for step in steps

@@ -44,7 +44,7 @@ def test_a_class_is_found() -> None:
         ),
     ],
 )
-def test_what_is_wrong_is_said(name: str, text: str) -> None:
+def test_what_is_wrong_is_reported(name: str, text: str) -> None:
     """In one line."""
     with pytest.raises(LaunchError, match=re.escape(text)):
         find_factory(name)

@@ -67,7 +67,7 @@ def test_a_circle_is_opened_once() -> None:
     assert len(back) == 1
 
 
-def test_a_source_stands_near_what_it_feeds() -> None:
+def test_a_source_stands_near_its_targets() -> None:
     """Not in the first column, if its topic is needed far on the right only."""
     wires = [(0, 0, Flow.TO_HUB), (1, 0, Flow.FROM_HUB), (1, 1, Flow.TO_HUB), (2, 1, Flow.FROM_HUB)]
     wiring = chain(*wires, (3, 2, Flow.TO_HUB), (2, 2, Flow.FROM_HUB))

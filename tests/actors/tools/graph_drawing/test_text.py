@@ -111,7 +111,7 @@ def test_color_changes_no_character(graph: Callable[[str], GraphSnapshot]) -> No
     assert all(line.rfind("\x1b[0m") == line.rfind("\x1b") for line in colored.splitlines() if line)
 
 
-def test_names_cannot_steer_a_terminal(graph: Callable[[str], GraphSnapshot]) -> None:
+def test_names_are_sanitized(graph: Callable[[str], GraphSnapshot]) -> None:
     """They are escaped, and boxes have room for what they become."""
     text = text_of(model_of(graph("/a\x1b[2J >/\u202ex\n/ü漢")))
     assert "\x1b" not in text

@@ -112,7 +112,7 @@ def test_arguments_of_included_files_are_shown_too(
         (("f.py", "--typo", "need:=1"), "unrecognized arguments: --typo"),
     ],
 )
-def test_only_what_is_wrong_is_said_of_a_command_line(
+def test_only_what_is_wrong_is_reported_of_a_command_line(
     capsys: pytest.CaptureFixture[str], line: tuple[str, ...], error: str
 ) -> None:
     """Neither arguments that need not be there, nor those behind an option that nobody knows."""

@@ -66,7 +66,7 @@ def test_executables_are_listed_with_their_package(robot: Site, capsys: pytest.C
 
 
 def test_full_paths_of_executables(robot: Site, capsys: pytest.CaptureFixture[str]) -> None:
-    """What has no file is said on stderr, with what runs it."""
+    """What has no file is reported on stderr, with what runs it."""
     assert main(["pkg", "executables", "--full-path", "my_robot"]) == 0
     printed = capsys.readouterr()
     assert printed.out == f"{robot.prefix.resolve() / 'bin' / 'talker'}\n"
@@ -101,7 +101,7 @@ def test_prefix_is_the_environment(robot: Site, capsys: pytest.CaptureFixture[st
         (["executables", "my_robt"], "Package 'my_robt' not found; did you mean 'my_robot'?"),
     ],
 )
-def test_what_is_not_there_is_said(
+def test_what_is_not_there_is_reported(
     robot: Site, capsys: pytest.CaptureFixture[str], arguments: list[str], text: str
 ) -> None:
     """In ROS 2's words, and 1."""

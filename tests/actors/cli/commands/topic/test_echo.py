@@ -115,7 +115,7 @@ async def test_a_type_need_not_be_known(desk: Desk) -> None:
 
 
 async def test_two_types_on_one_topic_are_both_printed(desk: Desk) -> None:
-    """Without a TYPE, everything on the topic is heard."""
+    """Without a TYPE, everything on the topic is received."""
     async with desk.node() as node:
         node.create_publisher(String, "said", LATCHED).publish(String(data="x"))
         node.create_publisher(Vector3, "said", LATCHED).publish(Vector3())
@@ -257,7 +257,7 @@ async def test_echo_says_what_it_has_missed(
     assert ("message(s) of /said lost: too fast, or lost on the way" in ended.err) is not silent
 
 
-async def test_echo_asks_for_the_qos_it_is_told(desk: Desk) -> None:
+async def test_echo_requests_the_qos_it_is_given(desk: Desk) -> None:
     """A preset, as the graph shows it."""
     async with desk.node() as node:
         publisher = node.create_publisher(String, "said", 10)
@@ -276,7 +276,7 @@ TIME = b"\x81\xa4data\xd6\xff\x00\x00\x00\x01"
 
 @pytest.mark.parametrize("options", [[], ["--json"], ["--csv"], ["--filter", "m.data or True"]])
 async def test_echo_outlives_hostile_messages(desk: Desk, options: list[str]) -> None:
-    """What is nested too deeply or no message is told and passed over; a time of msgpack's is text."""
+    """What is nested too deeply or no message is reported and passed over; a time of msgpack's is text."""
     async with desk.node() as node:
         kept = actors.QoSProfile(depth=9, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
         publisher = node.create_publisher(String, "said", kept)
@@ -293,7 +293,7 @@ async def test_echo_outlives_hostile_messages(desk: Desk, options: list[str]) ->
 
 @pytest.mark.parametrize("options", [["--field", "data[0]"], ["--filter", "m.data[0] == 'x'"]])
 async def test_a_stranger_does_not_end_an_echo(desk: Desk, options: list[str]) -> None:
-    """Once a message has had the field, one without it is told and passed over."""
+    """Once a message has had the field, one without it is reported and passed over."""
     async with desk.node() as node:
         kept = actors.QoSProfile(depth=9, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
         publisher = node.create_publisher(String, "said", kept)

@@ -53,7 +53,7 @@ class FakeBroker:
         self._report_sec = report_sec
 
     def report(self) -> BrokerReport:
-        """Take some time to say what has been said since the beginning."""
+        """Take some time to say what was reported since the beginning."""
         self.now += self._report_sec
         said = int((self.now - 20.013) * self._hertz)
         numbers = {"messages": said, "bytes": 10 * said, "publishers": 1}
@@ -127,7 +127,7 @@ async def test_hz_of_several_topics_is_a_table(desk: Desk, options: tuple[str, .
 
 
 async def test_hz_of_some_messages(desk: Desk) -> None:
-    """A filter chooses; it subscribes by itself, and its mistakes are told."""
+    """A filter chooses; it subscribes by itself, and its mistakes are reported."""
     async with desk.node() as node:
         speaking(node)
         await node.get_graph()
@@ -230,7 +230,7 @@ async def test_a_bad_name_is_wrong_usage(desk: Desk, verb: str) -> None:
 
 
 async def test_delay_and_hz_leave_out_hostile_messages(desk: Desk) -> None:
-    """They are told once; what else comes is measured."""
+    """They are reported once; what else comes is measured."""
     async with desk.node() as node:
         publisher = node.create_publisher(Imu, "imu", 10)
         good = codec_for(Imu).encode(Imu())
@@ -275,7 +275,7 @@ def test_a_topic_that_stops_leaves_the_table(capsys: pytest.CaptureFixture[str])
     assert capsys.readouterr().err == "no new messages\n"
 
 
-def test_a_heard_topic_that_stops_leaves_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_received_topic_that_stops_leaves_the_table(capsys: pytest.CaptureFixture[str]) -> None:
     """As by the counters."""
     alive, dead = (RateMeter(name, None, lambda _: True) for name in ("/alive", "/dead"))
     for stamp in range(4):
@@ -302,7 +302,7 @@ def test_a_window_that_is_given_is_meant(given: int | None, least_sec: float) ->
 
 
 async def test_a_broker_that_goes_and_comes_back(capsys: pytest.CaptureFixture[str]) -> None:
-    """One note with what starts it; when it is there again, it is looked at again."""
+    """One note with what starts it; when it is there again, it is queried again."""
     async with Broker(BrokerOptions(port=0)) as first:
         asked = Inspector(first.url)
         reports = ReportReader(asked)
