@@ -15,7 +15,7 @@ import broker.routes
 from actors.callbacks.deadlines import Deadlines
 from actors.endpoints.client.endpoint import ClientEndpoint
 from actors.endpoints.context import NodeContext
-from actors.endpoints.flow_control.credit import CreditGrants
+from actors.endpoints.flow_control.credit import SubscriptionCredit
 from actors.endpoints.publisher.endpoint import PublisherEndpoint
 from actors.endpoints.service.endpoint import ServiceEndpoint
 from actors.endpoints.subscription.consumer import Consumer
@@ -416,7 +416,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "gaps are counted": (does_not_count_gaps, False),
     "breaks are counted": (miscounts_a_break, False),
     "links that end are accounted for": (loses_in_silence, False),
-    "credit comes": (does_nothing(CreditGrants, "taken"), True),
+    "credit comes": (does_nothing(SubscriptionCredit, "taken"), True),
     "replies go to their caller": (answers_somebody_else, True),
     "requests come once": (answers_twice, True),
     "deadlines end calls": (does_nothing(Deadlines, "_expire_due"), True),

@@ -25,7 +25,7 @@ It would hold for every later publisher, also while messages of detached ones wa
 message needs a round trip to the subscription."""
 
 
-class CreditGrants:
+class SubscriptionCredit:
     """The credit of one subscription.
 
     Args:

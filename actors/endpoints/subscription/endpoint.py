@@ -14,7 +14,7 @@ from actors.diagnostics.records import SubscriptionDiagnostics
 from actors.endpoints.deadline import Deadline
 from actors.endpoints.endpoint import Endpoint
 from actors.endpoints.events import SubscriptionEventCallbacks, SubscriptionEvents
-from actors.endpoints.flow_control.credit import DECLARED, CreditGrants
+from actors.endpoints.flow_control.credit import DECLARED, SubscriptionCredit
 from actors.endpoints.subscription.backlog import QueuedBatch
 from actors.endpoints.subscription.consumer import Consumer
 from actors.endpoints.subscription.decoding import Decoder
@@ -73,14 +73,14 @@ class SubscriptionEndpoint(Endpoint):
         self._events = events
         self.decoder = Decoder(codec, topic, context.log)
         self.tracker = SequenceTracker(events.message_lost, latched=latched)
-        self._grants = CreditGrants(self.tracker, self._grant) if pushes_back else None
+        self._credit = SubscriptionCredit(self.tracker, self._grant) if pushes_back else None
         self.consumer = Consumer(
             context,
             topic,
             callback,
             depth=None if pushes_back else depth,
             message_lost=events.message_lost,
-            finished=None if self._grants is None else self._grants.finished,
+            finished=None if self._credit is None else self._credit.finished,
             concurrent=concurrent,
         )
         self._liveliness = Liveliness(context, events.liveliness)
@@ -94,10 +94,10 @@ class SubscriptionEndpoint(Endpoint):
         replaced = self.tracker.attached(attachment)
         leased = self._liveliness.attached(attachment)
         attachment.watched = leased or self._deadline.wanted
-        if self._grants is not None:
+        if self._credit is not None:
             if replaced:
-                self._grants.detached(self.consumer.backlog.newest)
-            self._grants.attached(attachment)
+                self._credit.detached(self.consumer.backlog.newest)
+            self._credit.attached(attachment)
 
     def asserted(self, attachment: Attachment) -> None:
         """Reader: a publisher has asserted its liveliness."""
@@ -110,8 +110,8 @@ class SubscriptionEndpoint(Endpoint):
     def detached(self, attachment: Attachment, *, suspended: bool = False) -> None:
         """Reader: no more batches of this publisher will arrive; those that wait stay."""
         self._liveliness.detached(attachment, suspended=suspended)
-        if self.tracker.detached(attachment) and self._grants is not None:
-            self._grants.detached(self.consumer.backlog.newest)
+        if self.tracker.detached(attachment) and self._credit is not None:
+            self._credit.detached(self.consumer.backlog.newest)
 
     def matched(self, peers: int, total: int) -> None:
         """Note the number of publishers; the deadline holds while there is one."""
@@ -134,8 +134,8 @@ class SubscriptionEndpoint(Endpoint):
         stop = batch.length
         if start < stop and self._keep(attachment, batch, start, size):
             self.consumer.wake()
-        elif self._grants is not None:
-            self._grants.taken(attachment, batch.first_sequence + stop, size)
+        elif self._credit is not None:
+            self._credit.taken(attachment, batch.first_sequence + stop, size)
 
     def _keep(self, attachment: Attachment, batch: Batch | Replay, start: int, size: int) -> bool:
         """Put the messages of a batch from `start` on into the backlog; return whether there are any."""
@@ -197,8 +197,8 @@ class SubscriptionEndpoint(Endpoint):
         super().session_ended()
         self._liveliness.session_ended()
         self.tracker.session_ended()
-        if self._grants is not None:
-            self._grants.detached(self.consumer.backlog.newest)
+        if self._credit is not None:
+            self._credit.detached(self.consumer.backlog.newest)
         self._deadline.end()
 
     def declaration(self) -> frames.Frame:
@@ -223,7 +223,7 @@ class SubscriptionEndpoint(Endpoint):
             matched=self.peers,
             received=consumer.calls,
             queued=consumer.backlog.pending,
-            queue_limit=consumer.depth or 0 if self._grants is None else self._grants.limit,
+            queue_limit=consumer.depth or 0 if self._credit is None else self._credit.limit,
             running=consumer.running,
             dropped=consumer.dropped,
             expired=consumer.expired,

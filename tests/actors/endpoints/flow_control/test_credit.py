@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from actors.endpoints.flow_control.credit import CreditGrants
+from actors.endpoints.flow_control.credit import SubscriptionCredit
 from actors.endpoints.flow_control.window import SHARED_MESSAGES, WINDOW_MESSAGES
 from actors.endpoints.subscription.backlog import QueuedBatch
 from actors.endpoints.subscription.sequence_tracker import SequenceTracker
@@ -20,13 +20,13 @@ class Nobody:
 
 
 class Bench:
-    """A ledger, its grants, and the sequence limits that have been sent."""
+    """A sequence tracker, its credit, and the sequence limits that have been sent."""
 
     def __init__(self) -> None:
         nobody: Any = Nobody()
         self.sent: list[tuple[int, int]] = []
         self.tracker = SequenceTracker(nobody, latched=False)
-        self.grants = CreditGrants(self.tracker, self._send)
+        self.credit = SubscriptionCredit(self.tracker, self._send)
 
     def _send(self, attachment: Attachment) -> None:
         self.sent.append((attachment.publisher, attachment.granted_sequence))
@@ -37,13 +37,13 @@ class Bench:
         gid = bytes([publisher]) * 16
         attachment = Attachment(nobody, Attached(publisher, (1,), gid, 0, "/talker", {}))
         self.tracker.attached(attachment)
-        self.grants.attached(attachment)
+        self.credit.attached(attachment)
         return attachment
 
     def detach(self, attachment: Attachment, newest: QueuedBatch | None) -> None:
         """Let a publisher go, while something waits, or nothing."""
         self.tracker.detached(attachment)
-        self.grants.detached(newest)
+        self.credit.detached(newest)
 
 
 def queued_batch(attachment: Attachment, end: int) -> QueuedBatch:
@@ -59,11 +59,11 @@ def test_a_publisher_is_granted_a_window_when_it_comes_and_another_when_half_is_
     bench = Bench()
     attachment = bench.attach(1)
     assert bench.sent == [(1, WINDOW_MESSAGES)]
-    assert bench.grants.limit == WINDOW_MESSAGES
+    assert bench.credit.limit == WINDOW_MESSAGES
     half = WINDOW_MESSAGES // 2
-    bench.grants.taken(attachment, half, 10)
+    bench.credit.taken(attachment, half, 10)
     assert len(bench.sent) == 1
-    bench.grants.taken(attachment, half + 1, 10)
+    bench.credit.taken(attachment, half + 1, 10)
     assert bench.sent[1:] == [(1, half + 1 + WINDOW_MESSAGES)]
 
 
@@ -76,10 +76,10 @@ def test_while_leftovers_wait_nobody_is_granted_anything() -> None:
     bench.sent.clear()
     bench.attach(3)
     bench.attach(4)
-    bench.grants.finished(used)
-    bench.grants.taken(active, 20_001, 10)
+    bench.credit.finished(used)
+    bench.credit.taken(active, 20_001, 10)
     assert bench.sent == []
-    bench.grants.finished(leftover)
+    bench.credit.finished(leftover)
     window = SHARED_MESSAGES // 3
     assert bench.sent == [(2, 20_001 + window), (3, window), (4, window)]
 
@@ -90,9 +90,9 @@ def test_when_publishers_have_gone_the_windows_of_the_others_are_larger() -> Non
     stays, *go = [bench.attach(publisher) for publisher in (1, 2, 3, 4)]
     for attachment in go:
         bench.detach(attachment, None)
-    assert bench.grants.limit == WINDOW_MESSAGES
+    assert bench.credit.limit == WINDOW_MESSAGES
     bench.sent.clear()
-    bench.grants.taken(stays, WINDOW_MESSAGES, 10)
+    bench.credit.taken(stays, WINDOW_MESSAGES, 10)
     assert bench.sent == [(1, 2 * WINDOW_MESSAGES)]
 
 
@@ -102,5 +102,5 @@ def test_what_is_taken_of_a_publisher_that_has_gone_grants_nothing() -> None:
     attachment = bench.attach(1)
     bench.detach(attachment, None)
     bench.sent.clear()
-    bench.grants.taken(attachment, 10 * WINDOW_MESSAGES, 10)
+    bench.credit.taken(attachment, 10 * WINDOW_MESSAGES, 10)
     assert bench.sent == []
