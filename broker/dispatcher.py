@@ -53,7 +53,7 @@ class Dispatcher:
         """Add a new link, or refuse it if there are too many."""
         self.links[link] = self.strangers[link] = None
         if len(self.links) > self.capacity.most:
-            link.turn_away(ErrorCode.LIMIT, self.capacity.refuse(link.opened_at))
+            link.refuse(ErrorCode.LIMIT, self.capacity.refuse(link.opened_at))
 
     def close(self, link: Link) -> None:
         """Remove a link whose connection has ended."""

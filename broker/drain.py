@@ -46,7 +46,7 @@ class Drain:
         least = min(LAST_STEP_SEC, timeout_sec)
         for link in tuple(dispatcher.links):
             if link.router is None:
-                link.turn_away(ErrorCode.SHUTDOWN, "the broker is stopping")
+                link.refuse(ErrorCode.SHUTDOWN, "the broker is stopping")
         for router in dispatcher.joined:
             router.refuse_calls()
         if not await self._until(self._calls_answered, deadline):
@@ -58,7 +58,7 @@ class Drain:
             unread = sum(link.has_unsent for link in dispatcher.links)
             logger.warning("%d links did not read what waits for them in time", unread)
         for link in tuple(dispatcher.links):
-            link.say_goodbye()
+            link.send_goodbye()
         deadline = max(deadline, loop.time() + least)
         if not await self._until(self._closed, deadline):
             logger.warning("%d links did not close in time", len(dispatcher.links))

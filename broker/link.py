@@ -82,7 +82,7 @@ class Link:
             return
         self.fail(ErrorCode.LIMIT, text)
 
-    def turn_away(self, code: ErrorCode, text: str) -> None:
+    def refuse(self, code: ErrorCode, text: str) -> None:
         """Send ERROR to a peer without a session, and close; the refusal is not logged here."""
         self.channel.send(frames.Error(code, text))
         self.channel.flush()
@@ -102,7 +102,7 @@ class Link:
         outbox = self.channel.outbox
         return outbox.undroppable_bytes > 0 or outbox.has_more
 
-    def say_goodbye(self) -> None:
+    def send_goodbye(self) -> None:
         """Send GOODBYE because the broker stops; the peer closes when it has read everything."""
         if self.channel.session.state is State.OPEN:
             self.channel.send(frames.Goodbye("the broker is stopping"))
