@@ -105,15 +105,15 @@ Step = Start | Stop | WillRestart | GaveUp
 class _Slot:
     """What the plan knows of one child."""
 
-    __slots__ = ("backoff", "began", "condemned", "due", "in_turn", "restart", "starts", "state")
+    __slots__ = ("backoff", "began", "condemned", "due", "in_order", "restart", "starts", "state")
 
     def __init__(self, restart: Restart, policy: Policy) -> None:
         self.restart = restart
         self.state = ChildState.WAITING
         self.condemned = False
         self.due = 0.0
-        self.in_turn = True
-        """Whether it is started only after the children before it that are in turn, too."""
+        self.in_order = True
+        """Whether it is started only after the children before it that are started in order, too."""
         self.starts = 0
         self.began = 0.0
         self.backoff = Backoff(policy.first_backoff_sec, policy.max_backoff_sec)
@@ -216,7 +216,7 @@ class RestartPlan:
             elif other.restart is not Restart.TEMPORARY:
                 other.state = ChildState.WAITING
             other.due = max(other.due, now + delay)
-            other.in_turn = not alone
+            other.in_order = not alone
         return WillRestart(child, delay)
 
     def _concerned(self, child: int) -> Sequence[int]:
@@ -247,12 +247,12 @@ class RestartPlan:
         before_all_run = True
         for child, slot in enumerate(self._slots):
             waiting = slot.state is ChildState.WAITING
-            if waiting and slot.due <= now and (before_all_run or not slot.in_turn):
+            if waiting and slot.due <= now and (before_all_run or not slot.in_order):
                 slot.state = ChildState.STARTING
                 slot.began = now
                 slot.starts += 1
                 steps.append(Start(child))
-            if slot.in_turn and slot.state in (ChildState.WAITING, ChildState.STARTING):
+            if slot.in_order and slot.state in (ChildState.WAITING, ChildState.STARTING):
                 before_all_run = False
         return steps
 

@@ -49,7 +49,7 @@ async def requester(parameters: Mapping[str, Any], parent: Parent) -> dict[str, 
             if response.sum != number + 3:
                 raise RuntimeError(f"{number} + 3 is not {response.sum}")
 
-        async def call_in_turn(stop: float) -> None:
+        async def call_services(stop: float) -> None:
             nonlocal calls
             while (began := time.perf_counter()) < stop:
                 calls += 1
@@ -66,7 +66,7 @@ async def requester(parameters: Mapping[str, Any], parent: Parent) -> dict[str, 
         stop = time.perf_counter() + parameters["seconds"]
         async with asyncio.TaskGroup() as group:
             for _ in range(parameters["in_flight"]):
-                group.create_task(call_in_turn(stop))
+                group.create_task(call_services(stop))
         elapsed_s = load.elapsed_s
         rate = calls / elapsed_s
         return load.figures(calls, calls=calls, elapsed_s=elapsed_s, rate=rate, **percentiles_us(times_s))

@@ -26,7 +26,7 @@ from actors.launch.engine.captured_output import captured_logs, captured_streams
 from actors.launch.errors import UnknownArgumentError
 from actors.launch.launching import Launch
 from actors.launch.planning.declarations import all_declared
-from actors.launch.planning.steps import STOP_TIMEOUT_SEC, Call, End, OutputMode, React, Say, Start
+from actors.launch.planning.steps import STOP_TIMEOUT_SEC, Call, End, LogText, OutputMode, React, Start
 from actors.launch.resources.files import SUFFIXES, Files
 from actors.tools.suggestions import did_you_mean
 from proto.aio import process
@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     path, given = _file_of(words)
     arguments = dict(map(_argument, given))
     library = Files()
-    with _prints_aside(json=options.json):
+    with _prints_to_stderr(json=options.json):
         description = library.description(str(path))
     if options.show_args:
         scope = Scope(
@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
         for line in described(description.actions):
             print_out(line)
         return OK
-    with _prints_aside(json=options.json):
+    with _prints_to_stderr(json=options.json):
         launch = _planned(options, description, arguments, library)
     if options.dry_run:
         for line in _shown_steps(launch.plan()):
@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _prints_aside(*, json: bool) -> Generator[None]:
+def _prints_to_stderr(*, json: bool) -> Generator[None]:
     """With --json, redirect what launch files print to stderr."""
     with redirect_stdout(sys.stderr) if json else nullcontext():
         yield
@@ -189,7 +189,7 @@ def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:
                 yield f"{when}[{process.label}] {extra}{process.shown}"
                 if process.on_exit is not None:
                     yield from _shown_steps([process.on_exit], f"{indent}    ")
-            case Say():
+            case LogText():
                 yield f"{when}{'warn' if step.warning else 'say'}: {step.text}"
             case End():
                 yield f"{when}end: {step.reason}"
