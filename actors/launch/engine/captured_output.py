@@ -46,7 +46,7 @@ class CapturedOutput:
 
     Args:
         write: Takes its lines; when it has ended all of them have come.
-        say: Takes what there is to say of it.
+        on_message: Called with the level and text of each message about it.
         context: The launch's.
         colored: Whether its lines may have colours.
 
@@ -60,7 +60,7 @@ class CapturedOutput:
         self,
         *,
         write: Callable[[Stream, Sequence[bytes]], None],
-        say: Callable[[Level, str], None],
+        on_message: Callable[[Level, str], None],
         context: Context,
         colored: bool,
     ) -> None:
@@ -68,7 +68,7 @@ class CapturedOutput:
         self.ended = False
         self.lost_lines = 0
         self._write = write
-        self._say = say
+        self._on_message = on_message
         self._context = context
         self._loop = asyncio.get_running_loop()
         self._lines = {Stream.STDOUT: Lines(), Stream.STDERR: Lines()}
@@ -125,7 +125,7 @@ class CapturedOutput:
         for stream, lines in groupby(waiting, key=lambda each: each[0]):
             self._write(stream, [line for _, line in lines])
         if lost:
-            self._say(Level.WARN, f"node has written too fast: {lost} lines are not shown")
+            self._on_message(Level.WARN, f"node has written too fast: {lost} lines are not shown")
 
 
 @contextmanager

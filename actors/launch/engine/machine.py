@@ -35,9 +35,9 @@ from actors.launch.planning.steps import (
     MAX_PROCESSES,
     Call,
     End,
+    LogText,
     ProcessSpec,
     React,
-    Say,
     Start,
     splits_streams,
 )
@@ -261,7 +261,7 @@ class Machine:
         match step:
             case Start():
                 yield from self._start(step.process)
-            case Say():
+            case LogText():
                 self._notify(Message(Level.WARN if step.warning else Level.INFO, step.text))
             case End():
                 yield from self._stop(step.reason)

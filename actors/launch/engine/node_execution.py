@@ -38,7 +38,7 @@ class NodeExecution(TaskExecution):
     Args:
         spec: What to run.
         write: Takes its lines; at its end all of them have come.
-        say: Takes what there is to say of it.
+        on_message: Called with the level and text of each message about it.
         stop_timeout_sec: What it may take to stop before it is cancelled again, unless the specification's
             `sigterm_timeout_sec` says otherwise. Then it gets `sigkill_timeout_sec`, or else `LAST_STEP_SEC`,
             before it is given up; when its stop is forced it gets the latter.
@@ -50,7 +50,7 @@ class NodeExecution(TaskExecution):
         spec: ProcessSpec,
         *,
         write: Callable[[Stream, Sequence[bytes]], None],
-        say: Callable[[Level, str], None],
+        on_message: Callable[[Level, str], None],
         stop_timeout_sec: float,
         **reports: Any,
     ) -> None:
@@ -64,14 +64,14 @@ class NodeExecution(TaskExecution):
         )
         self._spec = spec
         self._write = write
-        self._say = say
+        self._on_message = on_message
         self._captured: CapturedOutput
 
     def start(self, context: Context) -> None:
         """Begin, in a copy of this context."""
         colored = environment.color_wish(self._spec.environment) is True
         self._captured = CapturedOutput(
-            write=self._write, say=self._say, context=context.copy(), colored=colored
+            write=self._write, on_message=self._on_message, context=context.copy(), colored=colored
         )
         super().start(context)
 
@@ -112,7 +112,7 @@ class NodeExecution(TaskExecution):
         return made
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
-        self._say(Level(severity.name), f"node {text}")
+        self._on_message(Level(severity.name), f"node {text}")
 
 
 def _log_level() -> LoggingSeverity | None:

@@ -37,7 +37,7 @@ class LaunchedProcess(ProcessExecution):
         guard: Kills it if this process is killed.
         split: Whether stdout and stderr are told apart. If not they are read as one, in their order.
         write: Takes its lines; at its end all of them have come.
-        say: Takes what there is to say of it.
+        on_message: Called with the level and text of each message about it.
         stop_timeout_sec: What each step of stopping it may take, unless the specification says otherwise.
         reports: As an execution's.
     """
@@ -49,7 +49,7 @@ class LaunchedProcess(ProcessExecution):
         *,
         split: bool,
         write: Callable[[Stream, Sequence[bytes]], None],
-        say: Callable[[Level, str], None],
+        on_message: Callable[[Level, str], None],
         stop_timeout_sec: float,
         **reports: Any,
     ) -> None:
@@ -59,7 +59,7 @@ class LaunchedProcess(ProcessExecution):
         )
         self._spec = spec
         self._write = write
-        self._say = say
+        self._on_message = on_message
         self._streams = (Stream.STDOUT, Stream.STDERR) if split else (Stream.OUTPUT,)
         self._pipes: list[int] = []
 
@@ -93,7 +93,7 @@ class LaunchedProcess(ProcessExecution):
         return reader
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
-        self._say(Level(severity.name), f"process {text}")
+        self._on_message(Level(severity.name), f"process {text}")
 
     def _begin(self) -> Process:
         spec = self._spec

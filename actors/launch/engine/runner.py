@@ -118,7 +118,7 @@ class Runner:
         def wrote(stream: Stream, lines: Sequence[bytes]) -> None:
             if_current(partial(self._machine.wrote, label, stream, lines))
 
-        def say(level: Level, text: str) -> None:
+        def on_message(level: Level, text: str) -> None:
             self.notify(Message(level, text, label))
 
         def ended(outcome: Outcome) -> None:
@@ -128,7 +128,7 @@ class Runner:
 
         reports: dict[str, Any] = {
             "write": wrote,
-            "say": say,
+            "on_message": on_message,
             "on_started": started,
             "on_ended": ended,
             "stop_timeout_sec": self._stop_timeout_sec,

@@ -132,7 +132,7 @@ class SourceWatch:
             watched.close()
 
     def _later(self, level: Level, text: str) -> None:
-        self._call(self._say, level, text)
+        self._call(self._send_message, level, text)
 
     def _call(self, function: Callable[..., None], *arguments: object) -> None:
         assert self._loop is not None
@@ -146,14 +146,14 @@ class SourceWatch:
         for path in sorted(paths):
             if self._sources.describes(path):
                 name = escape(PurePath(path).name)
-                self._say(Level.WARN, f"{name} has changed: start the launch again to see that")
+                self._send_message(Level.WARN, f"{name} has changed: start the launch again to see that")
                 continue
             for label in self._sources.made_of(path):
                 changed.setdefault(label, []).append(path)
         for label, files in changed.items():
             self._restart(label, _reason(files))
 
-    def _say(self, level: Level, text: str) -> None:
+    def _send_message(self, level: Level, text: str) -> None:
         self._notify(Message(level, text))
 
 

@@ -37,7 +37,7 @@ from actors.launch.planning.mistakes import placed
 from actors.launch.planning.process_specs import ending, make_spec, seconds
 from actors.launch.planning.reactions import call_function, call_reaction, triggers
 from actors.launch.planning.settings import apply_setting
-from actors.launch.planning.steps import MAX_PROCESSES, Call, End, React, Say, Start, all_steps
+from actors.launch.planning.steps import MAX_PROCESSES, Call, End, LogText, React, Start, all_steps
 from actors.tools.suggestions import did_you_mean
 from proto.errors import CallboardError, escape
 
@@ -95,7 +95,7 @@ def make_plan(
         for name in unknown
         if name not in known
     ]
-    return [Say(text=text, warning=True) for text in (*said, *planner.warnings(steps))] + steps
+    return [LogText(text=text, warning=True) for text in (*said, *planner.warnings(steps))] + steps
 
 
 class _Planner:
@@ -167,7 +167,7 @@ class _Planner:
             case DeclareLaunchArgument():
                 self._declare(action, scope)
             case LogInfo():
-                return [Say(text=resolve(action.msg, scope))]
+                return [LogText(text=resolve(action.msg, scope))]
             case GroupAction():
                 return self._group(action, scope)
             case Setting():

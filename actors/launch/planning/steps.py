@@ -127,8 +127,8 @@ class Start(Timed):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Say(Timed):
-    """Say something."""
+class LogText(Timed):
+    """Log a text for people, as ROS 2's LogInfo does."""
 
     text: str
     warning: bool = False
@@ -180,7 +180,7 @@ class React(Timed):
     split: bool = False
 
 
-Step: TypeAlias = Start | Say | End | Call | React
+Step: TypeAlias = Start | LogText | End | Call | React
 
 
 def all_steps(steps: Iterable[Step]) -> Iterator[Step]:

@@ -21,7 +21,7 @@ from actors.launch.planning.events import (
     ShuttingDown,
 )
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.steps import End, ProcessSpec, React, Say, Start
+from actors.launch.planning.steps import End, LogText, ProcessSpec, React, Start
 from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class History:
             if chance < 0.5:
                 steps.append(self._start(depth))
             elif chance < 0.6:
-                steps.append(Say(text="x"))
+                steps.append(LogText(text="x"))
             elif chance < 0.62:
                 steps.append(End(reason="x", after_sec=2.0))
             elif depth < 2:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Handlers, ask
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Event, ShuttingDown
-from actors.launch.planning.steps import React, Say
+from actors.launch.planning.steps import LogText, React
 
 if TYPE_CHECKING:
     from actors.launch.planning.steps import Step
@@ -17,7 +17,7 @@ END = ShuttingDown("x")
 
 def says(word: str, *, once: bool = False) -> React:
     """Return a reaction to everything."""
-    return React(what="x", matches=lambda event: True, steps=lambda event: [Say(text=word)], once=once)
+    return React(what="x", matches=lambda event: True, steps=lambda event: [LogText(text=word)], once=once)
 
 
 def test_all_that_match_are_found_in_order() -> None:
@@ -38,7 +38,7 @@ def test_all_that_match_are_found_in_order() -> None:
 
 def test_a_mistake_is_an_answer() -> None:
     """Functions of a description give steps, or what is wrong with it."""
-    step = Say(text="a")
+    step = LogText(text="a")
     assert ask(lambda: [step]) == Answer([step])
     assert ask(lambda: fail(END)) == Answer(mistake="no")
 

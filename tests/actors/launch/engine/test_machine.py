@@ -41,10 +41,10 @@ from actors.launch.planning.steps import (
     MAX_PROCESSES,
     Call,
     End,
+    LogText,
     OutputMode,
     ProcessSpec,
     React,
-    Say,
     Start,
     awaits_graph,
 )
@@ -146,7 +146,7 @@ class Play:
 
 def test_steps_are_taken_in_order_when_they_are_due() -> None:
     """Those for later in their time; the launch is over when nothing runs and nothing is to come."""
-    play = Play(start("a"), start("b", after_sec=2), Say(text="hello", after_sec=1))
+    play = Play(start("a"), start("b", after_sec=2), LogText(text="hello", after_sec=1))
     assert play.runs == ["a-1"]
     play.up()
     play.ends()
@@ -352,7 +352,7 @@ def test_a_required_process_that_a_handler_has_started_again_is_not_the_end() ->
 
 def test_on_exit_is_done_whenever_its_process_ends() -> None:
     """And for no other; what it starts in place of a dead process is not mixed up with that."""
-    play = Play(start("a", on_exit=whenever(Event, Say(text="bye"), start("b"))))
+    play = Play(start("a", on_exit=whenever(Event, LogText(text="bye"), start("b"))))
     play.ends("a-1", 1)
     play.ends("b-1")
     assert play.said == ["INFO launch: bye"]
@@ -380,7 +380,8 @@ def test_processes_that_come_and_go_leave_nothing_behind() -> None:
 def test_a_handler_reacts_each_time() -> None:
     """What it starts waits its time, counted from then; handlers that stand behind a process miss nothing."""
     play = Play(
-        start(respawn=True), whenever(ProcessExited, Say(text="gone"), Say(text="long gone", after_sec=1))
+        start(respawn=True),
+        whenever(ProcessExited, LogText(text="gone"), LogText(text="long gone", after_sec=1)),
     )
     play.ends()
     assert play.said == ["INFO launch: gone"]
@@ -393,7 +394,7 @@ def test_a_handler_reacts_each_time() -> None:
 
 def test_a_handler_can_react_once() -> None:
     """And never again."""
-    play = Play(start(respawn=True), whenever(ProcessExited, Say(text="gone"), once=True))
+    play = Play(start(respawn=True), whenever(ProcessExited, LogText(text="gone"), once=True))
     play.ends()
     play.waits(1)
     play.ends()
@@ -417,7 +418,7 @@ def test_what_appears_is_reacted_to() -> None:
     there = React(
         what="x",
         matches=lambda event: isinstance(event, Appeared) and event.presence == ADD,
-        steps=lambda _event: [Say(text="there")],
+        steps=lambda _event: [LogText(text="there")],
         presence=ADD,
     )
     play = Play(there, Call(name="f()", steps=lambda: [there], after_sec=1), start())
@@ -465,7 +466,7 @@ def function(text: str, *steps: Step, kind: type[Event] = ProcessExited) -> Reac
     return React(
         what="x",
         matches=lambda event: isinstance(event, kind),
-        steps=lambda _event: [Say(text=text), *steps],
+        steps=lambda _event: [LogText(text=text), *steps],
         calls=True,
     )
 
@@ -473,7 +474,7 @@ def function(text: str, *steps: Step, kind: type[Event] = ProcessExited) -> Reac
 def test_reactions_wait_for_functions_in_order() -> None:
     """What happens while a function runs is reported at once and reacted to later, as if it took no time."""
     play = Play(
-        start("a", respawn=True), start("b"), function("first"), whenever(ProcessExited, Say(text="x"))
+        start("a", respawn=True), start("b"), function("first"), whenever(ProcessExited, LogText(text="x"))
     )
     play.answers = False
     play.ends("a-1")
@@ -590,7 +591,7 @@ def test_a_warning_reports_a_handler_that_comes_too_late() -> None:
 
 def test_the_end_of_the_last_process_is_the_launchs() -> None:
     """It is told and reacted to as any other end."""
-    play = Play(start(), whenever(ShuttingDown, Say(text="bye")))
+    play = Play(start(), whenever(ShuttingDown, LogText(text="bye")))
     play.ends()
     assert play.told(ShuttingDown) == [ShuttingDown("nothing is left to run")]
     assert play.said == ["INFO launch: bye"]
@@ -646,7 +647,7 @@ def test_nothing_is_started_while_the_launch_ends() -> None:
     play = Play(
         start("a", respawn=True),
         start("late", after_sec=1),
-        whenever(ShuttingDown, Say(text="bye"), start("b")),
+        whenever(ShuttingDown, LogText(text="bye"), start("b")),
         whenever(ProcessExited, start("c")),
     )
     play.does(play.machine.stop, "enough")
@@ -754,10 +755,10 @@ def test_an_outcome_without_a_process_is_an_end() -> None:
 @pytest.mark.parametrize(
     ("steps", "awaited"),
     [
-        ([start(), Say(text="x")], False),
+        ([start(), LogText(text="x")], False),
         ([start(depends_on=(ADD,))], True),
-        ([whenever(Appeared, Say(text="x"), presence=ADD)], True),
-        ([whenever(ProcessExited, Say(text="x"))], False),
+        ([whenever(Appeared, LogText(text="x"), presence=ADD)], True),
+        ([whenever(ProcessExited, LogText(text="x"))], False),
         ([whenever(ProcessExited, start(depends_on=(ADD,)))], True),
         ([Call(name="f()", steps=list)], True),
     ],
@@ -769,4 +770,4 @@ def test_the_graph_is_followed_if_something_may_ask(steps: Sequence[Step], *, aw
 
 def test_levels_are_words() -> None:
     """A warning of the plan is one for people."""
-    assert Play(Say(text="x", warning=True)).told(Message) == [Message(Level.WARN, "x")]
+    assert Play(LogText(text="x", warning=True)).told(Message) == [Message(Level.WARN, "x")]

@@ -66,7 +66,7 @@ class Hall:
         execution = NodeExecution(
             spec,
             write=lambda stream, lines: self.events.append(ProcessIO(spec, None, stream, tuple(lines))),
-            say=lambda level, text: self.events.append(Message(level, text, spec.label)),
+            on_message=lambda level, text: self.events.append(Message(level, text, spec.label)),
             stop_timeout_sec=stop_timeout_sec,
             on_started=lambda: None,
             on_ended=ended.set_result,

@@ -49,7 +49,7 @@ class Run:
         *,
         split: bool = False,
         stop_timeout_sec: float = 1000,
-        say: Callable[[Level, str], None] | None = None,
+        on_message: Callable[[Level, str], None] | None = None,
         **options: Any,
     ) -> None:
         command = ("/bin/sh", "-c", script)
@@ -71,7 +71,7 @@ class Run:
             guard,
             split=split,
             write=self._write,
-            say=say or (lambda level, text: self.said.append(f"{level.value} {text}")),
+            on_message=on_message or (lambda level, text: self.said.append(f"{level.value} {text}")),
             stop_timeout_sec=stop_timeout_sec,
             on_started=lambda: None,
             on_ended=self.outcome.set_result,
@@ -183,7 +183,7 @@ async def test_stopping_does_not_depend_on_who_listens() -> None:
         raise ValueError(text)
 
     guard = Guard()
-    run = Run(guard, DEAF, stop_timeout_sec=0.05, say=fail)
+    run = Run(guard, DEAF, stop_timeout_sec=0.05, on_message=fail)
     await run.says(b"deaf")
     run.process.stop()
     assert (await run.outcome).signal_name == "SIGKILL"
@@ -202,7 +202,7 @@ async def test_what_cannot_be_stopped_is_left(monkeypatch: pytest.MonkeyPatch, *
     monkeypatch.setattr(execution, "LAST_STEP_SEC", 0.05)
     monkeypatch.setattr(process_execution, "LAST_STEP_SEC", 0.05)
     guard = Guard()
-    run = Run(guard, "echo here; sleep 1000", stop_timeout_sec=0.05, say=None if received else fail)
+    run = Run(guard, "echo here; sleep 1000", stop_timeout_sec=0.05, on_message=None if received else fail)
     await run.says(b"here")
     child = run.process._process
     assert child is not None

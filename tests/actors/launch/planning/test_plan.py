@@ -36,7 +36,7 @@ from actors.launch.description.substitutions import (
 )
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.planning.plan import make_plan
-from actors.launch.planning.steps import LEAST_RESPAWN_DELAY_SEC, End, ProcessSpec, Say, Start, Step
+from actors.launch.planning.steps import LEAST_RESPAWN_DELAY_SEC, End, LogText, ProcessSpec, Start, Step
 from tests.actors.launch.shelf import Shelf
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def processes(*actions: Action, **options: Any) -> list[ProcessSpec]:
 
 def said(*actions: Action, **options: Any) -> list[str]:
     """Return the lines that actions come to."""
-    return [step.text for step in steps(*actions, **options) if isinstance(step, Say)]
+    return [step.text for step in steps(*actions, **options) if isinstance(step, LogText)]
 
 
 def test_a_node_of_a_package_becomes_its_command() -> None:
@@ -150,7 +150,7 @@ def test_timers_add_up() -> None:
         ),
         LogInfo(msg="c"),
     )
-    assert made == [Say(text="a", after_sec=1.5), End(reason="b", after_sec=3.5), Say(text="c")]
+    assert made == [LogText(text="a", after_sec=1.5), End(reason="b", after_sec=3.5), LogText(text="c")]
 
 
 def test_an_included_file_has_a_scope_of_its_own() -> None:

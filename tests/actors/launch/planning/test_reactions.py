@@ -44,7 +44,7 @@ from actors.launch.planning.events import (
 )
 from actors.launch.planning.plan import make_plan
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.steps import Call, End, React, Say, Start, Step
+from actors.launch.planning.steps import Call, End, LogText, React, Start, Step
 from actors.processes.outcome import outcome_of_exit
 from tests.actors.launch.shelf import Shelf
 
@@ -74,9 +74,9 @@ def handled(handler: EventHandler, *before: Action) -> React:
 def texts(steps: Sequence[Step]) -> list[str]:
     """Return what is reported, and the labels of what is started."""
     return [
-        step.text if isinstance(step, Say) else step.process.label
+        step.text if isinstance(step, LogText) else step.process.label
         for step in steps
-        if isinstance(step, Say | Start)
+        if isinstance(step, LogText | Start)
     ]
 
 
@@ -271,7 +271,7 @@ def test_on_exit_belongs_to_its_process() -> None:
     react = start.process.on_exit
     assert react is not None
     said, end = react.preview
-    assert isinstance(said, Say)
+    assert isinstance(said, LogText)
     assert isinstance(end, End)
     (start,) = plan(ExecuteProcess(cmd=["a"], on_exit=[Shutdown()]))
     assert isinstance(start, Start)
@@ -323,7 +323,7 @@ def test_likely_mistakes_are_warned_of() -> None:
         RegisterEventHandler(OnProcessExit(target_action="bb", on_exit=BYE)),
         RegisterEventHandler(OnProcessExit(target_action="a", on_exit=Node(script="a.py", name="a"))),
     )
-    assert [step.text for step in steps if isinstance(step, Say) and step.warning] == [
+    assert [step.text for step in steps if isinstance(step, LogText) and step.warning] == [
         "An event handler is for 'bb', but no process has that name",
         "Two nodes have the name /ns/a: a-1 and a-2",
     ]
