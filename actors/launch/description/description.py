@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.description.actions import Action, DeclareLaunchArgument
-from actors.launch.description.summaries import said
+from actors.launch.description.summaries import text_of_part
 from actors.launch.description.validation import excerpt
 from actors.launch.errors import LaunchError
 
@@ -71,7 +71,7 @@ def walk(actions: Iterable[Action]) -> Iterator[Action]:
 def described(actions: Iterable[Action], indent: str = "") -> Iterator[str]:
     """Yield a description as lines: an action a line, what it contains below it."""
     for each in actions:
-        yield f"{indent}{said(each)}"
+        yield f"{indent}{text_of_part(each)}"
         yield from described(getattr(each, "actions", ()), f"{indent}    ")
 
 

@@ -48,7 +48,7 @@ def function_name(function: object) -> str:
     return f"{getattr(function, '__name__', type(function).__name__)}()"
 
 
-def said(part: object) -> str:
+def text_of_part(part: object) -> str:
     """Return a part of a description as a file might say it: no defaults, and not what is within it."""
     fields = {name: each for name, each in changed(part).items() if name != "actions"}
     if isinstance(part, Part) and part.noun == "event handler":
@@ -69,7 +69,7 @@ def written(value: object, name: str = "") -> str:
     if isinstance(value, Part) and name in _KNOWN:
         return in_short(cast("Action", value))
     if is_dataclass(value) and not isinstance(value, type):
-        return said(value)
+        return text_of_part(value)
     if isinstance(value, dict):
         by_name = cast("Mapping[object, object]", value)
         return "{" + ", ".join(f"{written(key)}: {written(each)}" for key, each in by_name.items()) + "}"

@@ -79,15 +79,15 @@ class Element:
         body = read_mapping({} if value is None else value, spot)
         by_name = {name: key for key in self.keys for name in key.names}
         values: dict[str, Any] = {}
-        said: dict[str, str] = {}
+        given: dict[str, str] = {}
         for name, each in body.items():
             key = by_name.get(name)
             if key is None:
                 hint = did_you_mean(name, by_name) or f"; there is {', '.join(sorted(by_name))}"
                 raise spot.inner(name).error(f"no such key{hint}")
-            if key.target in said:
-                raise spot.error(f"'{said[key.target]}' and '{name}' cannot both be there")
-            said[key.target] = name
+            if key.target in given:
+                raise spot.error(f"'{given[key.target]}' and '{name}' cannot both be there")
+            given[key.target] = name
             values[key.target] = _value(key, each, spot.inner(name))
         self._check(values, spot)
         return _placed(self.make(**values), spot)

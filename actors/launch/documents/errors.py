@@ -53,5 +53,5 @@ class Spot:
 
     def __str__(self) -> str:
         """Return it as people write it, such as "launch[3].node.parameters"."""
-        said = (f"[{step}]" if isinstance(step, int) else f".{escape(step)}" for step in self.steps)
-        return "".join(said).removeprefix(".")
+        steps = (f"[{step}]" if isinstance(step, int) else f".{escape(step)}" for step in self.steps)
+        return "".join(steps).removeprefix(".")

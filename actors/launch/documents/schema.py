@@ -59,7 +59,7 @@ def _pretty(value: Any, indent: str) -> str:
     inner = indent + "  "
     within: Any = cast("Any", value)
     if isinstance(value, dict):
-        said = [f"{json.dumps(name)}: {_pretty(each, inner)}" for name, each in within.items()]
+        items = [f"{json.dumps(name)}: {_pretty(each, inner)}" for name, each in within.items()]
     else:
-        said = [_pretty(each, inner) for each in within]
-    return f"{line[0]}\n" + ",\n".join(inner + each for each in said) + f"\n{indent}{line[-1]}"
+        items = [_pretty(each, inner) for each in within]
+    return f"{line[0]}\n" + ",\n".join(inner + each for each in items) + f"\n{indent}{line[-1]}"

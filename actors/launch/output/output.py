@@ -52,7 +52,7 @@ class Output:
         self.unwritten_lines = 0
         self._descriptor = descriptor
         self._when_unheard = when_unheard
-        self._of_lost = of_lost or _said_of_lost
+        self._of_lost = of_lost or _text_of_lost
         self._when_full = when_full
         self._torn = False
         self._outgoing: Outgoing[bytes] = Outgoing()
@@ -132,5 +132,5 @@ class Output:
                 select.select([], [self._descriptor], [])
 
 
-def _said_of_lost(lines: int) -> bytes:
+def _text_of_lost(lines: int) -> bytes:
     return b"[launch] %d lines are not shown: they came too fast\n" % lines

@@ -38,7 +38,7 @@ class Screen:
             if _is_shown(event):
                 self._write(self._labelled(event))
         elif (message := message_of(event)) is not None:
-            self._write(self._said(message))
+            self._write(self._message_bytes(message))
 
     def _labelled(self, event: ProcessIO) -> bytes:
         label = f"{self._label(event.process_name)} ".encode(errors="backslashreplace")
@@ -49,7 +49,7 @@ class Screen:
         # A colour that a line leaves on would colour all that follows.
         return b"".join(label + line + (_RESET_LINE if b"\x1b" in line else b"\n") for line in shown)
 
-    def _said(self, message: Message) -> bytes:
+    def _message_bytes(self, message: Message) -> bytes:
         level = message.level.value
         if self._color and message.level is not Level.INFO:
             begin, end = f"{LEVEL_COLORS[level]}[{level}] [{escape_controls(message.about)}]: ", f"{RESET}\n"

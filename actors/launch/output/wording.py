@@ -21,25 +21,25 @@ if TYPE_CHECKING:
 
 def message_of(event: Event) -> Message | None:
     """Return what the launch says about an event; None: nothing."""
-    said: tuple[Level, str] | None
+    message: tuple[Level, str] | None
     match event:
         case Message():
             return event
         case ShuttingDown():
             return Message(Level.INFO, f"stopping: {event.reason}")
         case ProcessStarted(pid=None):
-            said = Level.INFO, "node started in this process"
+            message = Level.INFO, "node started in this process"
         case ProcessStarted():
-            said = Level.INFO, f"process started with pid [{event.pid}]"
+            message = Level.INFO, f"process started with pid [{event.pid}]"
         case ProcessExited():
-            said = _of_exit(event)
+            message = _of_exit(event)
         case ProcessRestarts():
-            said = Level.INFO, _of_restart(event)
+            message = Level.INFO, _of_restart(event)
         case ProcessWaits():
-            said = _of_wait(event)
+            message = _of_wait(event)
         case _:
             return None
-    return said and Message(*said, event.process_name)
+    return message and Message(*message, event.process_name)
 
 
 def _of_exit(event: ProcessExited) -> tuple[Level, str] | None:

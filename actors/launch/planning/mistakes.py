@@ -29,8 +29,8 @@ def placed(error: CallboardError, action: Action, file: str | None) -> LaunchErr
         where = [action.place()]
     else:
         # What is wrong with an argument names it.
-        said = None if isinstance(action, DeclareLaunchArgument) else in_short(action)
-        where = [each for each in (file, said) if each]
+        summary = None if isinstance(action, DeclareLaunchArgument) else in_short(action)
+        where = [each for each in (file, summary) if each]
     kind = LaunchFileError if isinstance(error, LaunchFileError) else LaunchError
     return _with_place(kind(": ".join([*where, _text(error)])))
 

@@ -30,8 +30,8 @@ def ros_arguments(node: Node, scope: Scope) -> list[str]:
         LaunchError: A parameter, or a file of them, cannot be one, or a substitution has no value.
         InvalidNameError: The name or namespace cannot be one.
     """
-    said = list(_each(node, scope))
-    return ["--ros-args", *said] if said else []
+    arguments = list(_each(node, scope))
+    return ["--ros-args", *arguments] if arguments else []
 
 
 def full_name(node: Node, scope: Scope) -> str | None:
@@ -121,8 +121,8 @@ def _yaml(name: str, value: Any, scope: Scope) -> str:
     return text or '""'
 
 
-def _typed(name: str, said: ParameterValue, scope: Scope) -> str:
-    kind, value = said.value_type, said.value
+def _typed(name: str, parameter: ParameterValue, scope: Scope) -> str:
+    kind, value = parameter.value_type, parameter.value
     if kind is None:
         return _yaml(name, value, scope)
     if kind not in (str, int, float, bool):

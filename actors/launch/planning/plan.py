@@ -90,12 +90,12 @@ def make_plan(
     if unknown:
         # A file that is not included now may declare it. A function may use it, but that is not likely.
         known |= {each.name for each in all_declared(description.actions, outer)}
-    said = [
+    warnings = [
         f"No launch argument '{escape(name)}' is declared{did_you_mean(name, known)}"
         for name in unknown
         if name not in known
     ]
-    return [LogText(text=text, warning=True) for text in (*said, *planner.warnings(steps))] + steps
+    return [LogText(text=text, warning=True) for text in (*warnings, *planner.warnings(steps))] + steps
 
 
 class _Planner:
@@ -139,7 +139,7 @@ class _Planner:
         """Return what is likely to be a mistake in a whole plan."""
         starts = [step.process for step in all_steps(steps) if isinstance(step, Start)]
         names = {name for each in starts for name in (each.name, each.label)}
-        said = [
+        warnings = [
             f"An event handler is for '{escape(target)}', but no process has that name"
             for target in self._targets
             if target not in names and not self.partial
@@ -150,8 +150,8 @@ class _Planner:
                 label, node = step.process.label, step.process.node
                 first = labels.setdefault(node, label)
                 if first != label:
-                    said.append(f"Two nodes have the name {node}: {first} and {label}")
-        return said
+                    warnings.append(f"Two nodes have the name {node}: {first} and {label}")
+        return warnings
 
     def _each(self, action: Action, scope: Scope) -> Iterable[Step]:
         if action.condition is None or action.condition.holds(scope):
