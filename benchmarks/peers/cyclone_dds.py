@@ -243,6 +243,6 @@ def find() -> Contender | str:
         brokered=False,
         role_command=command("cyclone_dds"),
         server_command=None,
-        server_url=lambda port: f"dds://127.0.0.1:{port}",  # says which domain, by its number
+        server_url=lambda port: f"dds://127.0.0.1:{port}",  # the port stands for the domain
         roles=frozenset(ROLES),
     )

@@ -181,7 +181,7 @@ def find_program() -> str | None:
 
 
 def server_command(port: int, scratch: Path) -> list[str]:
-    """Write the configuration and say how to start mosquitto with it."""
+    """Write the configuration and return how to start mosquitto with it."""
     configuration = scratch / "mosquitto.conf"
     configuration.write_text(CONFIGURATION.format(port=port))
     return [find_program() or "mosquitto", "-c", str(configuration)]
@@ -197,8 +197,8 @@ def find() -> Contender | str:
     except metadata.PackageNotFoundError:
         return "aiomqtt is not installed (PyPI: aiomqtt)"
     # It has no option that prints the version alone, and ends with 3 after its help.
-    said = subprocess.run([program, "-h"], capture_output=True, text=True, timeout=10, check=False)
-    found = re.search(r"version (\S+)", said.stdout)
+    output = subprocess.run([program, "-h"], capture_output=True, text=True, timeout=10, check=False)
+    found = re.search(r"version (\S+)", output.stdout)
     server_version = found[1] if found else "unknown"
     return Contender(
         name="aiomqtt",

@@ -148,7 +148,7 @@ ROLES = {
 
 
 def server_command(port: int, scratch: Path) -> list[str]:
-    """Write the configuration and say how to start nats-server with it."""
+    """Write the configuration and return how to start nats-server with it."""
     configuration = scratch / "nats.conf"
     configuration.write_text(CONFIGURATION.format(port=port, log=scratch / "nats.log"))
     return ["nats-server", "--config", str(configuration)]
@@ -163,10 +163,10 @@ def find() -> Contender | str:
         version = metadata.version("nats-py")
     except metadata.PackageNotFoundError:
         return "nats-py is not installed (PyPI: nats-py)"
-    said = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=10, check=True)
+    output = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=10, check=True)
     return Contender(
         name="nats-py",
-        version=f"nats-py {version}, nats-server {said.stdout.split()[-1].lstrip('v')} (asyncio)",
+        version=f"nats-py {version}, nats-server {output.stdout.split()[-1].lstrip('v')} (asyncio)",
         brokered=True,
         role_command=command("nats_py"),
         server_command=server_command,

@@ -36,10 +36,10 @@ class Readers(stream.Readers):
 
     async def change(self) -> None:
         """Receive the next acknowledgement."""
-        said: bytes = b""
-        while not said.startswith(zmq_roles.UPSTREAM):
-            said = await self._socket.recv()
-        self.take(said.removeprefix(zmq_roles.UPSTREAM))
+        message: bytes = b""
+        while not message.startswith(zmq_roles.UPSTREAM):
+            message = await self._socket.recv()
+        self.take(message.removeprefix(zmq_roles.UPSTREAM))
 
 
 async def publisher(parent: Parent, parameters: Parameters) -> None:

@@ -221,8 +221,8 @@ def find() -> Contender | str:
         version, parser = metadata.version("redis"), metadata.version("hiredis")
     except metadata.PackageNotFoundError as error:
         return f"{error.name} is not installed (PyPI: redis[hiredis])"
-    said = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=10, check=True)
-    server_version = next(word[2:] for word in said.stdout.split() if word.startswith("v="))
+    output = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=10, check=True)
+    server_version = next(word[2:] for word in output.stdout.split() if word.startswith("v="))
     return Contender(
         name="redis-py",
         version=f"redis-py {version} with hiredis {parser}, redis-server {server_version} (asyncio)",

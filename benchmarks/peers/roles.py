@@ -32,7 +32,7 @@ MATCHING_S = 20
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Parameters:
-    """What the parent says to a role; each role reads what it needs.
+    """What the parent sends to a role; each role reads what it needs.
 
     Attributes:
         role: publisher, subscriber, server, requester or idle.
@@ -75,7 +75,7 @@ class Parent:
     """The process that started this one.
 
     Attributes:
-        go: done once the parent says so.
+        go: done once the parent has sent `go`.
         closed: done when the parent has closed our stdin, which ends a server and idle connections. Any other
             role exits at once: nobody is left to report to.
     """
@@ -90,7 +90,7 @@ class Parent:
         threading.Thread(target=self._listen, daemon=True).start()
 
     def ready(self) -> None:
-        """Say that this role is set up."""
+        """Report that this role is set up."""
         print(json.dumps({"event": "ready"}), flush=True)
 
     def mark(self) -> None:

@@ -1,8 +1,8 @@
 """One stream of messages, counted at both ends: the mark of its end, the window for systems that would drop.
 
 Three kinds of message travel on the stream and differ in length: the load (`size` bytes, 16 at least), a
-probe (nothing), with which the publisher asks who listens, and the end mark, which says how many messages
-were sent. What a subscriber process answers is an acknowledgement: who it is, and how many messages each of
+probe (nothing), with which the publisher finds its subscribers, and the end mark, which has the number of
+messages sent. A subscriber process answers with an acknowledgement: who it is, and how many messages each of
 its subscriptions has had.
 """
 
@@ -30,7 +30,7 @@ WINDOW_MESSAGES = 16384
 ACKNOWLEDGEMENTS_PER_WINDOW = 8
 BURST_BYTES = 128 << 10
 BURST_MESSAGES = 128
-"""What is sent before the publisher looks at the clock and lets its event loop turn."""
+"""What is sent before the publisher reads the clock and lets its event loop turn."""
 
 _END = struct.Struct("<Q")
 _ACKNOWLEDGEMENT = struct.Struct("<QQ")
@@ -42,7 +42,7 @@ def window_messages(size: int) -> int:
 
 
 def burst_messages(size: int) -> int:
-    """How many messages of a size go between two looks at the clock."""
+    """How many messages of a size are sent between two readings of the clock."""
     return max(1, min(BURST_MESSAGES, BURST_BYTES // size))
 
 

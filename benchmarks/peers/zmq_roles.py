@@ -28,7 +28,7 @@ SUBSCRIBE_TO_ALL = b"\x01"
 CLOSED_INTERVAL_MS = 100
 """How often an idle server looks whether its parent has closed its stdin."""
 UPSTREAM = b"\x02"
-"""Begins what an XSUB says that is not a subscription."""
+"""Prefix of what an XSUB sends that is not a subscription."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,8 +85,8 @@ def publisher(parent: Parent, parameters: Parameters, endpoints: Endpoints) -> N
         def receive(timeout_s: float) -> bytes | None:
             if not socket.poll(timeout_s * 1000):
                 return None
-            said: bytes = socket.recv()
-            return said.removeprefix(UPSTREAM) if said.startswith(UPSTREAM) else None
+            message: bytes = socket.recv()
+            return message.removeprefix(UPSTREAM) if message.startswith(UPSTREAM) else None
 
         parent.ready()
         parent.go.result()
@@ -157,7 +157,7 @@ def requester(parent: Parent, parameters: Parameters, endpoints: Endpoints) -> N
 
 
 def roles(find_endpoints: Callable[[str], Endpoints]) -> dict[str, Callable[[Parent, Parameters], None]]:
-    """The roles, with what says where they meet."""
+    """The roles, with the function that finds the endpoints."""
 
     def bind(
         role: Callable[[Parent, Parameters, Endpoints], None],

@@ -1,6 +1,6 @@
 """callboard's roles, one module per family: what a process of a trial does.
 
-A role is a coroutine function `(parameters, parent) -> figures`. `ROLES` says which module has it.
+A role is a coroutine function `(parameters, parent) -> figures`. `ROLES` maps names to modules.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ async def topics_subscriber(parameters: Mapping[str, Any], parent: Parent) -> di
 
 
 async def holder(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float]:
-    """Serve requests by never answering them; tell on another service how many there are."""
+    """Serve requests by never answering them; report on another service how many there are."""
 
     async def hold(_: AddTwoInts.Request) -> AddTwoInts.Response:
         await parent.gone()

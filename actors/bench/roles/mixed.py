@@ -22,7 +22,7 @@ TOPIC: Final = "bench_tick"
 
 
 class Tick(actors.Message, type_name="callboard_bench/msg/Tick"):
-    """A small message that says when it was sent. All processes of a machine share this clock."""
+    """A small message with the time when it was sent. All processes of a machine share this clock."""
 
     sent_ns: types.uint64 = 0
     last: bool = False

@@ -80,7 +80,7 @@ class Count:
 
 
 async def publisher(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float]:
-    """Publish for `seconds`, at most `messages` of them, at most `mb_s`; then say how many there were."""
+    """Publish for `seconds`, at most `messages` of them, at most `mb_s`; then send how many there were."""
     size: int = parameters["size"]
     message = KINDS[parameters.get("kind", "plain")](size)
     burst = min(BURST_MESSAGES, max(1, BURST_BYTES // size))
