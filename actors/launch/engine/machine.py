@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from actors.launch.planning.steps import Step
 
 REMINDER_SEC: Final = 10.0
-"""When it is said that a process still waits; then after twice, four times … as long."""
+"""When a process that still waits is reported; then after twice, four times … as long."""
 FORCE_STOP_AFTER_SEC: Final = 0.2
 """Two wishes to stop that are closer together are one: `timeout` and terminals may signal twice."""
 LAST_FUNCTION_SEC: Final = 5.0
@@ -234,7 +234,7 @@ class Machine:
         yield from self._follow(answer)
 
     def _follow(self, answer: Answer) -> Reaction:
-        """Do what a function of the description has said; if that was a mistake, end."""
+        """Carry out what a function of the description has returned; if that was a mistake, end."""
         if answer.mistake:
             yield from self._fail(answer.mistake)
         yield from self._take(answer.steps)

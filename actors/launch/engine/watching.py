@@ -44,7 +44,7 @@ class SourceWatch:
 
     Args:
         steps: Of the launch: its processes are watched from the beginning.
-        launch_files: Files whose changes cannot be carried out; that is said instead. More may be added.
+        launch_files: Files whose changes cannot be carried out; they are reported instead. More may be added.
         restart: Called in the loop with a label and the reason.
         notify: Gets messages, in the loop.
     """

@@ -1,6 +1,6 @@
 """Log files of a launch: what it says itself, and the lines of processes that are to be logged.
 
-A thread writes, so that a slow or full disk holds nothing up. What it cannot write is counted and said.
+A thread writes, so that a slow or full disk holds nothing up. What it cannot write is counted and reported.
 """
 
 from __future__ import annotations

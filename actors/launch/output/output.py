@@ -1,7 +1,7 @@
 """The launch's output: whoever writes never waits, however slowly it is read.
 
 A thread writes. The terminal may be stopped and a pipe not be read; the processes of the launch, and stopping
-them, must not wait for that. So what waits has a limit, and what is beyond it is counted and said.
+them, must not wait for that. So what waits has a limit, and what is beyond it is counted and reported.
 
 On a terminal there may be a last line below all others. It is taken away and drawn again around each batch,
 so that it costs nothing per line.
