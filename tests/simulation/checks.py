@@ -245,7 +245,7 @@ def _check_sums(world: World, sub: SubscriptionHistory) -> None:
 
 
 def _check_event_counts(world: World, name: str, subscription: Subscription[Note]) -> None:
-    """What the events say is how it is: who is matched, and that each of them is alive or not."""
+    """Check that the events match the facts: who is matched, and whether each of them is alive."""
     matched = endpoint_of(subscription)._events.matched.counts
     if matched[1] != subscription.peers or matched[0] < matched[1]:
         world.complain(f"{name} got events of {matched} matches, and has {subscription.peers}")

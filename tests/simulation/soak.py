@@ -151,7 +151,7 @@ class _Worker:
         )
 
     def _processor_s(self) -> float | None:
-        """Return how much processor time it has used; None where the system does not say."""
+        """Return how much processor time it has used; None where the system does not report it."""
         try:
             fields = Path(f"/proc/{self.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
         except OSError:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Mute(asyncio.BufferedProtocol):
-    """A peer that accepts a connection and never says a word."""
+    """A peer that accepts a connection and never sends a byte."""
 
     def __init__(self) -> None:
         self._buffer = bytearray(10_000)

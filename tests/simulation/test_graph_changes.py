@@ -128,7 +128,7 @@ def test_a_new_broker_is_no_change() -> None:
         stop.set()
         await other
         assert not diary
-        stage.network.partition("watcher")  # so that the others are there before it looks
+        stage.network.partition("watcher")  # so that the others are there before it queries the graph
         await stage.start_broker()
         await stage.until(lambda: talker.connected)
         stage.network.heal()

@@ -34,7 +34,7 @@ TRANSIT: Final = limits.HIGH_WATER_BYTES + LinkFaults.window
 
 CROWD: Final = 1000
 EACH: Final = 12
-"""So many publishers, and what each of them has to say."""
+"""So many publishers, and how many messages each of them sends."""
 
 
 class Meter:
@@ -47,7 +47,7 @@ class Meter:
         self.calls: list[float] = []
         self.messages: list[float] = []
         self._service = far.create_service(Ask, f"{name}_service", self._serve)
-        self._reader = far.create_subscription(Note, f"{name}_topic", self._hear, 10)
+        self._reader = far.create_subscription(Note, f"{name}_topic", self._on_message, 10)
         self._client = near.create_client(Ask, f"{name}_service")
         self._publisher = near.create_publisher(Note, f"{name}_topic", 10)
 
@@ -63,7 +63,7 @@ class Meter:
     def _serve(self, request: Ask.Request) -> Ask.Response:
         return Ask.Response(number=request.number)
 
-    def _hear(self, message: Note) -> None:
+    def _on_message(self, message: Note) -> None:
         self.messages.append(self._time() - self._sent[message.number])
 
     async def measure(self, period: float, count: int = SAMPLES) -> None:
@@ -93,14 +93,14 @@ def assert_alike(one: list[float], other: list[float]) -> None:
 
 
 def watch_links(stage: Stage) -> Callable[[], int]:
-    """Look, after each turn of the loop, what waits for the fullest link; return who knows the most ever."""
+    """Measure after each loop turn what waits for the fullest link; return a function of the maximum."""
     most = 0
 
-    def look() -> None:
+    def measure() -> None:
         nonlocal most
         most = max(most, *(each.channel.outbox.held_bytes for each in stage.broker._dispatcher.links), 0)
 
-    stage.loop.after_turn = look
+    stage.loop.after_turn = measure
     return lambda: most
 
 
@@ -261,21 +261,21 @@ async def publish_all(publishers: list[actors.Publisher[Note]], each: int, size:
 
 
 class Listener:
-    """A slow reader of what a crowd says, and what it has heard of each."""
+    """A slow reader of many publishers, and the numbers that it has received from each."""
 
     def __init__(self, node: actors.Node, qos: int | actors.QoSProfile) -> None:
         self.node = node
         self.received: dict[str, list[int]] = {}
-        self.subscription = node.create_subscription(Note, "red", self._hear, qos)
+        self.subscription = node.create_subscription(Note, "red", self._on_message, qos)
 
-    def _hear(self, message: Note) -> None:
+    def _on_message(self, message: Note) -> None:
         self.received.setdefault(message.source, []).append(message.number)
 
 
 async def listen_to_a_crowd(
     stage: Stage, qos: int | actors.QoSProfile, count: int, each: int, size: int
 ) -> tuple[Listener, list[actors.Publisher[Note]], list[float]]:
-    """Let many publishers press upon one slow reader until it has heard the last; return a bystander's calls.
+    """Let many publishers send to one slow reader until it has the last message; return a bystander's calls.
 
     They have filled what may wait before the bystander's last call.
     """
@@ -375,11 +375,11 @@ def test_a_reader_that_stops_for_a_flood_gets_the_newest(
         received: list[int] = []
         gate = asyncio.Event()
 
-        async def hear(message: Note) -> None:
+        async def on_message(message: Note) -> None:
             received.append(message.number)
             await gate.wait()
 
-        subscription = listener.create_subscription(Note, "red", hear, depth)
+        subscription = listener.create_subscription(Note, "red", on_message, depth)
         publisher = talker.create_publisher(Note, "red", depth)
         await matched(stage, publisher)
         most = watch_links(stage)
@@ -417,16 +417,16 @@ def test_publishers_that_come_and_go_add_nothing_to_what_waits(monkeypatch: pyte
         most = 0
         gate = asyncio.Event()
 
-        async def hear(message: Note, info: actors.MessageInfo) -> None:
+        async def on_message(message: Note, info: actors.MessageInfo) -> None:
             await gate.wait()
             received.setdefault(message.number, []).append(info.publication_sequence_number)
 
-        def look() -> None:
+        def measure() -> None:
             nonlocal most
             most = max(most, subscription.queued)
 
-        subscription = listener.create_subscription(Note, "red", hear, KEEP_ALL)
-        stage.loop.after_turn = look
+        subscription = listener.create_subscription(Note, "red", on_message, KEEP_ALL)
+        stage.loop.after_turn = measure
         for life in range(lives):
             publisher = talker.create_publisher(Note, "red", KEEP_ALL)
             await matched(stage, publisher)

@@ -135,11 +135,18 @@ def test_what_is_destroyed_counts_no_lease_and_no_deadline(*, whole_node: bool) 
         else:
             both.destroy_subscription(subscription)
             both.destroy_publisher(publisher)
-        received, told = endpoint_of(subscription)._events, endpoint_of(publisher)._events
-        before = [list(event.counts) for event in (*received._all(), *told._all())]
+        subscription_events = endpoint_of(subscription)._events
+        publisher_events = endpoint_of(publisher)._events
+        before = [list(event.counts) for event in (*subscription_events._all(), *publisher_events._all())]
         await asyncio.sleep(10)
-        assert [list(event.counts) for event in (*received._all(), *told._all())] == before
-        assert (received.liveliness.counts[1], received.deadline.counts, told.deadline.counts) == (
+        assert [
+            list(event.counts) for event in (*subscription_events._all(), *publisher_events._all())
+        ] == before
+        assert (
+            subscription_events.liveliness.counts[1],
+            subscription_events.deadline.counts,
+            publisher_events.deadline.counts,
+        ) == (
             0,
             [0],
             [0],
@@ -316,7 +323,7 @@ def test_lost_messages_are_reported() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        told: list[actors.MessageLostInfo] = []
+        events: list[actors.MessageLostInfo] = []
         gate = asyncio.Event()
 
         async def slow(message: Note) -> None:
@@ -327,7 +334,7 @@ def test_lost_messages_are_reported() -> None:
             "red",
             slow,
             5,
-            event_callbacks=actors.SubscriptionEventCallbacks(message_lost=told.append),
+            event_callbacks=actors.SubscriptionEventCallbacks(message_lost=events.append),
         )
         publisher = talker.create_publisher(Note, "red", 10)
         await matched(stage, publisher)
@@ -341,8 +348,8 @@ def test_lost_messages_are_reported() -> None:
         await asyncio.sleep(2)
         assert subscription.lost > 0
         assert subscription.dropped > 0
-        assert told[-1].total_count == subscription.lost + subscription.dropped
-        assert sum(info.total_count_change for info in told) == told[-1].total_count
+        assert events[-1].total_count == subscription.lost + subscription.dropped
+        assert sum(info.total_count_change for info in events) == events[-1].total_count
 
     play(scene)
 

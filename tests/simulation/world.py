@@ -115,7 +115,7 @@ class World:
 
     @property
     def url(self) -> str:
-        """Where the members look for a broker."""
+        """The URLs of the brokers that the members connect to."""
         return self.home.url if self.standby is None else f"{self.home.url},{self.standby.url}"
 
     @property

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
     from tests.simulation.loop import SimulatedLoop
 
-    Talk = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
+    ConnectionHandler = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
 
 WELCOME = encode(frames.Welcome(limits.PROTOCOL_VERSION, {}))
 

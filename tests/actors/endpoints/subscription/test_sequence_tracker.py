@@ -10,7 +10,7 @@ from actors.session.attachments import Attachment
 from proto.frames import Attached, Batch, Replay
 
 
-class Told:
+class FakeLostEvent:
     """Stands in for the event."""
 
     def __init__(self) -> None:
@@ -20,8 +20,8 @@ class Told:
         self.lost += sum(changes)
 
 
-def tracker_and_event(*, latched: bool = True) -> tuple[SequenceTracker, Told]:
-    event: Any = Told()
+def tracker_and_event(*, latched: bool = True) -> tuple[SequenceTracker, FakeLostEvent]:
+    event: Any = FakeLostEvent()
     return SequenceTracker(event, latched=latched), event
 
 
