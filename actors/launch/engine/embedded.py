@@ -49,12 +49,12 @@ async def embedded_broker(url: BrokerUrl) -> AsyncGenerator[None]:
 
 
 def _answers(urls: str, domain: int) -> bool:
-    look = Inspector(urls, domain=domain, timeout_sec=CONNECT_TIMEOUT_SEC)
+    inspector = Inspector(urls, domain=domain, timeout_sec=CONNECT_TIMEOUT_SEC)
     try:
-        look.connect()
+        inspector.connect()
     except BrokerUnreachable:
-        if look.listening is not None:
+        if inspector.listening is not None:
             raise
         return False
-    look.close()
+    inspector.close()
     return True

@@ -165,7 +165,7 @@ def _changes(folders: Sequence[str], stop: threading.Event) -> Generator[set[str
     """
     from watchfiles import watch  # noqa: PLC0415 - optional
 
-    looks = watch(
+    batches = watch(
         *folders,
         watch_filter=None,
         debounce=LONGEST_MS,
@@ -178,11 +178,11 @@ def _changes(folders: Sequence[str], stop: threading.Event) -> Generator[set[str
         ignore_permission_denied=True,
     )
     try:
-        with closing(looks):
-            first: Iterable[tuple[Change, str]] = next(looks, ())
+        with closing(batches):
+            first: Iterable[tuple[Change, str]] = next(batches, ())
             yield set()
-            for look in chain([first], looks):
-                yield {os.path.realpath(path) for _, path in look}
+            for batch in chain([first], batches):
+                yield {os.path.realpath(path) for _, path in batch}
     except (OSError, RuntimeError) as error:
         raise LaunchError(f"Sources cannot be watched: {escape(str(error))}") from error
 

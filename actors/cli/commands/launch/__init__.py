@@ -44,12 +44,12 @@ def add_arguments(parser: Parser) -> None:
         default=[],
         help="arguments of the launch file; of two values for one name the last counts",
     )
-    look = parser.add_mutually_exclusive_group()
-    look.add_argument("-s", "--show-args", action="store_true", help="print the arguments and end")
-    look.add_argument("-p", "--print-description", action="store_true", help="print the actions and end")
-    look.add_argument("-n", "--dry-run", action="store_true", help="print what it would start, and end")
-    look.add_argument("--json", action="store_true", help="print all that happens as JSON, an object a line")
-    look.add_argument(
+    mode = parser.add_mutually_exclusive_group()
+    mode.add_argument("-s", "--show-args", action="store_true", help="print the arguments and end")
+    mode.add_argument("-p", "--print-description", action="store_true", help="print the actions and end")
+    mode.add_argument("-n", "--dry-run", action="store_true", help="print what it would start, and end")
+    mode.add_argument("--json", action="store_true", help="print all that happens as JSON, an object a line")
+    mode.add_argument(
         "--schema",
         nargs=0,
         action=_PrintSchema,
