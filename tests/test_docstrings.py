@@ -1,28 +1,35 @@
-"""Each exported callable documents its arguments and its result, in Google's style."""
+"""Each exported callable documents its arguments, its result and what it raises, in Google's style."""
 
 from __future__ import annotations
 
 import ast
+import asyncio
+import builtins
 import importlib
 import inspect
 import pkgutil
 import re
-from dataclasses import is_dataclass
 from enum import Enum
 from pathlib import Path
+from textwrap import dedent
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
 PACKAGES: Final = ("actors", "actors.launch", "actors.testing", "broker")
 """Export what they import for type checkers."""
 TOOLS: Final = "actors.tools"
 """Of its modules all that is public is exported."""
 SECTION: Final = re.compile(r"^(Args|Attributes|Returns|Yields|Raises):\n((?:[ ]{4}.*\n?|\n)*)", re.MULTILINE)
-DOCUMENTED: Final = re.compile(r"^    \*{0,2}(\w+(?:, \*{0,2}\w+)*)(?: \([^)]*\))?:", re.MULTILINE)
+DOCUMENTED: Final = re.compile(r"^    \*{0,2}([\w.]+(?:, \*{0,2}[\w.]+)*)(?: \([^)]*\))?:", re.MULTILINE)
+CONSTRUCTORS: Final = {"__init__", "__post_init__"}
+"""The docstring of their class documents them."""
+ENTRIES: Final = {"__enter__", "__aenter__"}
+UNDOCUMENTED: Final = NotImplementedError, AssertionError, StopIteration, StopAsyncIteration
+"""For subclasses, for the developers, and for Python's own protocols."""
 
 
 def exports() -> Iterator[tuple[str, Any]]:
@@ -54,40 +61,101 @@ def callables() -> dict[str, tuple[Callable[..., Any], str]]:
 
 def _methods(name: str, cls: type) -> Iterator[tuple[str, tuple[Callable[..., Any], str]]]:
     # The fields of dataclasses have docstrings of their own, and only the node calls what it makes.
-    ready_made = (
-        is_dataclass(cls) or "Made by `Node." in (cls.__doc__ or "") or getattr(cls, "_is_protocol", False)
-    )
+    generated = getattr(getattr(cls, "__dataclass_params__", None), "init", False)
+    ready_made = generated or "Made by `Node." in (cls.__doc__ or "") or getattr(cls, "_is_protocol", False)
     # Methods of tuples, dicts and protocols from elsewhere are documented there.
     for key in dir(cls):
-        if (key.startswith("_") and key != "__init__") or (ready_made and key == "__init__"):
+        if key.startswith("_") and key not in (ENTRIES | CONSTRUCTORS):
+            continue
+        if key in CONSTRUCTORS and (ready_made if key == "__init__" else key not in vars(cls)):
             continue
         owner = next(each for each in cls.__mro__ if key in vars(each))
         if owner.__module__.partition(".")[0] not in {"actors", "broker", "proto"}:
             continue
-        member = inspect.getattr_static(cls, key)
-        member = member.__func__ if isinstance(member, classmethod | staticmethod) else member
+        member: Any = inspect.getattr_static(cls, key)
+        member = getattr(member, "__func__", member)  # of a class or static method
         if inspect.isfunction(member):
-            text = inspect.getdoc(cls if key == "__init__" else member) or ""
-            yield (name if key == "__init__" else f"{name}.{key}"), (member, text)
+            text = inspect.getdoc(cls if key in CONSTRUCTORS else member) or ""
+            yield (name if key in CONSTRUCTORS else f"{name}.{key}"), (member, text)
+
+
+def raised(function: Callable[..., Any]) -> set[str]:
+    """Return the exceptions that leave the `raise` statements in a function's own body."""
+    function = inspect.unwrap(function)
+    (tree,) = ast.parse(dedent(inspect.getsource(function))).body
+    names = {**vars(builtins), **function.__globals__}
+    for each in ast.walk(tree):
+        if isinstance(each, ast.Import | ast.ImportFrom):
+            exec(ast.unparse(each), names)  # those of the module are in its globals
+    found = _raised(ast.iter_child_nodes(tree), names)
+    return {each.__name__ for each in found if not issubclass(each, UNDOCUMENTED)}
+
+
+def _raised(nodes: Iterable[ast.AST], names: dict[str, Any]) -> Iterator[type[BaseException]]:
+    for node in nodes:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            continue
+        if isinstance(node, ast.Raise) and node.exc is not None:
+            yield from _exceptions(node.exc, names)
+        elif isinstance(node, ast.Try | ast.TryStar):
+            caught = tuple(each for handler in node.handlers for each in _caught(handler, names))
+            yield from (each for each in _raised(node.body, names) if not issubclass(each, caught))
+            yield from _raised([*node.handlers, *node.orelse, *node.finalbody], names)
+        else:
+            yield from _raised(ast.iter_child_nodes(node), names)
+
+
+def _caught(handler: ast.ExceptHandler, names: dict[str, Any]) -> Iterator[type[BaseException]]:
+    """Yield what a handler catches and does not raise again."""
+    if any(isinstance(each, ast.Raise) and each.exc is None for each in ast.walk(handler)):
+        return
+    if handler.type is None:
+        yield BaseException
+    else:
+        yield from _exceptions(handler.type, names)
+
+
+def _exceptions(node: ast.expr, names: dict[str, Any]) -> Iterator[type[BaseException]]:
+    """Yield the classes that an expression names, calls, or calls a function for; none of a variable."""
+    if isinstance(node, ast.Tuple):
+        for each in node.elts:
+            yield from _exceptions(each, names)
+        return
+    path = ast.unparse(node.func if isinstance(node, ast.Call) else node).split(".")
+    if path[0] not in names and path[0].islower():
+        return
+    value = names[path[0]]
+    for part in path[1:]:
+        value = getattr(value, part)
+    yield value if isinstance(value, type) else value.__globals__[value.__annotations__["return"]]
+
+
+def _exception_names(base: type[BaseException] = BaseException) -> Iterator[str]:
+    yield base.__name__
+    for each in base.__subclasses__():
+        yield from _exception_names(each)
+
+
+def _documented(text: str) -> set[str]:
+    return {each.strip("* ") for names in DOCUMENTED.findall(text) for each in names.split(",")}
 
 
 def shortcomings(function: Callable[..., Any], text: str) -> list[str]:
-    """Return what a docstring does not say of a callable, and what it says of no parameter."""
+    """Return what a docstring does not say of a callable, and what it says of things that do not exist."""
     sections: dict[str, str] = dict(SECTION.findall(text))
-    listed = "\n".join(sections.get(each, "") for each in ("Args", "Attributes"))
-    named = {each.strip("* ") for names in DOCUMENTED.findall(listed) for each in names.split(",")}
+    named = _documented("\n".join(sections.get(each, "") for each in ("Args", "Attributes")))
     parameters = {
         each
         for each in inspect.signature(function).parameters
         if each not in {"self", "cls"} and each[0] != "_"
     }
     wrong = [f"Args: {each} is missing" for each in sorted(parameters - named)]
-    args = {
-        each.strip("* ")
-        for names in DOCUMENTED.findall(sections.get("Args", ""))
-        for each in names.split(",")
-    }
+    # The parameters of a dataclass are those of its generated `__init__`.
+    args = _documented(sections.get("Args", "") if function.__name__ != "__post_init__" else "")
     wrong += [f"Args: there is no parameter {each}" for each in sorted(args - parameters)]
+    errors = {each.rpartition(".")[2] for each in _documented(sections.get("Raises", ""))}
+    wrong += [f"Raises: {each} is missing" for each in sorted(raised(function) - errors)]
+    wrong += [f"Raises: there is no exception {each}" for each in sorted(errors - {*_exception_names()})]
     if not text:
         wrong.append("no docstring")
     returns = str(function.__annotations__.get("return", "None"))
@@ -106,8 +174,8 @@ EXPORTED: Final = callables()
 
 
 @pytest.mark.parametrize("name", sorted(EXPORTED))
-def test_an_exported_callable_documents_arguments_and_result(name: str) -> None:
-    """Each parameter has a line in Args, or in Attributes of its class, and Args has no other lines."""
+def test_an_exported_callable_documents_arguments_result_and_errors(name: str) -> None:
+    """Each parameter has a line in Args, or in Attributes of its class, and each error one in Raises."""
     assert not shortcomings(*EXPORTED[name])
 
 
@@ -123,3 +191,33 @@ def test_shortcomings_are_found() -> None:
         "Returns is missing",
     ]
     assert not shortcomings(function, "Return the sum.\n\nArgs:\n    a: One.\n    b: Another.\n")
+
+
+def test_undocumented_errors_are_found() -> None:
+    """An error that leaves the function, also by a handler that raises again, and one that does not exist."""
+
+    def too_long() -> OverflowError:
+        return OverflowError()
+
+    def function() -> None:
+        def nested() -> None:
+            raise KeyError
+
+        try:
+            nested()
+            raise TimeoutError
+        except OSError:
+            pass
+        try:
+            raise asyncio.CancelledError
+        except BaseException:
+            too_long()
+            raise
+        if function:
+            raise LookupError("Caught by nobody")
+
+    text = "Do it.\n\nRaises:\n    LookupError: It fails.\n    NoSuchError: Never.\n"
+    assert shortcomings(function, text) == [
+        "Raises: CancelledError is missing",
+        "Raises: there is no exception NoSuchError",
+    ]

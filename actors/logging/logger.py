@@ -127,6 +127,9 @@ class Logger:
     Args:
         name: Its name, with dots between the levels, not empty.
         monotonic: Source of seconds for throttling.
+
+    Raises:
+        ValueError: The name is empty.
     """
 
     __slots__ = ("_logger", "_monotonic", "_sites", "name")
@@ -165,6 +168,9 @@ class Logger:
 
         Args:
             level: The severity; UNSET inherits the parent's level again.
+
+        Raises:
+            ValueError: There is no such severity.
         """
         self._logger.setLevel(int(LoggingSeverity(level)))
 
@@ -178,6 +184,9 @@ class Logger:
 
         Args:
             severity: Its severity.
+
+        Raises:
+            ValueError: There is no such severity.
         """
         return self._logger.isEnabledFor(int(LoggingSeverity(severity)))
 
@@ -263,6 +272,10 @@ class Logger:
 
         Returns:
             Whether it was logged.
+
+        Raises:
+            ValueError: There is no such severity, or the line has used another one with filters.
+            TypeError: There is no such option.
         """
         level = int(LoggingSeverity(severity))
         if self._logger.isEnabledFor(level):
@@ -321,5 +334,8 @@ def get_logger(name: str) -> Logger:
 
     Args:
         name: With dots between the levels, not empty.
+
+    Raises:
+        ValueError: The name is empty.
     """
     return Logger(name)

@@ -191,7 +191,11 @@ class Supervisor:
             await self._driver.finished.wait()
 
     async def __aenter__(self) -> Self:
-        """Begin to start the children; `wait_for` waits until one runs."""
+        """Begin to start the children; `wait_for` waits until one runs.
+
+        Raises:
+            RuntimeError: It has run already.
+        """
         if self._began:
             raise RuntimeError(f"Supervisor '{self.name}' has run already; make a new one")
         self._began = True

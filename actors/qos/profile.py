@@ -230,7 +230,7 @@ class QoSProfile:
                 ones have their defaults.
 
         Raises:
-            ValueError: A value is not an int, or out of range.
+            InvalidQoSProfileError: A value is not an int, or out of range.
         """
         numbers: dict[str, int] = {}
         for key in ("history", "depth", "reliability", "durability", "liveliness", *_TIMES):

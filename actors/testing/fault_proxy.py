@@ -201,7 +201,11 @@ class FaultProxy(Faults):
         return past + sum(connection.forwarded_bytes(direction) for connection in self._connections)
 
     async def __aenter__(self) -> Self:
-        """Listen."""
+        """Listen.
+
+        Raises:
+            RuntimeError: It is listening already.
+        """
         if self._group is not None:
             raise RuntimeError("The proxy is listening already")
         self._listener = _listen()
