@@ -44,10 +44,6 @@ class Broker:
     Attributes:
         options: As given, or the defaults.
         instance: A random identity of 16 bytes that its clients and its statistics see.
-
-    Raises (on entry):
-        AddressInUseError: Something else listens there.
-        ListenError: It cannot listen there for another reason.
     """
 
     def __init__(self, options: BrokerOptions | None = None, *, node_log_level: int = logging.DEBUG) -> None:
@@ -102,7 +98,12 @@ class Broker:
         return 0.0 if self._loop is None else self._loop.time()
 
     async def __aenter__(self) -> Self:
-        """Listen."""
+        """Listen.
+
+        Raises:
+            AddressInUseError: Something else listens there.
+            ListenError: It cannot listen there for another reason.
+        """
         self._loop = loop = asyncio.get_running_loop()
         self._reset()
         dispatcher, statistics = self._dispatcher, self._statistics

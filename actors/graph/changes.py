@@ -68,6 +68,9 @@ class GraphWatch(Handle["_WatchEndpoint"]):
 
         Returns:
             An iterator. One task at a time may use it.
+
+        Raises:
+            RuntimeError: The node does not run (at the first step).
         """
         async for changes in self.batches():
             for change in changes:

@@ -84,7 +84,12 @@ class Inspector:
         self._start_session()
 
     def __enter__(self) -> Self:
-        """Connect, if `connect` has not been called."""
+        """Connect, if `connect` has not been called.
+
+        Raises:
+            BrokerUnreachable: None answered within `timeout_sec`.
+            ProtocolError: The broker refuses, or violates the protocol.
+        """
         if self._socket is None:
             self.connect()
         return self

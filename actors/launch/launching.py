@@ -69,7 +69,8 @@ class Launch:
 
     Raises:
         InvalidUrlError: The URL cannot be read.
-        UnknownContextError: There is no such context.
+        InvalidEnvironmentError: CALLBOARD_DOMAIN is not an integer from 0 to 232.
+        ContextError: There is no such context, or the file of contexts is broken.
 
     Attributes:
         place: The address of the broker and the domain.

@@ -21,8 +21,8 @@ TOPICS = (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
 class NodeGraph:
     """A node's queries of the graph.
 
-    Every query asks the broker and raises BrokerUnreachable if none answers within 5 s. Names may be
-    relative to the node; a malformed one raises InvalidNameError (a ValueError), another type TypeError.
+    Every query asks the broker. Names of topics and services may be relative to the node; a malformed one
+    raises InvalidNameError (a ValueError), another type TypeError.
     """
 
     _context: NodeContext
@@ -37,6 +37,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._broker.snapshot()
 
@@ -49,6 +50,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._broker.report()
 
@@ -61,6 +63,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         return [name for name, _ in await self.get_node_names_and_namespaces()]
 
@@ -73,6 +76,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         pairs = map(split_node_name, (await self._broker.snapshot()).nodes())
         return [(name, namespace) for namespace, name in pairs]
@@ -86,6 +90,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         return (await self._broker.snapshot()).nodes()
 
@@ -98,6 +103,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         return (await self._broker.snapshot()).names_and_types(*TOPICS)
 
@@ -110,6 +116,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         return (await self._broker.snapshot()).names_and_types(EntryKind.SERVICE)
 
@@ -128,6 +135,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._by_node(EntryKind.PUBLISHER, node_name, node_namespace)
 
@@ -146,6 +154,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._by_node(EntryKind.SUBSCRIPTION, node_name, node_namespace)
 
@@ -162,6 +171,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._by_node(EntryKind.SERVICE, node_name, node_namespace)
 
@@ -178,6 +188,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._by_node(EntryKind.CLIENT, node_name, node_namespace)
 
@@ -197,6 +208,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
         return await self._count(EntryKind.PUBLISHER, topic_name)
@@ -213,6 +225,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
         return await self._count(EntryKind.SUBSCRIPTION, topic_name)
@@ -229,6 +242,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
         return await self._count(EntryKind.SERVICE, service_name)
@@ -245,6 +259,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
         return await self._count(EntryKind.CLIENT, service_name)
@@ -268,6 +283,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
         full = self._expand(topic_name)
@@ -285,6 +301,7 @@ class NodeGraph:
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
         full = self._expand(topic_name)

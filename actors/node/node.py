@@ -77,7 +77,10 @@ class Node(NodeGraph, NodeParameters):
         InvalidNameError: The name or namespace breaks the naming rules.
         InvalidRosArgumentError: `cli_args` cannot be read.
         InvalidUrlError: The broker URL cannot be read.
+        InvalidEnvironmentError: CALLBOARD_DOMAIN is not an integer from 0 to 232.
         ContextError: CALLBOARD_CONTEXT names no context, or the file of contexts is broken.
+        InvalidParameterTypeError: An override has another type than the parameter.
+        RuntimeError: A decorated method takes a wrong number of arguments.
         ValueError: `slow_callback_sec` is no time.
     """
 
@@ -351,6 +354,7 @@ class Node(NodeGraph, NodeParameters):
 
         Raises:
             InvalidServiceNameError: The name breaks the rules.
+            TypeError: `srv_type` is no service class.
             RuntimeError: The callback takes neither one nor two arguments.
             NodeDestroyed: The node has been destroyed.
         """
@@ -472,7 +476,13 @@ class Node(NodeGraph, NodeParameters):
 
         Returns when the node is in the graph: the first statement may publish, call and query. Without a
         broker it returns when all have refused, or after one second without an answer, and goes on trying in
-        the background; with `connect_timeout_sec` it raises BrokerUnreachable instead.
+        the background.
+
+        Raises:
+            BrokerUnreachable: There was no broker within `connect_timeout_sec`.
+            NodeNameTaken: Another live node has this full name.
+            NodeAlreadyRunning: It runs already.
+            NodeDestroyed: It has been destroyed.
         """
         await self._lifecycle.begin()
         return self
@@ -498,6 +508,7 @@ class Node(NodeGraph, NodeParameters):
             NodeAlreadyRunning: It runs already.
             BrokerUnreachable: There was no broker within `connect_timeout_sec`.
             NodeNameTaken: Another live node has this full name.
+            NodeDestroyed: It has been destroyed before.
         """
         async with self:
             await self._lifecycle.destroyed()

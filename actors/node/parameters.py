@@ -44,8 +44,11 @@ class NodeParameters:
 
         Raises:
             ParameterAlreadyDeclaredError: It is declared already.
-            InvalidParameterError: The name is invalid.
-            InvalidParameterValueError: The value is not allowed.
+            InvalidParameterError: The name is empty.
+            InvalidParameterTypeError: The override has another type than `value`.
+            InvalidParameterValueError: A range or an on-set callback refuses the value.
+            TypeError: The name is not a str, or no parameter can hold the value.
+            ValueError: `value` is `ParameterType.NOT_SET`.
         """
         return self._parameters.declare(name, value, descriptor, ignore_override=ignore_override)
 
@@ -70,9 +73,12 @@ class NodeParameters:
             The parameters, in the same order.
 
         Raises:
-            ParameterAlreadyDeclaredError: One is declared already.
-            InvalidParameterError: A name is invalid.
-            InvalidParameterValueError: A value is not allowed.
+            ParameterAlreadyDeclaredError: One is declared already, or a name occurs twice.
+            InvalidParameterError: A name is empty.
+            InvalidParameterTypeError: As for `declare_parameter`; those before it stay declared.
+            InvalidParameterValueError: As for `declare_parameter`; those before it stay declared.
+            TypeError: A name is not a str, or no parameter can hold a value.
+            ValueError: A value is `ParameterType.NOT_SET`.
         """
         return self._parameters.declare_many(namespace, parameters, ignore_override=ignore_override)
 
@@ -110,6 +116,7 @@ class NodeParameters:
 
         Raises:
             ParameterNotDeclaredError: It is not declared.
+            ParameterUninitializedError: It was declared with only a type and has no value yet.
         """
         return self._parameters.get(name)
 
@@ -124,6 +131,7 @@ class NodeParameters:
 
         Raises:
             ParameterNotDeclaredError: One is not declared.
+            ParameterUninitializedError: One was declared with only a type and has no value yet.
         """
         return [self._parameters.get(name) for name in names]
 
@@ -160,7 +168,7 @@ class NodeParameters:
             One result for each, in the same order.
 
         Raises:
-            ParameterNotDeclaredError: It is not declared.
+            ParameterNotDeclaredError: One is not declared; then none is set.
         """
         return self._parameters.set(parameter_list)
 
@@ -174,7 +182,7 @@ class NodeParameters:
             The result for all.
 
         Raises:
-            ParameterNotDeclaredError: It is not declared.
+            ParameterNotDeclaredError: One is not declared; then none is set.
         """
         return self._parameters.set_atomically(parameter_list)
 
@@ -187,6 +195,10 @@ class NodeParameters:
 
         Returns:
             The names, and their prefixes.
+
+        Raises:
+            TypeError: `prefixes` is a str.
+            ValueError: `depth` is negative.
         """
         return self._parameters.list_names(prefixes, depth)
 

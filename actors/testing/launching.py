@@ -258,6 +258,7 @@ async def launch(
         LaunchError: The description is wrong: on entry, or on leaving if it is found later.
         UnknownArgumentError: The description declares no argument of a given name.
         BrokerUnreachable: On leaving: no broker answers at `url`.
+        InvalidUrlError: `url` cannot be read.
     """
     async with AsyncExitStack() as stack:
         stack.enter_context(captured_nodes())

@@ -129,6 +129,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         Raises:
             WaitTimeout: There was no space within `timeout_sec`.
             PublisherRefused: The broker has refused this publisher.
+            RuntimeError: There is no space, and the node does not run.
             NodeDestroyed: The publisher has been destroyed.
         """
         endpoint = self._endpoint
@@ -151,6 +152,8 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
             WaitTimeout: It did not reach the broker within `timeout_sec`.
             BrokerUnreachable: The link broke while it was on its way.
             PublisherRefused: The broker has refused this publisher.
+            RuntimeError: The node does not run.
+            NodeDestroyed: The node has been destroyed.
         """
         endpoint = self._endpoint
         context, link = endpoint.context, endpoint.context.link
