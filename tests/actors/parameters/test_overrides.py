@@ -157,7 +157,7 @@ ns:
         ("a: [", "expected"),
         ("a: !!python/object/apply:os.system [ls]", "could not determine a constructor"),
         ("\x00", "special characters"),
-        ("[" * 5000, "nested too deeply"),
+        ("[" * 1000, "nested too deeply"),
     ],
 )
 def test_bad_files(tmp_path: Path, text: str, reason: str) -> None:

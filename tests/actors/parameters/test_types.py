@@ -91,7 +91,7 @@ def test_type_and_value_disagree() -> None:
         ("a: b: c", "a: b: c"),
         ("!!python/name:os.system", "!!python/name:os.system"),
         ("99999999999999999999", "99999999999999999999"),
-        ("[" * 5000, "[" * 5000),
+        ("[" * 1000, "[" * 1000),
         ("'42'", "42"),
     ],
 )

@@ -10,7 +10,6 @@ import pytest
 
 import actors
 from actors import Child, ChildEventKind, ChildState, Restart, Strategy, Supervisor
-from actors.processes.child_events import WATCHER_EVENTS
 from tests.simulation.loop import simulate
 from tests.simulation.stage import play
 
@@ -433,20 +432,22 @@ def test_watchers_see_what_happens() -> None:
     alone(scene)
 
 
-def test_a_slow_watcher_misses_the_oldest_and_counts_them() -> None:
+def test_a_slow_watcher_misses_the_oldest_and_counts_them(monkeypatch: pytest.MonkeyPatch) -> None:
     """A watcher's queue is bounded; what it cannot hold is dropped, oldest first."""
+    limit = 20
+    monkeypatch.setattr("actors.processes.child_events.WATCHER_EVENTS", limit)
 
     async def scene(loop: SimulatedLoop, diary: Diary) -> None:
         async def short() -> None:
             """Return at once."""
 
-        children = [Child(f"c{i}", node=short, restart=Restart.TEMPORARY) for i in range(WATCHER_EVENTS)]
+        children = [Child(f"c{i}", node=short, restart=Restart.TEMPORARY) for i in range(limit)]
         supervisor = Supervisor(children)
         watcher = supervisor.events()
         await supervisor.run()
         seen = [event async for event in watcher]
-        assert len(seen) == watcher.dropped == WATCHER_EVENTS
-        assert seen[-1].child == f"c{WATCHER_EVENTS - 1}"
+        assert len(seen) == watcher.dropped == limit
+        assert seen[-1].child == f"c{limit - 1}"
 
     alone(scene)
 

@@ -217,6 +217,7 @@ async def test_the_servers_death_fails_its_calls(meeting: Meeting) -> None:
 
 async def test_the_brokers_death_fails_all_calls(meeting: Meeting) -> None:
     """The link breaks in mid-call: ServiceUnavailable at once; the handler is cancelled."""
+    await meeting.restart_broker(drain_timeout_sec=0.1)  # which would wait for the call
     sloth = Sloth()
     _, client = await pair(meeting, sloth)
     call = client.call_async(ASK, math.inf)

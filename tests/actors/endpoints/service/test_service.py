@@ -375,7 +375,8 @@ async def test_a_node_without_a_broker_stops_with_a_handler_that_runs(tmp_path: 
         raise AssertionError
 
     async with asyncio.timeout(20):
-        async with actors.Node("server", url=f"callboard+unix://{tmp_path}/none") as node:
+        url = f"callboard+unix://{tmp_path}/none"
+        async with actors.Node("server", url=url, stop_timeout_sec=0.1) as node:
             service = node.create_service(AddTwoInts, "add", endless)
             endpoint_of(service).requested((entry(1, 10), entry(2, 20)))
             await turns()
