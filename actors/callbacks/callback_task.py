@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import asyncio
 from contextvars import ContextVar, copy_context
-from typing import TYPE_CHECKING, Any, Final
-
-from actors.callbacks.functions import ENDS_PROGRAM
+from types import coroutine as generator_coroutine
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Generator
@@ -20,6 +19,9 @@ if TYPE_CHECKING:
 current_callback_task: Final[ContextVar[CallbackTask | None]] = ContextVar(
     "callboard_callback_task", default=None
 )
+
+Step: TypeAlias = "tuple[Callable[[Any], Any], Any]"
+"""A coroutine's `send` or `throw`, and its argument."""
 
 
 class CallbackTask:
@@ -32,7 +34,10 @@ class CallbackTask:
         coroutine: What the callback returned.
         ended: Called with the result, or with the exception that the callback raised.
         timing: Counts the duration of each step.
-        concurrent: Run whether or not the mailbox is free (`concurrent=True`).
+
+    Attributes:
+        holding: Whether it holds the mailbox; set by the mailbox.
+        concurrent: Whether it runs without holding the mailbox; set by the mailbox.
     """
 
     __slots__ = (
@@ -54,22 +59,19 @@ class CallbackTask:
         mailbox: Mailbox,
         coroutine: Coroutine[Any, Any, Any],
         ended: Callable[[Any, BaseException | None], None],
-        *,
         timing: CallbackTiming,
-        concurrent: bool = False,
     ) -> None:
         self._mailbox = mailbox
         self._coroutine = coroutine
         self._ended = ended
         self._timing = timing
-        self.concurrent = concurrent
         self._context = copy_context()
         self._context.run(current_callback_task.set, self)
         self._calls = 0
         self._suspended = False
         self._cancelled = False
         self._task: asyncio.Task[Any] | None = None
-        self.holding = False
+        self.holding = self.concurrent = False
 
     def call_started(self) -> None:
         """Count a callboard call of this callback that is in flight now."""
@@ -114,80 +116,80 @@ class CallbackTask:
             self.holding = False
             self._mailbox.release()
 
-    async def run(self) -> None:
-        """Run the callback to its end in the current task."""
-        task = self._task = asyncio.current_task()
-        assert task is not None
+    @generator_coroutine
+    def run(self, task: asyncio.Task[Any]) -> Generator[Any, Any, None]:
+        """Run the callback to its end in `task`, which must be the current task."""
+        self._task = task
+        mailbox, timing, run = self._mailbox, self._timing, self._context.run
+        budget, clock = mailbox.budget, mailbox.budget.clock
         result: Any = None
         failure: BaseException | None = None
+        step, argument = self._coroutine.send, None
         try:
             if self._cancelled:
                 self._coroutine.close()
                 raise asyncio.CancelledError
-            result = await self
-        except asyncio.CancelledError as error:
-            if task.cancelling() and self._mailbox.closed:
+            first = began = clock()
+            # The mailbox itself starts concurrent callback tasks in order and within the budget.
+            if budget.exhausted and not self.concurrent:
+                step, argument = yield from self._before_step(step, argument)
+                began = clock()
+            while True:
+                try:
+                    awaited = run(step, argument)
+                except StopIteration as stop:
+                    result = stop.value
+                    break
+                finally:
+                    now = clock()
+                    timing.stepped(seconds := now - began, now - first)
+                    budget.spend_step(seconds)
+                step, argument = yield from self._suspend(awaited)
+                began = clock()
+        except BaseException as error:
+            if self._ends_worker(error):
                 raise
-            # Otherwise the callback or something that it awaited was cancelled, or the callback cancelled its
-            # own asyncio task: each ends the callback, not the worker.
-            failure = error
-        except SystemExit as error:
-            if not self._mailbox.exited(error):
-                raise
-            return
-        except (*ENDS_PROGRAM, GeneratorExit):  # the last: the loop has closed under this task
-            raise
-        except BaseException as error:  # noqa: BLE001 - the owner of the callback decides what an error means
             failure = error
         finally:
             self._task = None
             del self._context  # it refers to this object: no work for the garbage collector
-            self._mailbox.task_ended(self)
-        while task.cancelling() and not self._mailbox.closed:
+            mailbox.task_ended(self)
+        while task.cancelling() and not mailbox.closed:
             task.uncancel()
-        self._ended(result, failure)
+        if not isinstance(failure, SystemExit):  # which has ended the node
+            self._ended(result, failure)
 
-    def __await__(self) -> Generator[Any, Any, Any]:
-        """Drive the coroutine, and release the mailbox at each suspension with a call in flight."""
-        error: BaseException | None = None
-        value: Any = None
-        timing, budget, run = self._timing, self._mailbox.budget, self._context.run
-        clock = budget.clock
-        first = began = clock()
-        # The mailbox itself starts concurrent callback tasks in order and within the budget.
-        if budget.exhausted and not self.concurrent:
-            error = yield from self._before_step(error)
-            began = clock()
-        while True:
-            try:
-                if error is None:
-                    waiting = run(self._coroutine.send, value)
-                else:
-                    waiting = run(self._coroutine.throw, error)
-            except StopIteration as stop:
-                return stop.value
-            finally:
-                now = clock()
-                timing.stepped(now - began, now - first)
-                budget.spend_step(now - began)
-            self._suspended = True
-            if self._calls:
-                self._release()
-            value = error = None
-            try:
-                value = yield waiting
-            except GeneratorExit:  # abandoned: nobody runs this any more
-                self._coroutine.close()
-                raise
-            except BaseException as thrown:  # noqa: BLE001 - handed on to the coroutine unchanged
-                error = thrown
-            self._suspended = False
-            if budget.exhausted or not (self.holding or self.concurrent):
-                error = yield from self._before_step(error)
-            began = clock()
+    def _ends_worker(self, error: BaseException) -> bool:
+        """Return whether an exception ends the task that runs the callback, too."""
+        mailbox, task = self._mailbox, self._task
+        if isinstance(error, asyncio.CancelledError):
+            # Otherwise the callback or something that it awaited was cancelled, or the callback cancelled its
+            # own asyncio task: each ends the callback, not the worker.
+            return mailbox.closed and task is not None and task.cancelling() > 0
+        if isinstance(error, SystemExit):
+            return not mailbox.exited(error)
+        return isinstance(error, KeyboardInterrupt | GeneratorExit)  # the last: the loop has closed
 
-    def _before_step(self, error: BaseException | None) -> Generator[Any, Any, BaseException | None]:
-        """Wait for the mailbox and the callback budget; return what to throw into the coroutine.
+    def _suspend(self, awaited: Any) -> Generator[Any, Any, Step]:
+        """Wait for what a step awaits, without the mailbox if a call is in flight; return the next step."""
+        self._suspended = True
+        if self._calls:
+            self._release()
+        step, argument = self._coroutine.send, None
+        try:
+            argument = yield awaited
+        except GeneratorExit:  # abandoned: nobody runs this any more
+            self._coroutine.close()
+            raise
+        except BaseException as thrown:  # noqa: BLE001 - handed on to the coroutine unchanged
+            step, argument = self._coroutine.throw, thrown
+        self._suspended = False
+        if self._mailbox.budget.exhausted or not (self.holding or self.concurrent):
+            return (yield from self._before_step(step, argument))
+        return step, argument
+
+    def _before_step(self, step: Callable[[Any], Any], argument: Any) -> Generator[Any, Any, Step]:
+        """Wait for the mailbox and the callback budget; return the step, or the throwing of a cancellation.
 
         A cancelled callback, too, waits for the mailbox, so that it never runs at the same time as another.
         As in any task, the cancellation replaces the result of what was awaited.
@@ -202,5 +204,5 @@ class CallbackTask:
                 else:
                     break
             except asyncio.CancelledError as thrown:
-                error = thrown
-        return error
+                step, argument = self._coroutine.throw, thrown
+        return step, argument

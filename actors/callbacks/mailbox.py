@@ -138,9 +138,7 @@ class Mailbox:
         self._start_deferred = False
         """Whether they wait for the callback budget."""
         self._idle: deque[asyncio.Future[None]] = deque()
-        self._busy = False
-        self._running_ready = False
-        self._returning = False
+        self._busy = self._running_ready = self._returning = False
         self._deferred = False
         """Whether the mailbox waits for the callback budget."""
         self.budget = CallbackBudget()
@@ -175,7 +173,7 @@ class Mailbox:
         """Handle SystemExit of a callback; return whether it ends the node only, not the program."""
         if self.on_exit is None:
             return False
-        self.drain(_nothing)
+        self.drain(lambda: None)
         self.on_exit(error)
         return True
 
@@ -237,7 +235,8 @@ class Mailbox:
         if not source.posted and self._on_drained is None:
             source.posted = True
             self._ready.append(source)
-            self._run_ready()
+            if not self._busy:
+                self._run_ready()
 
     def _run_ready(self) -> None:
         """Run what waits, until the mailbox is taken, empty or out of budget."""
@@ -328,11 +327,12 @@ class Mailbox:
             self.workers -= 1
 
     async def _work_on(self) -> None:
-        loop = asyncio.get_running_loop()
+        loop, task = asyncio.get_running_loop(), asyncio.current_task()
+        assert task is not None
         while True:
             while self._assigned:
                 callback_task = self._assigned.popleft()
-                await callback_task.run()
+                await callback_task.run(task)
                 if callback_task.holding:
                     callback_task.holding = False
                     self._busy = False
@@ -355,6 +355,7 @@ class Mailbox:
         if self._spawn is None:
             callback_task.discard()
         else:
+            callback_task.concurrent = True
             self.running[callback_task] = self._not_begun[callback_task] = None
             self._to_start.append(callback_task)
             self._start_concurrent()
@@ -379,7 +380,9 @@ class Mailbox:
         self._not_begun.pop(callback_task, None)
         if self._to_start and len(self._not_begun) == len(self._to_start):
             asyncio.get_running_loop().call_soon(self._start_concurrent)
-        await callback_task.run()
+        task = asyncio.current_task()
+        assert task is not None
+        await callback_task.run(task)
 
     def release(self) -> None:
         """Free the mailbox and run what waits for it."""
@@ -394,7 +397,3 @@ class Mailbox:
         waiter: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._resuming.append((callback_task, waiter))
         await waiter
-
-
-def _nothing() -> None:
-    pass

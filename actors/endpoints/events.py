@@ -225,7 +225,7 @@ class Event:
         if coroutine is None:
             return None
         self._running = True
-        return CallbackTask(self._context.mailbox, coroutine, self._ended, timing=self.timing)
+        return CallbackTask(self._context.mailbox, coroutine, self._ended, self.timing)
 
     def _ended(self, result: object, error: BaseException | None) -> None:
         del result

@@ -219,7 +219,7 @@ class TimerSource:
         if coroutine is None:
             self._continue()
             return None
-        self._running = CallbackTask(self._context.mailbox, coroutine, self._ended, timing=self.timing)
+        self._running = CallbackTask(self._context.mailbox, coroutine, self._ended, self.timing)
         return self._running
 
     def _info(self) -> TimerInfo:

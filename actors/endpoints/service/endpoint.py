@@ -159,9 +159,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
             elif self.context.stopping:
                 self._destroy_if_done()
 
-        callback_task = CallbackTask(
-            self.context.mailbox, coroutine, ended, timing=self.timing, concurrent=self._concurrent
-        )
+        callback_task = CallbackTask(self.context.mailbox, coroutine, ended, self.timing)
         self.running[call] = callback_task
         self._suspended += 1
         return callback_task

@@ -77,6 +77,8 @@ class Consumer:
         self.callback = callback
         self._message_lost = message_lost
         self._concurrent = concurrent
+        self._most = MAX_CONCURRENT if concurrent else 1
+        """Callbacks that may be suspended at the same time."""
         self._closed = False
 
     @property
@@ -113,8 +115,7 @@ class Consumer:
 
     def has_work(self) -> bool:
         """CallbackSource: whether a callback could run now."""
-        limit = MAX_CONCURRENT if self._concurrent else 1
-        return bool(self.backlog.batches) and self.running < limit and not self._closed
+        return self.running < self._most and bool(self.backlog.batches) and not self._closed
 
     def dispatch(self, share: Share) -> CallbackTask | None:
         """CallbackSource: run the callback for what waits, until it returns something to await."""
@@ -123,13 +124,7 @@ class Consumer:
             coroutine = self._run(batches[0], share)
             if coroutine is not None:
                 self.running += 1
-                callback_task = CallbackTask(
-                    self.context.mailbox,
-                    coroutine,
-                    self._ended,
-                    timing=self.timing,
-                    concurrent=self._concurrent,
-                )
+                callback_task = CallbackTask(self.context.mailbox, coroutine, self._ended, self.timing)
                 if not self._concurrent:
                     return callback_task
                 self.context.mailbox.run_concurrently(callback_task)
@@ -180,7 +175,7 @@ class Consumer:
         self.running -= 1
         if error is not None:
             self.context.callback_failed(self.timing.what, error)
-        if self.has_work():
+        if self.backlog.batches:
             self.context.mailbox.post(self)
 
     async def iterate(self) -> AsyncIterator[Any]:

@@ -55,7 +55,7 @@ class Recorder:
             result = self.queue.popleft()()
             if asyncio.iscoroutine(result):
                 self.running += 1
-                self.callback_task = CallbackTask(self.mailbox, result, self.ended, timing=self.timing)
+                self.callback_task = CallbackTask(self.mailbox, result, self.ended, self.timing)
                 return self.callback_task
             self.results.append(result)
             if share.used:
@@ -394,9 +394,7 @@ async def test_concurrent_callback_runs_while_the_mailbox_is_taken() -> None:
 
         source.add(hold)
         await asyncio.sleep(0)
-        callback_task = CallbackTask(
-            mailbox, concurrent(), lambda result, _: done.append(result), timing=timing(), concurrent=True
-        )
+        callback_task = CallbackTask(mailbox, concurrent(), lambda result, _: done.append(result), timing())
         mailbox.run_concurrently(callback_task)
         await until(lambda: done == ["concurrent"])
         assert not source.results
