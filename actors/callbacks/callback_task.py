@@ -151,13 +151,13 @@ class CallbackTask:
                 raise
             failure = error
         finally:
-            self._task = None
-            del self._context  # it refers to this object: no work for the garbage collector
+            self._task, ended = None, self._ended
+            del self._context, self._ended  # they refer to this object: no work for the garbage collector
             mailbox.task_ended(self)
         while task.cancelling() and not mailbox.closed:
             task.uncancel()
         if not isinstance(failure, SystemExit):  # which has ended the node
-            self._ended(result, failure)
+            ended(result, failure)
 
     def _ends_worker(self, error: BaseException) -> bool:
         """Return whether an exception ends the task that runs the callback, too."""

@@ -129,3 +129,25 @@ async def test_coroutine_callbacks_leave_nothing_to_the_garbage_collector() -> N
         assert len(tasks) <= 1  # the recorder keeps the last
     finally:
         gc.enable()
+
+
+async def test_coroutine_handlers_leave_nothing_to_the_garbage_collector(meeting: Meeting) -> None:
+    """A service and its callback tasks refer to each other only until the handlers end."""
+    server, caller = await meeting.node("server"), await meeting.node("caller")
+
+    async def answer_and_forget(_: Empty.Request) -> Empty.Response:
+        await asyncio.sleep(0)
+        return Empty.Response()
+
+    server.create_service(Empty, "serve", answer_and_forget)
+    client = caller.create_client(Empty, "serve")
+    assert await client.wait_for_service(10)
+    gc.collect()
+    gc.disable()
+    try:
+        await asyncio.gather(*(client.call(Empty.Request()) for _ in range(MESSAGES)))
+        tasks = [each for each in gc.get_objects() if isinstance(each, CallbackTask)]
+        handlers = [each for each in tasks if each.name.endswith(answer_and_forget.__name__)]
+        assert len(handlers) <= 1  # the worker keeps the last
+    finally:
+        gc.enable()
