@@ -104,7 +104,9 @@ class Driver(Generic[StepT]):
             finally:
                 self._performing = False
             self._set_timer()
-        except Exception as error:  # noqa: BLE001 - it is raised to whoever runs this
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001 - it is raised to whoever runs this
             self._break(error)
         self._on_moved()
         if not self.executions and (self._plan.finished or self.failure is not None):
@@ -166,7 +168,7 @@ class Driver(Generic[StepT]):
         # A loop may call a little early; for the plan it is time.
         self.happened(lambda now: self._plan.tick(max(now, due)))
 
-    def _break(self, error: Exception) -> None:
+    def _break(self, error: BaseException) -> None:
         """Stop everything, in no order: the plan may not know what runs."""
         self.failure = self.failure or error
         self._steps.clear()

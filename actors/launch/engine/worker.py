@@ -41,6 +41,8 @@ def call_in_thread(call: Callable[[], T], context: Context | None = None) -> asy
         try:
             set_result = partial(future.set_result, call())
         except BaseException as error:  # noqa: BLE001 - it is raised to whoever awaits the future
+            if isinstance(error, StopIteration):  # a future cannot hold it
+                error = RuntimeError(f"StopIteration: {error}").with_traceback(error.__traceback__)
             set_result = partial(future.set_exception, error)
         with suppress(RuntimeError):  # the loop has been closed
             loop.call_soon_threadsafe(finish, set_result)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from actors.launch.description.actions import Action
 
 
-def placed(error: CallboardError, action: Action, file: str | None) -> LaunchError:
+def placed(error: BaseException, action: Action, file: str | None) -> LaunchError:
     """Return what is wrong with an action, in one line that says where.
 
     Args:
@@ -51,8 +51,7 @@ def of_function(function: Callable[..., Any], error: BaseException, file: str | 
     if line is None and code is not None:  # calling it failed
         path, line = code.co_filename, code.co_firstlineno
     where = f"{path}, line {line}: " if line else ""
-    kind = "" if isinstance(error, CallboardError) else f"{type(error).__name__}: "
-    return _with_place(LaunchError(f"{where}{function_name(function)}: {kind}{_text(error)}"))
+    return _with_place(LaunchError(f"{where}{function_name(function)}: {_text(error)}"))
 
 
 def of_result(function: Callable[..., Any], text: str) -> LaunchError:
@@ -79,4 +78,5 @@ def _with_place(error: LaunchError) -> LaunchError:
 def _text(error: BaseException) -> str:
     if isinstance(error, InvalidNameError):  # its own text has three lines
         return f"'{escape(error.name)}' cannot be a {error.kind}: {error.reason}"
-    return " ".join(error_text(error).split("\n"))
+    kind = "" if isinstance(error, CallboardError) else f"{type(error).__name__}: "
+    return " ".join(f"{kind}{error_text(error)}".split("\n"))

@@ -133,6 +133,10 @@ class _Planner:
                 if isinstance(error, LaunchError) and error.placed:
                     raise
                 raise placed(error, action, scope.file) from error
+            except (KeyboardInterrupt, Exception):
+                raise
+            except BaseException as error:  # of a substitution or condition, such as that of pytest.fail
+                raise placed(error, action, scope.file) from error
         return steps
 
     def warnings(self, steps: Sequence[Step]) -> list[str]:

@@ -18,15 +18,18 @@ from actors.launch import (
     LaunchError,
     LogInfo,
     Node,
+    OnProcessStart,
     OnShutdown,
     OpaqueFunction,
     RegisterEventHandler,
     TimerAction,
     launching,
 )
+from actors.launch.description.conditions import Condition
+from actors.launch.description.substitutions import Scope, Substitution
 from actors.launch.engine.embedded import broker_is_there
 from actors.launch.launching import FIND_TRIES
-from actors.launch.planning.events import ProcessExited, ProcessStarted
+from actors.launch.planning.events import Message, ProcessExited, ProcessStarted
 from broker import AddressInUseError
 from tests.simulation.stage import Stage, play
 
@@ -101,6 +104,71 @@ def test_what_is_asked_to_stop_gets_five_seconds(monkeypatch: pytest.MonkeyPatch
         assert second - first == pytest.approx(5.0)
 
     play(scene)
+
+
+class Fails(Substitution):
+    """A substitution of a user that raises what it was made with."""
+
+    def __init__(self, error: BaseException) -> None:
+        self._error = error
+
+    def perform(self, scope: Scope) -> str:
+        """Raise it."""
+        raise self._error
+
+
+class FailsCondition(Condition):
+    """A condition of a user that raises what it was made with."""
+
+    def __init__(self, error: BaseException) -> None:
+        self._error = error
+
+    def holds(self, scope: Scope) -> bool:
+        """Raise it."""
+        raise self._error
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (SystemExit(4), "SystemExit: 4"),
+        (GeneratorExit(), "GeneratorExit"),
+        (asyncio.CancelledError(), "CancelledError"),
+        (pytest.fail.Exception("no map"), "Failed: no map"),
+    ],
+)
+@pytest.mark.parametrize("part", ["substitution", "condition"])
+async def test_what_a_substitution_raises_in_an_event_handler_ends_the_launch(
+    meeting: Meeting, error: BaseException, text: str, part: str
+) -> None:
+    """Also if it is no Exception: one error line says what and where, processes stop, and it has failed."""
+    bad = (
+        LogInfo(msg=Fails(error))
+        if part == "substitution"
+        else LogInfo(msg="x", condition=FailsCondition(error))
+    )
+    heard: list[Event] = []
+    description = LaunchDescription(
+        [SLEEPER, RegisterEventHandler(OnProcessStart(on_start=lambda event: [bad]))]
+    )
+    launch = Launch(description, url=meeting.url, listeners=[heard.append])
+    async with asyncio.timeout(30):
+        assert not await launch.run()
+    assert text in launch.mistake
+    assert "LogInfo" in launch.mistake
+    assert [each for each in heard if isinstance(each, Message) and text in each.text]
+    assert any(isinstance(each, ProcessExited) for each in heard)
+
+
+async def test_a_stop_iteration_in_an_event_handler_ends_the_launch(meeting: Meeting) -> None:
+    """A future cannot hold it, so it is raised as another error."""
+    bad = LogInfo(msg="x", condition=FailsCondition(StopIteration()))
+    description = LaunchDescription(
+        [SLEEPER, RegisterEventHandler(OnProcessStart(on_start=lambda event: [bad]))]
+    )
+    with pytest.raises(RuntimeError, match="StopIteration"):
+        async with asyncio.timeout(30):
+            await Launch(description, url=meeting.url).run()
 
 
 @pytest.mark.parametrize("late", [1, 3])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
+import pytest
+
 from actors.processes.driver import Driver
 
 if TYPE_CHECKING:
@@ -60,17 +62,18 @@ async def test_steps_that_a_step_leads_to_come_after_it() -> None:
     assert steps == ["first", "second", "third"]
 
 
-async def test_an_error_ends_it() -> None:
+@pytest.mark.parametrize("error", [OSError, SystemExit, GeneratorExit, pytest.fail.Exception])
+async def test_an_error_ends_it(error: type[BaseException]) -> None:
     """Steps behind the failing one are dropped, and the error is kept for whoever runs it."""
     plan, steps = Countdown(1), list[str]()
 
     def perform(step: str) -> None:
         steps.append(step)
-        raise OSError(step)
+        raise error(step)
 
     driver = Driver(plan, perform)
     driver.begin(lambda _now: ["first", "second"])
     async with asyncio.timeout(30):
         assert not await driver.wait(lambda: None)
     assert steps == ["first"]
-    assert isinstance(driver.failure, OSError)
+    assert isinstance(driver.failure, error)
