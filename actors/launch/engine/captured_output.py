@@ -199,7 +199,11 @@ def _message(record: logging.LogRecord) -> Message:
     level = Level.INFO
     if record.levelno >= logging.WARNING:
         level = Level.ERROR if record.levelno >= logging.ERROR else Level.WARN
-    return Message(level, escape(record.getMessage()), record.name.removeprefix(f"{ROOT_NAME}."))
+    text = escape(record.getMessage())
+    if record.exc_info:
+        traceback = logging.Formatter().formatException(record.exc_info)
+        text = "\n".join([text, *map(escape, traceback.split("\n"))])
+    return Message(level, text, record.name.removeprefix(f"{ROOT_NAME}."))
 
 
 class _CapturedStream(io.RawIOBase):

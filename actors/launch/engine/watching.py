@@ -7,18 +7,22 @@ itself, so that those which do not count cost nothing.
 from __future__ import annotations
 
 import asyncio
+import logging
 import os
 import threading
 from contextlib import asynccontextmanager, closing, suppress
+from functools import partial
 from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Final
 
 from actors.launch.engine.sources import MAX_FOLDERS, Sources
+from actors.launch.engine.worker import call_in_thread
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Level, Message, ProcessExited, ProcessStarted
 from actors.launch.planning.steps import Start
+from actors.logging.logger import ROOT_NAME
 from proto.errors import escape
 
 if TYPE_CHECKING:
@@ -37,6 +41,9 @@ LONGEST_MS: Final = 2000
 """How long changes may go on until they are one all the same."""
 POLL_INTERVAL_MS: Final = 100
 """How long it takes to begin to watch, and to notice a process that comes later."""
+END_TIMEOUT_SEC: Final = 3.0
+"""How long to wait for the thread at the end: it notices within `QUIET_MS`, unless a file system hangs."""
+OFF: Final = "changed processes are not restarted any more"
 
 
 class SourceWatch:
@@ -85,14 +92,15 @@ class SourceWatch:
         if find_spec("watchfiles") is None:
             raise LaunchError(MISSING)
         self._loop = asyncio.get_running_loop()
-        changes = await asyncio.to_thread(self._begin)
-        thread = threading.Thread(target=self._watch, args=(changes,), name="launch sources", daemon=True)
-        thread.start()
+        changes = await call_in_thread(self._begin)
+        watching = call_in_thread(partial(self._watch, changes))
+        watching.add_done_callback(self._ended)
         try:
             yield
         finally:
             self._over.set()
-            await asyncio.to_thread(thread.join)
+            await asyncio.wait({watching}, timeout=END_TIMEOUT_SEC)
+            watching.cancel()
 
     # In the thread
 
@@ -116,6 +124,11 @@ class SourceWatch:
         return changes
 
     def _watch(self, watched: Generator[set[str]]) -> None:
+        """Report changes until the watch is over.
+
+        Raises:
+            LaunchError: The system cannot watch any longer.
+        """
         try:
             while not self._over.is_set():
                 changes = next(watched, set[str]())
@@ -126,8 +139,6 @@ class SourceWatch:
                     before.close()
                 if changes:
                     self._call(self._changed, changes)
-        except LaunchError as error:
-            self._later(Level.ERROR, f"{error}; changes are not seen any more")
         finally:
             watched.close()
 
@@ -140,6 +151,13 @@ class SourceWatch:
             self._loop.call_soon_threadsafe(function, *arguments)
 
     # In the loop
+
+    def _ended(self, watching: asyncio.Future[None]) -> None:
+        error = None if watching.cancelled() else watching.exception()
+        if isinstance(error, LaunchError):
+            self._say(Level.ERROR, f"{error}; {OFF}")
+        elif error is not None:  # a bug
+            logging.getLogger(ROOT_NAME).error("Watching sources has failed; %s", OFF, exc_info=error)
 
     def _changed(self, paths: set[str]) -> None:
         changed: dict[str, list[str]] = {}
@@ -183,6 +201,8 @@ def _changes(folders: Sequence[str], stop: threading.Event) -> Generator[set[str
             yield set()
             for batch in chain([first], batches):
                 yield {os.path.realpath(path) for _, path in batch}
+        if not stop.is_set():
+            raise RuntimeError("watchfiles reports no more changes")
     except (OSError, RuntimeError) as error:
         raise LaunchError(f"Sources cannot be watched: {escape(str(error))}") from error
 

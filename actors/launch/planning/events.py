@@ -167,7 +167,7 @@ class Message(Event):
 
     Attributes:
         level: How bad it is.
-        text: What it is, in one line.
+        text: What it is, in one line; the lines of a traceback may follow.
         about: Whom it is about: a label, or the launch.
     """
 

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import sys
+import threading
 from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.launch.engine.watching import MISSING, SourceWatch
+from actors.launch.engine.captured_output import own_logs
+from actors.launch.engine.watching import MISSING, OFF, SourceWatch
 from actors.launch.errors import LaunchError
-from actors.launch.planning.events import Event, Message, ProcessStarted
+from actors.launch.planning.events import Event, Level, Message, ProcessStarted
 from actors.launch.planning.steps import ProcessSpec, Start
 
 if TYPE_CHECKING:
+    from collections.abc import Generator
     from pathlib import Path
 
 
@@ -115,6 +118,91 @@ async def test_a_launch_file_cannot_be_carried_out_again(tmp_path: Path) -> None
         await witness.sees("robot.launch.py has changed: start the launch again to see that")
         (tmp_path / "main.py").touch()
         await witness.sees("one-1: main.py has changed")
+
+
+class Looks:
+    """Stands in for `watchfiles.watch`: finds nothing until told to end.
+
+    Attributes:
+        error: What it raises at the end; None: it ends as an iterator does.
+    """
+
+    def __init__(self, error: BaseException | None) -> None:
+        self.error = error
+        self._end = threading.Event()
+
+    def watch(self, *folders: str, **options: object) -> Generator[set[tuple[object, str]]]:
+        """Yield nothing, twice; then end as soon as `end` is called."""
+        yield set()
+        yield set()
+        assert self._end.wait(30)
+        if self.error is not None:
+            raise self.error
+
+    def end(self) -> None:
+        """Let it end."""
+        self._end.set()
+
+
+@pytest.mark.parametrize("error", [None, RuntimeError("inotify is gone")])
+async def test_a_watch_that_ends_is_one_error_line(
+    error: BaseException | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether watchfiles raises or just stops; the thread ends, instead of asking it again and again."""
+    looks = Looks(error)
+    monkeypatch.setattr("watchfiles.watch", looks.watch)
+    witness = Witness(process("one-1", tmp_path))
+    reason = error or "watchfiles reports no more changes"
+    async with asyncio.timeout(30), witness.watch.running():
+        await witness.sees("watching 1 folder for changes")
+        looks.end()
+        await witness.sees(f"Sources cannot be watched: {reason}; {OFF}")
+
+
+async def test_a_bug_in_the_watch_is_logged_with_its_traceback(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A launch shows it: an error line says that changes restart nothing any more. The launch goes on."""
+
+    class PanicException(BaseException):
+        """What a panic in a Rust extension is."""
+
+    looks = Looks(PanicException("out of luck"))
+    monkeypatch.setattr("watchfiles.watch", looks.watch)
+    witness = Witness(process("one-1", tmp_path))
+    said: list[Event] = []
+    logged = asyncio.Event()
+
+    def notify(event: Event) -> None:
+        said.append(event)
+        logged.set()
+
+    async with asyncio.timeout(30):
+        with own_logs(notify):
+            async with witness.watch.running():
+                looks.end()
+                await logged.wait()
+    (message,) = said
+    assert isinstance(message, Message)
+    first, *traceback = message.text.split("\n")
+    assert (message.level, first) == (Level.ERROR, f"Watching sources has failed; {OFF}")
+    assert traceback[0] == "Traceback (most recent call last):"
+    assert traceback[-1].endswith("PanicException: out of luck")
+
+
+async def test_leaving_does_not_wait_for_a_thread_that_hangs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Such as one that reads a file system that does not answer: it is abandoned."""
+    looks = Looks(None)
+    monkeypatch.setattr("watchfiles.watch", looks.watch)
+    monkeypatch.setattr("actors.launch.engine.watching.END_TIMEOUT_SEC", 0.01)
+    witness = Witness(process("one-1", tmp_path))
+    async with asyncio.timeout(20):
+        async with witness.watch.running():
+            await witness.sees("watching 1 folder for changes")
+    assert witness.said == []
+    looks.end()
 
 
 async def test_without_watchfiles_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
