@@ -9,7 +9,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 import secrets
 from itertools import count
@@ -25,7 +24,7 @@ from broker.periodic_check import PeriodicCheck
 from broker.stats import Statistics
 from proto import limits
 from proto.aio.forks import drop_in_children
-from proto.aio.tasks import keep_running
+from proto.aio.tasks import cancel_and_wait, keep_running
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -153,6 +152,4 @@ class Broker:
     async def _stop_check(self) -> None:
         check, self._check = self._check, None
         if check is not None:
-            check.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await check
+            await cancel_and_wait(check)

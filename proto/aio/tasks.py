@@ -1,4 +1,4 @@
-"""Supervision of background tasks: log a failure with its traceback and start the task again."""
+"""Background tasks: supervise them (log a failure with its traceback and start again), and end them."""
 
 from __future__ import annotations
 
@@ -30,3 +30,24 @@ async def keep_running(
             text = "%s failed; it starts again in %g s"
             logging.getLogger("callboard").exception(text, name, pause_sec)
         await asyncio.sleep(pause_sec)
+
+
+async def cancel_and_wait(task: asyncio.Task[None]) -> None:
+    """Cancel a task and wait until it has ended, also when the wait is cancelled.
+
+    Args:
+        task: The task. It is cancelled again at each cancellation of the wait.
+
+    Raises:
+        CancelledError: The wait was cancelled; the task has ended nevertheless.
+    """
+    cancelled: asyncio.CancelledError | None = None
+    task.cancel()
+    while not task.done():
+        try:
+            await asyncio.wait({task})
+        except asyncio.CancelledError as error:
+            cancelled = error
+            task.cancel()
+    if cancelled is not None:
+        raise cancelled

@@ -270,6 +270,22 @@ async def test_a_unix_socket_is_used_and_removed(tmp_path: Path) -> None:
     assert not path.exists()
 
 
+async def test_a_stop_that_is_cancelled_at_its_very_end_is_cancelled() -> None:
+    """While it waits for its last task: nobody's cancellation is lost, and the task has ended."""
+    before = asyncio.all_tasks()
+    broker = Broker(QUICK)
+    await broker.__aenter__()
+    stopping = asyncio.create_task(broker.stop())
+    with contextlib.suppress(RuntimeError):  # it does not listen any more
+        while broker.url:
+            await asyncio.sleep(0)
+    assert not stopping.done()
+    stopping.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await stopping
+    assert asyncio.all_tasks() == before
+
+
 async def test_a_broker_that_stops_leaves_its_successors_socket_alone(tmp_path: Path) -> None:
     """While one drains, the next may listen at the same path already."""
     path = tmp_path / "s"

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 from actors.launch.planning.presence import Presence, presence_of
 from actors.logging.logger import LoggingSeverity, get_logger
 from actors.node.node import Node
-from proto.aio.tasks import keep_running
+from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ async def graph_watch(
     try:
         yield
     finally:
-        await _end(watching)
+        await cancel_and_wait(watching)
 
 
 async def _watch(place: BrokerTarget, on_change: Callable[[set[Presence]], None]) -> None:
@@ -70,20 +70,6 @@ async def _watch(place: BrokerTarget, on_change: Callable[[set[Presence]], None]
                     on_change(known.now)
     except CallboardError as error:
         get_logger("launch").warning(f"cannot see which nodes are there: {error}")
-
-
-async def _end(task: asyncio.Task[None]) -> None:
-    """Cancel a task and wait until it has ended, also when the wait is cancelled."""
-    cancelled: asyncio.CancelledError | None = None
-    task.cancel()
-    while not task.done():
-        try:
-            await asyncio.wait({task})
-        except asyncio.CancelledError as error:
-            cancelled = error
-            task.cancel()  # the node is being stopped by force
-    if cancelled is not None:
-        raise cancelled
 
 
 class Presences:
