@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.callbacks.budget import CallbackBudget
 from actors.callbacks.functions import exit_ends_node
 from actors.diagnostics.records import Size
-from actors.errors import NodeAlreadyRunning
+from actors.errors import BrokerUnreachable, NodeAlreadyRunning
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class Lifecycle:
         Raises:
             NodeAlreadyRunning: It runs already.
             NodeDestroyed: It has been destroyed.
-            BrokerUnreachable: There was no broker within `connect_timeout_sec`.
+            BrokerUnreachable: No broker has accepted the node within `connect_timeout_sec`.
         """
         context, link = self._context, self._context.link
         if self._running:
@@ -100,25 +100,34 @@ class Lifecycle:
         self._body = asyncio.current_task()
         self._cancelling = self._body.cancelling() if self._body is not None else 0
         link.loop = asyncio.get_running_loop()
-        self._spawn(self._keep_link())
-        context.mailbox.on_exit = self.fail if exit_ends_node.get() else None
-        context.mailbox.open(self._spawn, CallbackBudget.of(link.loop))
-        for timer in context.timers:
-            timer.start()
+        connecting = self._spawn(self._keep_link())
         try:
-            if self._connect_timeout_sec is None:
-                await self._connector.first_attempt(self._entered)
-            while self._connect_timeout_sec is not None and not self._entered():
-                await link.changed()
+            context.mailbox.on_exit = self.fail if exit_ends_node.get() else None
+            context.mailbox.open(self._spawn, CallbackBudget.of(link.loop))
+            for timer in context.timers:
+                timer.start()
+            timeout_sec = self._connect_timeout_sec
+            if timeout_sec is None:
+                await self._connector.first_attempt(
+                    lambda: self._entered() or (link.connections > 0 and not link.connected)
+                )
+                return
+            self._deadline = link.loop.time() + timeout_sec
+            while not (link.connections or self._entered()):
+                await link.changed()  # the connector has the same deadline, and knows why there is no session
+            if not await self._until(self._entered):
+                connecting.cancel()  # stopping waits for nothing more from this broker
+                how = "" if link.connected else "; it has closed the session"
+                text = f"The broker at {link.url} has not accepted this node within {timeout_sec:g} s{how}"
+                raise BrokerUnreachable(text)
         except BaseException as error:
             await self.end(error)
             raise
 
     def _entered(self) -> bool:
-        """Whether entering is complete: the node is in the graph, has lost its link, or ends."""
-        context, link = self._context, self._context.link
-        lost = link.connections > 0 and not link.connected
-        return context.declared or lost or context.destroyed or self._failure is not None
+        """Whether entering is complete: the node is in the graph, or ends."""
+        context = self._context
+        return context.declared or context.destroyed or self._failure is not None
 
     def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         task = asyncio.get_running_loop().create_task(coroutine)

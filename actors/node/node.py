@@ -63,8 +63,8 @@ class Node(NodeGraph, NodeParameters):
         parameter_overrides: Values for parameters; they win over the command line and files.
         allow_undeclared_parameters: Reading and setting undeclared parameters is no error.
         automatically_declare_parameters_from_overrides: Declare every override.
-        connect_timeout_sec: Raise BrokerUnreachable on entry when there is no broker within this; None
-            enters without one, and goes on trying in the background.
+        connect_timeout_sec: Raise BrokerUnreachable on entry when no broker has accepted the node within
+            this; None enters without one, and goes on trying in the background.
         default_call_timeout_sec: The deadline of calls that name none.
         stop_timeout_sec: What leaving gives running callbacks to end, and then queued messages to be sent, an
             attempt to connect that is in progress included. What could not be sent is counted in a warning.
@@ -506,7 +506,7 @@ class Node(NodeGraph, NodeParameters):
 
         Raises:
             NodeAlreadyRunning: It runs already.
-            BrokerUnreachable: There was no broker within `connect_timeout_sec`.
+            BrokerUnreachable: No broker has accepted the node within `connect_timeout_sec`.
             NodeNameTaken: Another live node has this full name.
             NodeDestroyed: It has been destroyed before.
         """

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import AsyncExitStack
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
 import actors
+from actors.endpoints.timer import TimerSource
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.session.first_attempt import FIRST_ANSWER_SEC
 from broker import Broker, BrokerOptions
+from proto import frames, limits
+from proto.codec import encode
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.stage import play
 from tests.simulation.test_alone import Mute
@@ -110,6 +113,79 @@ def test_a_second_broker_is_tried_within_the_same_second(first: str) -> None:
                 assert stage.loop.time() < FIRST_ANSWER_SEC
 
     play(scene)
+
+
+class Greeter(Mute):
+    """A peer that welcomes a node, and accepts none.
+
+    Attributes:
+        stays: Whether it keeps the connection after that.
+    """
+
+    stays = True
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Keep the transport."""
+        self._transport = cast("asyncio.Transport", transport)
+        self._welcome = encode(frames.Welcome(limits.PROTOCOL_VERSION, {"keepalive_ms": 60_000}))
+
+    def buffer_updated(self, nbytes: int) -> None:
+        """Welcome at the first bytes."""
+        self._transport.write(self._welcome)
+        self._welcome = b""
+        if not self.stays:
+            self._transport.close()
+
+
+class Leaver(Greeter):
+    """It hangs up after its welcome."""
+
+    stays = False
+
+
+@pytest.mark.parametrize(
+    ("peer", "text"),
+    [(Greeter, "has not accepted this node within 2 s$"), (Leaver, "within 2 s; it has closed the session")],
+)
+def test_a_connect_timeout_includes_the_acceptance_of_the_node(
+    peer: type[Greeter], text: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A session is not enough. What was published before is reported as not sent."""
+
+    async def scene(stage: Stage) -> None:
+        with on_host(BROKER):
+            listener = await stage.loop.create_server(peer, "127.0.0.1", MUTE_PORT)
+        node = make(url=MUTE, connect_timeout_sec=2.0)
+        node.create_publisher(Int64, "/out").publish(Int64())
+        with pytest.raises(actors.BrokerUnreachable, match=text) as caught:
+            async with node:
+                pytest.fail("it must not enter")
+        assert f"The broker at {MUTE} has not accepted" in str(caught.value)
+        assert stage.loop.time() == pytest.approx(2.0, abs=0.01)
+        listener.close()
+        await listener.wait_closed()
+
+    play(scene)
+    assert f"1 published messages were never sent: no link to a broker at {MUTE}" in caplog.text
+
+
+async def test_an_entry_that_fails_leaves_nothing_running(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also before it waits for the broker: the node is stopped, and can not be entered again."""
+    node = meeting.absent("one")
+    node.create_timer(1.0, lambda: None)
+    tasks = asyncio.all_tasks()
+
+    def fail(self: TimerSource) -> None:
+        raise OSError("a bug")
+
+    monkeypatch.setattr(TimerSource, "start", fail)
+    with pytest.raises(OSError, match="a bug"):
+        await node.__aenter__()
+    assert asyncio.all_tasks() == tasks
+    with pytest.raises(actors.NodeDestroyed):
+        await node.__aenter__()
 
 
 def test_many_nodes_wait_once() -> None:
