@@ -64,12 +64,14 @@ class Stage:
         self._broker_task.cancel()
         await asyncio.wait({self._broker_task})
 
-    async def until(self, condition: Callable[[], bool], limit: float = 10.0) -> float:
-        """Wait until something holds; return how long it took."""
+    async def until(
+        self, condition: Callable[[], bool], limit: float = 10.0, *, step: float = 0.001
+    ) -> float:
+        """Wait until something holds, looking again after each step; return how long it took."""
         began = self.loop.time()
         while not condition():
             assert self.loop.time() < began + limit, "it never comes true"
-            await asyncio.sleep(0.001)
+            await asyncio.sleep(step)
         return self.loop.time() - began
 
 

@@ -105,8 +105,10 @@ class ClientEndpoint(IntrospectedEndpoint):
         if channel is None and (link.connections or context.stopping):
             self._fail(future, self._no_broker())
             return future
-        most = MAX_EARLY if channel is None else MAX_PENDING
-        unsent = self._early_bytes if channel is None else channel.outbox.urgent_bytes
+        if channel is None:
+            most, unsent = MAX_EARLY, sum(len(each) for _, each, _ in self._early.values())
+        else:
+            most, unsent = MAX_PENDING, channel.outbox.urgent_bytes
         if len(self.pending) >= most or unsent >= MAX_UNSENT_BYTES:
             crowd = f"{len(self.pending)} calls of this client and {unsent} unsent bytes"
             self._fail(future, ServiceOverloaded(f"Service '{self.srv_name}': {crowd} wait already"))
@@ -117,6 +119,8 @@ class ClientEndpoint(IntrospectedEndpoint):
         if channel is None:
             self._early[call] = request, body, loop.time() + limit
         else:
+            if self._early:  # the session is open, but the client not accepted yet
+                self._send_early()
             self._send(call, request, body, limit)
         return future
 
@@ -129,10 +133,6 @@ class ClientEndpoint(IntrospectedEndpoint):
             self.service_events.request(EventKind.REQUEST_SENT, identity, request)
         self._outgoing.send(RequestEntry(call, remaining_ms, attributes, body), self, self.context.link)
 
-    @property
-    def _early_bytes(self) -> int:
-        return sum(len(body) for _, body, _ in self._early.values())
-
     def _no_broker(self) -> ServiceUnavailable:
         text = f"Service '{self.srv_name}': not connected to the broker at {self.context.link.broker_urls}"
         return ServiceUnavailable(text)
@@ -140,6 +140,9 @@ class ClientEndpoint(IntrospectedEndpoint):
     def accepted(self, number: int) -> None:
         """Send the calls that waited for the first session."""
         del number
+        self._send_early()
+
+    def _send_early(self) -> None:
         now = self.context.require_loop().time()
         early, self._early = self._early, {}
         for call, (request, body, deadline) in early.items():

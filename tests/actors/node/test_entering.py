@@ -260,6 +260,31 @@ def test_a_call_waits_for_the_first_session() -> None:
     play(scene)
 
 
+def test_calls_keep_their_order_around_the_first_session() -> None:
+    """A call made when the session is open, and the client not accepted yet, does not overtake others."""
+
+    async def scene(stage: Stage) -> None:
+        await stage.crash_broker()
+        async with make() as node:
+            served: list[int] = []
+
+            def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
+                served.append(request.a)
+                return AddTwoInts.Response()
+
+            node.create_service(AddTwoInts, "/add", add)
+            client = node.create_client(AddTwoInts, "/add")
+            calls = [client.call_async(AddTwoInts.Request(a=number)) for number in range(2)]
+            await stage.start_broker()
+            await stage.until(lambda: node.connected, step=1e-6)
+            assert not client.service_is_ready()  # the answers to the declarations are still on their way
+            calls += [client.call_async(AddTwoInts.Request(a=number)) for number in range(2, 4)]
+            await asyncio.gather(*calls)
+            assert served == [0, 1, 2, 3]
+
+    play(scene)
+
+
 def test_without_a_broker_calls_and_queries_end_at_their_deadline() -> None:
     """And the error names the broker. Calls have a limit, and a node that stops ends them."""
 
