@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from broker.link import logger
-from broker.presence_log import log_change
 from broker.router import Router
 from proto.errors import ErrorCode
 from proto.outbox import Outbox
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from broker.deliveries import Delivery
     from broker.link import Link
     from broker.options import BrokerOptions
+    from broker.presence_log import PresenceLog
 
 
 class Dispatcher:
@@ -25,7 +25,7 @@ class Dispatcher:
     Args:
         options: The broker's limits.
         capacity: How many links it may have.
-        node_log_level: Level of the log lines about nodes that join and leave.
+        presence_log: Logs which nodes and endpoints come and go.
 
     Attributes:
         links: All links.
@@ -36,16 +36,16 @@ class Dispatcher:
         closed_bytes_received, closed_bytes_sent: Bytes of the closed links.
     """
 
-    def __init__(self, options: BrokerOptions, capacity: Capacity, node_log_level: int) -> None:
+    def __init__(self, options: BrokerOptions, capacity: Capacity, presence_log: PresenceLog) -> None:
         self.options = options
         self.capacity = capacity
+        self.presence_log = presence_log
         self.links: dict[Link, None] = {}
         self.strangers: dict[Link, None] = {}
         self.joined: dict[Router, dict[int, Link]] = {}
         self.draining = False
         self.on_progress: Callable[[], None] | None = None
         self.closed_bytes_received = self.closed_bytes_sent = 0
-        self._node_log_level = node_log_level
         self._routers: dict[int, Router] = {}
         self._unflushed: dict[Link, None] = {}
 
@@ -84,8 +84,8 @@ class Dispatcher:
                 max_pending_calls=self.options.max_pending_calls,
                 max_message_bytes=self.options.max_message_bytes,
                 max_queue_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
-                report=lambda endpoint, reason: log_change(
-                    self._node_log_level, domain, joined.get(endpoint.peer.id), endpoint, reason
+                report=lambda endpoint, reason: self.presence_log.log_change(
+                    domain, joined.get(endpoint.peer.id), endpoint, reason
                 ),
             )
             self.joined[router] = joined

@@ -49,6 +49,7 @@ class PeriodicCheck:
             if not stalled:
                 self._check(now)
                 self._dispatcher.flush()
+                self._dispatcher.presence_log.report_omitted()
 
     def _check(self, now: float) -> None:
         """Check the links that something relies on, or all during a stop; the other links in rounds."""

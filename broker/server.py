@@ -21,6 +21,7 @@ from broker.drain import Drain
 from broker.listening import Listener, listen
 from broker.options import BrokerOptions
 from broker.periodic_check import PeriodicCheck
+from broker.presence_log import PresenceLog
 from broker.stats import Statistics
 from proto import limits
 from proto.aio.forks import drop_in_children
@@ -58,7 +59,8 @@ class Broker:
     def _reset(self) -> None:
         """Begin with empty graphs: those of an earlier run accept no calls and hold their publishers."""
         capacity = Capacity(self.options.max_connections)
-        self._dispatcher = Dispatcher(self.options, capacity, self._node_log_level)
+        presence_log = PresenceLog(self._node_log_level, self._now)
+        self._dispatcher = Dispatcher(self.options, capacity, presence_log)
         self._statistics = Statistics(self.instance.hex(), self._dispatcher)
         drop_in_children(self._dispatcher)
 
@@ -146,6 +148,7 @@ class Broker:
                 link.channel.abort()
             for link in links:
                 dispatcher.leave(link)  # not only when its end is noticed: the broker may run again by then
+            dispatcher.presence_log.report_omitted(at_once=True)
             self._listener = None
             await self._stop_check()
 

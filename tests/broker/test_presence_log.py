@@ -6,7 +6,10 @@ import logging
 from typing import TYPE_CHECKING
 
 from broker import Broker, BrokerOptions
+from broker.presence_log import MAX_LINES_PER_SEC, PresenceLog
+from broker.records import NodeRecord, Peer
 from proto import frames
+from proto.codes import EntryKind
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link, until
 
@@ -75,6 +78,64 @@ async def test_an_embedded_broker_logs_nodes_at_debug_only(caplog: pytest.LogCap
     debug = "\n".join(lines(caplog, logging.DEBUG))
     assert "Node /talker joined" in debug
     assert "Node /talker died" in debug or "Node /talker left" in debug
+
+
+def test_a_flood_of_nodes_is_a_limited_number_of_lines(caplog: pytest.LogCaptureFixture) -> None:
+    """At most so many in any second; the others are counted in one line as soon as one is allowed."""
+    caplog.set_level(logging.INFO, LOGGER)
+    now = 0.0
+    log = PresenceLog(logging.INFO, lambda: now)
+    node = NodeRecord(key=1, id=0, peer=Peer(1), kind=EntryKind.NODE, node=None, name="/n")
+
+    def log_changes(count: int) -> list[str]:
+        caplog.clear()
+        for _ in range(count):
+            log.log_change(0, None, node, None)
+        log.report_omitted()
+        return lines(caplog, logging.INFO)
+
+    assert len(log_changes(60)) == 60
+    now = 0.5
+    assert len(log_changes(60)) == MAX_LINES_PER_SEC - 60
+    now = 0.99
+    assert not log_changes(1000)
+    now = 1.0
+    first, *others = log_changes(100)
+    assert first.startswith("… and 1020 more changes")
+    assert len(others) == 59
+    now = 1.49
+    assert not log_changes(0)
+    now = 1.5
+    (last,) = log_changes(0)
+    assert last.startswith("… and 41 more changes")
+    assert not log_changes(0)
+
+
+async def test_the_periodic_check_reports_what_was_left_out(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It needs no further change, once a second has passed."""
+    monkeypatch.setattr("broker.presence_log.MAX_LINES_PER_SEC", 1)
+    caplog.set_level(logging.INFO, LOGGER)
+    async with verbose_broker() as broker, link(broker, "/a"), link(broker, "/b"):
+        await until(lambda: len(lines(caplog, logging.INFO)) == 2)
+    assert lines(caplog, logging.INFO)[1].startswith("… and 1 more")
+
+
+async def test_what_a_broker_left_out_of_its_log_is_counted_at_its_end(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing of it is lost. A check of the links may have reported a part."""
+    monkeypatch.setattr("broker.presence_log.MAX_LINES_PER_SEC", 2)
+    caplog.set_level(logging.INFO, LOGGER)
+    async with verbose_broker() as broker, link(broker, "/talker") as client:
+        client.send(frames.Node(1, "/a"), frames.Node(2, "/b"), frames.Node(3, "/c"))
+        await client.synchronise()
+        await broker.stop()
+    texts = lines(caplog, logging.INFO)
+    joined, left = [sum(verb in text for text in texts) for verb in (" joined ", " left ")]
+    assert texts[-1].startswith("… and")
+    assert joined + left + sum(int(text.split()[2]) for text in texts if text.startswith("…")) == 8
 
 
 async def test_hidden_nodes_connections_and_declarations_are_logged_at_debug(
