@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import sys
 from collections.abc import Callable, Coroutine
 from functools import wraps
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar, cast
@@ -58,10 +60,16 @@ class MustAwait(Coroutine[Any, Any, T_co]):
 
 
 def must_await(function: CoroutineFunction) -> CoroutineFunction:
-    """Make a coroutine function return `MustAwait`. Its type stays the same for type checkers."""
+    """Make a coroutine function return `MustAwait`. Its type stays the same for type checkers.
+
+    From Python 3.12 on `inspect.iscoroutinefunction` is true for it. On 3.11 it is not: there only
+    `asyncio.iscoroutinefunction`, now deprecated, takes a mark, which is private.
+    """
 
     @wraps(function)
     def call(*args: Any, **options: Any) -> MustAwait[Any]:
         return MustAwait(function(*args, **options))
 
+    if sys.version_info >= (3, 12):
+        inspect.markcoroutinefunction(call)
     return cast("CoroutineFunction", call)

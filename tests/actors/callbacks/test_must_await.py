@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
+import sys
 from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import actors
 from actors.callbacks.must_await import must_await
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 
@@ -57,6 +60,13 @@ async def test_it_works_wherever_coroutines_do() -> None:
     task.cancel()
     with pytest.raises(asyncio.CancelledError):
         await task
+
+
+def test_it_is_a_coroutine_function_for_tools() -> None:
+    """From Python 3.12 on, also as a method: frameworks and test doubles look at that."""
+    marked = sys.version_info >= (3, 12)
+    assert inspect.iscoroutinefunction(double) is marked
+    assert inspect.iscoroutinefunction(actors.Node.get_node_names) is marked
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
