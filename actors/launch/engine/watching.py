@@ -155,7 +155,7 @@ class SourceWatch:
     def _ended(self, watching: asyncio.Future[None]) -> None:
         error = None if watching.cancelled() else watching.exception()
         if isinstance(error, LaunchError):
-            self._say(Level.ERROR, f"{error}; {OFF}")
+            self._send_message(Level.ERROR, f"{error}; {OFF}")
         elif error is not None:  # a bug
             logging.getLogger(ROOT_NAME).error("Watching sources has failed; %s", OFF, exc_info=error)
 
