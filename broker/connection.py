@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from broker.deliveries import Send
 from broker.link import CATCH_UP, Link, logger
 from proto import frames, limits
-from proto.aio.channel import Channel
+from proto.aio.budgeted_channel import BudgetedChannel
 from proto.errors import ErrorCode, ProtocolError, escape
 from proto.identity import agent
 from proto.session import Role
@@ -19,10 +19,11 @@ if TYPE_CHECKING:
 
     from broker.dispatcher import Dispatcher
     from broker.stats import Statistics
+    from proto.aio.read_budget import ReadBudget
 
 AGENT: Final = agent("callboard-broker")
 
-_OWN_FRAMES: Final = frozenset({frames.Goodbye, frames.Error, frames.Pong, frames.Inspect})
+_OWN_FRAMES: Final = frozenset({frames.Goodbye, frames.Error, frames.Ping, frames.Pong, frames.Inspect})
 """Frames that are not for the router."""
 
 
@@ -35,6 +36,7 @@ class Connection:
         statistics: Answers INSPECT.
         instance: The broker's random identity.
         sessions: Numbers for new sessions.
+        budget: Shared by the broker's connections.
     """
 
     def __init__(
@@ -44,6 +46,8 @@ class Connection:
         statistics: Statistics,
         instance: bytes,
         sessions: Iterator[int],
+        *,
+        budget: ReadBudget,
     ) -> None:
         self._loop = loop
         self._dispatcher = dispatcher
@@ -51,7 +55,9 @@ class Connection:
         self._instance = instance
         self._sessions = sessions
         options = dispatcher.options
-        self.channel = Channel(Role.BROKER, self, loop=loop, max_message_bytes=options.max_message_bytes)
+        self.channel = BudgetedChannel(
+            Role.BROKER, self, loop=loop, budget=budget, max_message_bytes=options.max_message_bytes
+        )
         self._link = Link(self.channel, options, loop.time())
         self._inspects: list[int] = []
         """Ids of the INSPECTs of one read, which share one answer."""
@@ -79,7 +85,9 @@ class Connection:
             self.channel.close()
 
     def _handle_own(self, frame: frames.Frame) -> None:
-        if isinstance(frame, frames.Goodbye):
+        if isinstance(frame, frames.Ping):
+            self.channel.send(frames.Pong(frame.token))
+        elif isinstance(frame, frames.Goodbye):
             self._dispatcher.note_ending(self._link, escape(frame.text), left=True)
             self._dispatcher.leave(self._link)
         elif isinstance(frame, frames.Error):

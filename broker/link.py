@@ -13,7 +13,7 @@ from proto.session import State
 if TYPE_CHECKING:
     from broker.options import BrokerOptions
     from broker.router import Router
-    from proto.aio.channel import Channel
+    from proto.aio.budgeted_channel import BudgetedChannel
 
 logger: Final = logging.getLogger("callboard.broker")
 
@@ -44,7 +44,7 @@ class Link:
         ending: Why it ends; "" until that is known.
     """
 
-    def __init__(self, channel: Channel, options: BrokerOptions, now: float) -> None:
+    def __init__(self, channel: BudgetedChannel, options: BrokerOptions, now: float) -> None:
         self.channel = channel
         channel.outbox.max_held_bytes = options.max_link_bytes
         self._options = options

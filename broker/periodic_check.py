@@ -82,6 +82,8 @@ class PeriodicCheck:
             if now - link.opened_at > options.handshake_timeout_sec:
                 text = f"no finished handshake within {options.handshake_timeout_sec:g} s"
                 link.fail(ErrorCode.TIMEOUT, text)
+        elif link.channel.waiting:  # a sign of life; a suspended link is restored when its turn has come
+            link.liveness.mark_alive(now)
         elif link.suspended_at is None:
             self._check_keepalive(link, router, now, all_due=all_due)
         elif now - link.suspended_at > options.suspend_close_sec:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import secrets
+import time
 from itertools import count
 from typing import TYPE_CHECKING, Self
 
@@ -25,9 +26,11 @@ from broker.presence_log import PresenceLog
 from broker.stats import Statistics
 from proto import limits
 from proto.aio.forks import drop_in_children
+from proto.aio.read_budget import ReadBudget
 from proto.aio.tasks import cancel_and_wait, keep_running
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from types import TracebackType
 
     from proto.stats import BrokerStats, LinkStats, TopicStats
@@ -40,16 +43,25 @@ class Broker:
         options: Where to listen and what to allow.
         node_log_level: Level of the lines in the log "callboard.broker" that say which nodes join, leave and
             die. The daemon uses `logging.INFO`. Hidden nodes are always logged at debug.
+        clock: Steady seconds, which limit how long the broker works between two turns of its event loop. For
+            tests and simulations.
 
     Attributes:
         options: As given, or the defaults.
         instance: A random identity of 16 bytes that its clients and its statistics see.
     """
 
-    def __init__(self, options: BrokerOptions | None = None, *, node_log_level: int = logging.DEBUG) -> None:
+    def __init__(
+        self,
+        options: BrokerOptions | None = None,
+        *,
+        node_log_level: int = logging.DEBUG,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
         self.options = options or BrokerOptions()
         self.instance = secrets.token_bytes(limits.INSTANCE_BYTES)
         self._node_log_level = node_log_level
+        self._clock = clock
         self._sessions = count(1)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._listener: Listener | None = None
@@ -108,9 +120,12 @@ class Broker:
         self._loop = loop = asyncio.get_running_loop()
         self._reset()
         dispatcher, statistics = self._dispatcher, self._statistics
+        budget = ReadBudget(loop, self._clock)
 
         def connect() -> asyncio.BufferedProtocol:
-            return Connection(loop, dispatcher, statistics, self.instance, self._sessions).channel
+            return Connection(
+                loop, dispatcher, statistics, self.instance, self._sessions, budget=budget
+            ).channel
 
         statistics.started_at = loop.time()
         self._listener = await listen(self.options, connect, backlog=dispatcher.capacity.backlog)

@@ -36,6 +36,11 @@ class Liveness:
         """Return the seconds since a check found new bytes; 0 if there are new ones since the last check."""
         return 0.0 if bytes_received != self._seen_bytes else max(0.0, now - self.last_seen_at)
 
+    def mark_alive(self, now: float) -> None:
+        """Note a sign of life other than new bytes: bytes received before that have not been handled yet."""
+        self.last_seen_at = now
+        self._asked_at = None
+
     def check(self, now: float, bytes_received: int, limit_s: float) -> PeerState:
         """Check for new bytes. The PING is due after a third of the limit; the rest is for the answer.
 

@@ -5,8 +5,9 @@ The owner of a socket reads into `buffer()`, reports the number of bytes with `r
 state of the session.
 
 Connections that never read at the same time may share one scratch buffer: when `next_frame()` has returned
-None, the scratch buffer is empty, so an idle connection owns no buffer at all. A large frame is received into
-its own buffer instead, which becomes the frame.
+None, the scratch buffer is empty, so an idle connection owns no buffer at all. An owner that stops earlier
+calls `keep()`, which moves the unprocessed bytes into a buffer of their own. A large frame is received into
+its own buffer, which becomes the frame.
 """
 
 from __future__ import annotations
@@ -37,7 +38,8 @@ allocates nothing."""
 _BEHIND_BYTES: Final = 4 * 1024
 """Space after a large frame in its buffer, since the read that completes it may also get later bytes."""
 
-_REASSEMBLED: Final = frozenset({frames.Fragment, frames.Abort})
+PARTS: Final = frozenset({frames.Fragment, frames.Abort})
+"""Frames about parts of others, which the receiver itself handles."""
 
 _FRAGMENTABLE: Final = (frames.Batch, frames.Replay, frames.Request, frames.Reply)
 
@@ -61,6 +63,7 @@ class Receiver:
         "_rest",
         "_scratch",
         "_session",
+        "_source",
         "_start",
     )
 
@@ -76,8 +79,10 @@ class Receiver:
         self._scratch = scratch
         self._decoder = decoder
         self._reassembler = Reassembler(max_message_bytes)
+        self._source = scratch
+        """Where the frames are read from: the scratch buffer, or a buffer made by `keep`."""
         self._start = self._end = 0
-        """The unprocessed part of the scratch buffer."""
+        """The unprocessed part of it."""
         self._rest = b""
         """The received start of an incomplete frame."""
         self._own: memoryview | None = None
@@ -96,7 +101,7 @@ class Receiver:
         return self._scratch[start:]
 
     def received(self, nbytes: int) -> None:
-        """Report that `nbytes` bytes have been read into the last `buffer()`."""
+        """Report that `nbytes` bytes have been read into the last `buffer()`. Not while bytes are kept."""
         self._start = 0
         if self._own is None:
             self._end = len(self._rest) + nbytes
@@ -105,22 +110,44 @@ class Receiver:
             self._end = 0
             self._filled += nbytes
 
+    @property
+    def has_unprocessed(self) -> bool:
+        """Whether `next_frame` has received bytes to look at, more than the start of a large frame."""
+        own = self._own
+        return self._end > self._start if own is None else self._filled >= len(own) - _BEHIND_BYTES
+
+    @property
+    def kept_bytes(self) -> int:
+        """Size of the buffer made by `keep`; 0 if there is none."""
+        return 0 if self._source is self._scratch else len(self._source)
+
+    def keep(self) -> None:
+        """Keep the unprocessed bytes, so that others may use the scratch buffer before the next frame."""
+        if self._source is self._scratch:
+            self._source = memoryview(bytes(self._scratch[self._start : self._end]))
+            self._start, self._end = 0, len(self._source)
+
+    def discard(self) -> None:
+        """Forget the received bytes, as the connection has ended."""
+        self._source, self._start, self._end = self._scratch, 0, 0
+        self._rest, self._own = b"", None
+
     def next_frame(self) -> Frame | None:
         """Return the next frame that the session allows, or None if more bytes are needed.
+
+        The last fragment of a frame is replaced by that frame. The other frames in `PARTS` need no handling;
+        they are returned so that the owner can count them.
 
         Raises:
             ProtocolError: The bytes are not a frame, or the session does not allow it now. The receiver is
                 unusable afterwards.
         """
-        while (raw := self._next_raw()) is not None:
-            frame = self._decoder.decode_content(raw)
-            self._session.received(frame)
-            if type(frame) not in _REASSEMBLED:
-                return frame
-            whole = self._reassemble(frame)
-            if whole is not None:
-                return whole
-        return None
+        raw = self._next_raw()
+        if raw is None:
+            return None
+        frame = self._decoder.decode_content(raw)
+        self._session.received(frame)
+        return frame if type(frame) not in PARTS else self._reassemble(frame)
 
     def _next_raw(self) -> Buffer | None:
         """Return the next encoded frame.
@@ -129,14 +156,15 @@ class Receiver:
         """
         if self._own is not None:
             return self._finish_own(self._own)
-        start, end, scratch = self._start, self._end, self._scratch
+        start, end, source = self._start, self._end, self._source
         if start == end:
+            self._source = self._scratch
             return None
-        if scratch[start] != BIN_32:
-            raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {scratch[start]:#04x}")
+        if source[start] != BIN_32:
+            raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {source[start]:#04x}")
         stop = start + limits.PREFIX_BYTES
         if stop <= end:
-            size = int.from_bytes(scratch[start + 1 : stop], "big")
+            size = int.from_bytes(source[start + 1 : stop], "big")
             most = limits.MAX_FRAME_BYTES if self._session.is_open else limits.MAX_HELLO_BYTES
             if size > most:
                 raise ProtocolError(
@@ -147,7 +175,7 @@ class Receiver:
             self._keep(start, end, stop)
             return None
         self._start = stop
-        return bytes(scratch[start:stop])
+        return bytes(source[start:stop])
 
     def _finish_own(self, own: memoryview) -> Buffer | None:
         """Return the large frame if it is complete, and copy the bytes after it to the scratch buffer."""
@@ -156,30 +184,32 @@ class Receiver:
         if behind < 0:
             return None
         self._own = None
-        self._scratch[:behind] = own[size : self._filled]
-        self._end = behind
+        self._source = self._scratch
+        self._source[:behind] = own[size : self._filled]
+        self._start, self._end = 0, behind
         return own[:size].toreadonly()  # like bytes: several readers may share it
 
     def _keep(self, start: int, end: int, stop: int) -> None:
         """Keep the start of an incomplete frame of `stop - start` bytes."""
+        source, self._source = self._source, self._scratch
         self._start = self._end = 0
         size, here = stop - start, end - start
         if size < _OWN_BYTES or here < size // _CLAIM_RATIO:
-            self._rest = bytes(self._scratch[start:end])
+            self._rest = bytes(source[start:end])
             return
         own = self._own = memoryview(bytearray(size + _BEHIND_BYTES))
-        own[:here] = self._scratch[start:end]
+        own[:here] = source[start:end]
         self._filled = here
 
-    def _reassemble(self, frame: Frame) -> Frame | None:
-        """Handle a FRAGMENT or an ABORT; return the frame that it completes, if any."""
+    def _reassemble(self, frame: Frame) -> Frame:
+        """Handle a FRAGMENT or an ABORT; return the frame that it completes, or else itself."""
         if not isinstance(frame, frames.Fragment):
             assert isinstance(frame, frames.Abort)
             self._reassembler.abort(frame)
-            return None
+            return frame
         raw = self._reassembler.add(frame)
         if raw is None:
-            return None
+            return frame
         whole = self._decoder.decode(memoryview(raw).toreadonly())
         if not isinstance(whole, _FRAGMENTABLE):
             name = type(whole).__name__.upper()

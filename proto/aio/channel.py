@@ -2,7 +2,7 @@
 
 A `Channel` passes each received frame to its handler and writes the frames of its outbox until the transport
 is full (asyncio's `pause_writing`). All channels of a thread share one scratch buffer, which is safe because
-`buffer_updated` empties it before the event loop reads for another channel.
+`buffer_updated` empties it before the event loop reads for another channel. Brokers use a `BudgetedChannel`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from proto import frames, limits
 from proto.codec import Decoder, encode
 from proto.errors import ProtocolError
 from proto.outbox import Outbox
-from proto.receiver import SCRATCH_BYTES, Receiver
+from proto.receiver import PARTS, SCRATCH_BYTES, Receiver
 from proto.session import Role, Session, State
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class ChannelHandler(Protocol):
         ...
 
     def read_finished(self) -> None:
-        """Handle the end of one read, after all its frames."""
+        """Handle the end of one read, or of one share of it, after its frames."""
         ...
 
     def writable(self) -> None:
@@ -124,7 +124,7 @@ class Channel(asyncio.BufferedProtocol):
         self.session = Session(role)
         self.connected = False
         self.reading = False
-        self.bytes_received = 0
+        self.bytes_received: int = 0
         self.bytes_sent = 0
         self._handler = handler
         self._loop = loop
@@ -210,7 +210,7 @@ class Channel(asyncio.BufferedProtocol):
         while self.connected and (frame := receiver.next_frame()) is not None:
             if type(frame) is frames.Ping:
                 self.send(frames.Pong(frame.token))
-            else:
+            elif type(frame) not in PARTS:
                 handler.frame_received(frame)
             if session.state is State.CLOSED:
                 self.close()

@@ -10,7 +10,8 @@ from broker.dispatcher import Dispatcher
 from broker.link import Link
 from broker.options import BrokerOptions
 from broker.presence_log import PresenceLog
-from proto.aio.channel import Channel
+from proto.aio.budgeted_channel import BudgetedChannel
+from proto.aio.read_budget import ReadBudget
 from proto.codec import encode
 from proto.frames import Undeclare
 from proto.publisher_queue import PublisherQueue
@@ -28,7 +29,8 @@ async def test_a_link_that_is_closing_counts_nothing_that_is_gone() -> None:
     """A queue discarded between the end of the channel and that of the link leaves no bytes in the outbox."""
     options = BrokerOptions()
     dispatcher = Dispatcher(options, Capacity(10), PresenceLog(10, lambda: 0.0))
-    channel = Channel(Role.BROKER, Silent(), loop=asyncio.get_running_loop())  # type: ignore[arg-type]
+    loop = asyncio.get_running_loop()
+    channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
     channel.connected = True
     link = Link(channel, options, 0.0)
     dispatcher.join(link, 0, b"instance", b"token")

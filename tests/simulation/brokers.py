@@ -52,7 +52,7 @@ class BrokerProcess:
 
     async def _run(self) -> None:
         options = BrokerOptions(port=self._port, max_link_bytes=self._world.max_link_bytes)
-        async with Broker(options) as self.broker:
+        async with Broker(options, clock=self._world.loop.ticks) as self.broker:
             self._up.set()
             await self._stop.wait()
 

@@ -61,6 +61,8 @@ class SimulatedLoop(BaseEventLoop):
         self._frozen: dict[str, list[asyncio.Handle]] = {}
         """Frozen hosts, and the callbacks that wait for them."""
         self.after_turn: Callable[[], None] | None = None
+        self.ticks = Ticks(0.0)
+        """The clock of the brokers' read budgets."""
         self.network = Network(self, seed)
         self.errors: list[dict[str, Any]] = []
         self.set_exception_handler(lambda _, context: self.errors.append(context))
@@ -149,8 +151,8 @@ class SimulatedLoop(BaseEventLoop):
         return self.network.listen(protocol_factory, str(path), None)
 
 
-class _Ticks:
-    """A clock for callback budgets that advances with each reading, the same in each run of a program."""
+class Ticks:
+    """A clock for budgets that advances with each reading, the same in each run of a program."""
 
     def __init__(self, clock_step_sec: float) -> None:
         self._now = 0.0
@@ -166,21 +168,23 @@ def simulate(
 ) -> T:
     """Run a coroutine function on a loop of its own, to its end in virtual time.
 
-    Each node has a callback budget of its own, because nodes are processes here.
+    Each node has a callback budget of its own, because nodes are processes here. Brokers should get the
+    loop's `ticks` as their clock.
 
     Args:
         main: The coroutine function.
         seed: The network's.
-        clock_step_sec: Seconds that callbacks seem to take between two readings of the clock.
+        clock_step_sec: Seconds that seem to pass between two readings of the clock of a budget.
 
     Raises:
         Stuck: It waits for something that cannot come.
         ExceptionGroup: Exceptions that nobody took.
     """
     loop = SimulatedLoop(seed)
+    loop.ticks = Ticks(clock_step_sec)
 
     def budget(_: asyncio.AbstractEventLoop) -> CallbackBudget:
-        return CallbackBudget(_Ticks(clock_step_sec))
+        return CallbackBudget(Ticks(clock_step_sec))
 
     try:
         asyncio.set_event_loop(loop)

@@ -43,7 +43,7 @@ class Stage:
         self._broker_stop = asyncio.Event()
 
         async def run() -> None:
-            async with Broker(self.options) as self.broker:
+            async with Broker(self.options, clock=self.loop.ticks) as self.broker:
                 ready.set()
                 await self._broker_stop.wait()
 

@@ -1,0 +1,155 @@
+"""A broker's channel: handles received frames within the read budget, and keeps the rest for later."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from proto import limits
+from proto.aio.channel import Channel
+from proto.aio.read_budget import SHARE_FRAMES, SHARE_SEC
+from proto.receiver import PARTS
+
+if TYPE_CHECKING:
+    import asyncio
+
+    from proto.aio.channel import ChannelHandler
+    from proto.aio.read_budget import ReadBudget
+    from proto.session import Role
+
+CONTENDED_READ_BYTES: Final = 64 * 1024
+"""What a connection may read at once while others wait for the budget, because it may have to be kept."""
+
+
+class BudgetedChannel(Channel):
+    """A channel that shares a read budget with others.
+
+    While received bytes wait for the budget, nothing more is read. They are discarded if the connection ends.
+    The handler gets all frames, PING and ERROR included, and must answer or close.
+
+    Args:
+        role: Which end of the link this is.
+        handler: Gets the received frames and the events of the connection.
+        loop: The event loop that owns the transport.
+        budget: The budget.
+        max_message_bytes: The largest message that the peer may send in fragments.
+
+    Attributes:
+        waiting: Whether received bytes wait for the budget.
+    """
+
+    __slots__ = ("_budget", "_share_ended", "_until", "waiting")
+
+    def __init__(
+        self,
+        role: Role,
+        handler: ChannelHandler,
+        *,
+        loop: asyncio.AbstractEventLoop,
+        budget: ReadBudget,
+        max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
+    ) -> None:
+        super().__init__(role, handler, loop=loop, max_message_bytes=max_message_bytes)
+        self.waiting = False
+        self._budget = budget
+        self._until = 0.0
+        """When the current share ends."""
+        self._share_ended = False
+        """Whether it has ended early."""
+
+    @property
+    def kept_bytes(self) -> int:
+        """Size of the buffer of received bytes that wait for the budget."""
+        return 0 if self._receiver is None else self._receiver.kept_bytes
+
+    def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
+        """Called by asyncio."""
+        assert self._receiver is not None
+        buffer = self._receiver.buffer()
+        if self._budget.contended:
+            buffer = buffer[:CONTENDED_READ_BYTES]
+        self._offered = len(buffer)
+        return buffer
+
+    def buffer_updated(self, nbytes: int) -> None:
+        """Called by asyncio: handle a share of the received frames, unless the budget is exhausted."""
+        budget = self._budget
+        if budget.exhausted:
+            self._put_off(nbytes)
+            return
+        began = budget.clock()
+        self._until = began + SHARE_SEC
+        try:
+            Channel.buffer_updated(self, nbytes)
+        finally:
+            budget.spent_sec = spent = budget.spent_sec + budget.clock() - began
+            if spent >= SHARE_SEC:
+                budget.check()
+        if self._in_a_row and budget.contended:  # the loop would read on at once
+            self._pause_for_a_turn()
+
+    def _put_off(self, nbytes: int) -> None:
+        if self.connected:
+            assert self._receiver is not None
+            self.bytes_received += nbytes
+            self._receiver.received(nbytes)
+            if self._receiver.has_unprocessed:
+                self._wait()
+
+    def _handle_frames(self, nbytes: int) -> None:
+        """Pass the frames of one share to the handler, from what was received just now or (0) is kept."""
+        receiver, handle = self._receiver, self._handler.frame_received
+        assert receiver is not None
+        if nbytes:
+            receiver.received(nbytes)
+        else:
+            self.waiting = False
+        self._share_ended = False
+        left = SHARE_FRAMES
+        while self.connected and (frame := receiver.next_frame()) is not None:
+            if type(frame) not in PARTS:
+                handle(frame)
+            if receiver.has_unprocessed:
+                left -= 1
+                if not left or self._share_ended or self._budget.clock() >= self._until:
+                    if self.connected:
+                        self._wait()
+                    return
+
+    def end_share(self) -> None:
+        """Let the frames after this one wait for the next loop turn, because it costs much more than others.
+
+        Only while a frame is handled.
+        """
+        self._share_ended = True
+
+    def _wait(self) -> None:
+        assert self._receiver is not None
+        assert self._transport is not None
+        self._receiver.keep()
+        self.waiting = True
+        self._in_a_row = 0
+        self._transport.pause_reading()
+        self._budget.wait(self)
+
+    def go_on_reading(self) -> None:
+        """Called by the budget: handle a share of the kept bytes; read on in the turn after the last."""
+        if not self.connected:
+            self.waiting = False
+            assert self._receiver is not None
+            self._receiver.discard()
+            return
+        try:
+            self.buffer_updated(0)
+        except BaseException:
+            self.abort()  # as the event loop does after an error in buffer_updated
+            raise
+        if not self.waiting:
+            self._pause_for_a_turn()
+
+    def _pause_for_a_turn(self) -> None:
+        """Read on in the next loop turn, so that this connection gets only one share in this one."""
+        if self.connected:
+            assert self._transport is not None
+            self._reading_paused = True
+            self._transport.pause_reading()
+            self._continue_soon()
