@@ -17,12 +17,14 @@ from proto.codes import Status
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import is_large
 from proto.frames import ReplyEntry, RequestEntry
+from proto.queued_calls import QueuedCalls
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
     from broker.pool import Pool
+    from proto.queued_calls import CallShare
 
 EntryT = TypeVar("EntryT", RequestEntry, ReplyEntry)
 
@@ -30,6 +32,7 @@ TOO_LARGE: Final = "with the broker's call id it is larger than a message may be
 SERVER_GONE: Final = "the server has gone"
 CLIENT_SILENT: Final = "this link was silent for too long"
 STOPPING: Final = "the broker is stopping"
+OVERLOADED: Final = "wait for the server already (the broker's --max-queued-call-bytes, --max-bulk-bytes)"
 NO_SERVER: Final = "no server; wait for one with wait_for_service()"
 
 
@@ -40,22 +43,35 @@ class Calls:
         emit: Takes each delivery.
         max_pending: Unanswered calls of one link.
         max_bytes: Size of a frame that a link takes; the broker's call ids may make one longer than it came.
+        max_share_bytes: Bytes of requests from one link that may wait for one server's link.
+        max_queued_bytes: Bytes of requests from all links that may wait for one server's link.
 
     Attributes:
         closed: Whether new calls are refused, except those that the answer to another may need.
         pending: Calls without an answer.
         routed: Requests routed to a server.
         refused: Requests that the broker answered: there was no server, or too many calls were pending.
+        overloaded: Those of them that exceeded `max_share_bytes` or `max_queued_bytes`.
         late: Replies to calls that were no longer pending.
     """
 
-    def __init__(self, emit: Callable[[Delivery], None], *, max_pending: int, max_bytes: int) -> None:
+    def __init__(
+        self,
+        emit: Callable[[Delivery], None],
+        *,
+        max_pending: int,
+        max_bytes: int,
+        max_share_bytes: int,
+        max_queued_bytes: int,
+    ) -> None:
         self._emit = emit
         self._max_bytes = max_bytes
         self._max_pending = max_pending
+        self._max_share_bytes = max_share_bytes
+        self._max_queued_bytes = max_queued_bytes
         self._last_call = 0
         self.closed = False
-        self.pending = self.routed = self.refused = self.late = 0
+        self.pending = self.routed = self.refused = self.overloaded = self.late = 0
 
     def request(
         self, client: ClientRecord, pool: Pool[ServiceRecord] | None, entries: tuple[RequestEntry, ...]
@@ -92,20 +108,52 @@ class Calls:
             self._send_replies(client, refused)
         for server, chosen in routed.items():
             self.routed += len(chosen)
-            self._send_requests(server, chosen)
+            self._send_requests(client, server, chosen)
 
-    def _send_requests(self, server: ServiceRecord, entries: list[RequestEntry]) -> None:
+    def _send_requests(
+        self, client: ClientRecord, server: ServiceRecord, entries: list[RequestEntry]
+    ) -> None:
         raw = encode(frames.Request(server.id, tuple(entries)))
         if len(entries) > 1 and self._must_split(raw):
             for part in _split(entries, len(raw)):
-                self._send_requests(server, part)
-        elif len(raw) > self._max_bytes:
-            pending = server.pending[entries[0].call]
+                self._send_requests(client, server, part)
+            return
+        if len(raw) > self._max_bytes:
+            self._take_back(client, server, entries, Status.UNAVAILABLE, TOO_LARGE)
+            return
+        share = self._share(client, server)
+        if share.admits(raw):
+            share.add(raw)
+            self._emit(SendCalls(server.peer.id, raw, (server.id, entries[0].call), share))
+            return
+        self.routed -= len(entries)
+        self.refused += len(entries)
+        self.overloaded += len(entries)
+        text = f"{share.bytes} bytes of this link's calls, {share.all.bytes} of all links, {OVERLOADED}"
+        self._take_back(client, server, entries, Status.OVERLOADED, text)
+
+    def _share(self, client: ClientRecord, server: ServiceRecord) -> CallShare:
+        """Return the count of the client's requests that wait for the server."""
+        queued = server.peer.queued_calls
+        if queued is None:
+            queued = server.peer.queued_calls = QueuedCalls(self._max_share_bytes, self._max_queued_bytes)
+        return queued.share(client.peer.id)
+
+    def _take_back(
+        self,
+        client: ClientRecord,
+        server: ServiceRecord,
+        entries: list[RequestEntry],
+        status: Status,
+        text: str,
+    ) -> None:
+        """Answer requests that cannot be sent to their server."""
+        refused: list[ReplyEntry] = []
+        for entry in entries:
+            pending = server.pending[entry.call]
             self._close(pending)
-            refusal = answer(pending.client_call, Status.UNAVAILABLE, TOO_LARGE)
-            self._send_replies(pending.client, [refusal])
-        else:
-            self._emit(SendCalls(server.peer.id, raw, (server.id, entries[0].call)))
+            refused.append(answer(pending.client_call, status, text))
+        self._send_replies(client, refused)
 
     def _must_split(self, raw: bytes) -> bool:
         """Return whether to split a frame: a large call travels alone, so that it can be removed alone."""
@@ -168,7 +216,7 @@ class Calls:
                 self._close(pending)
                 unwanted.setdefault(pending.server, []).append(pending.call)
         for server, server_calls in unwanted.items():
-            self._emit(CancelCalls(server.peer.id, server.id, server_calls))
+            self._emit(CancelCalls(server.peer.id, server.id, server_calls, self._share(client, server)))
 
     def client_left(self, client: ClientRecord) -> None:
         """Cancel all calls of a client; if it is only suspended, tell it that they have failed."""

@@ -11,6 +11,7 @@ from proto.frames import Batch, Frame, Replay
 if TYPE_CHECKING:
     from proto.outbox import Outbox
     from proto.publisher_queue import PublisherQueue
+    from proto.queued_calls import CallShare
 
 
 class Recipient(Protocol):
@@ -61,10 +62,11 @@ class SendCalls(Delivery):
 
     raw: bytes
     key: tuple[int, int]
+    share: CallShare | None = None
 
     def deliver(self, channel: Recipient) -> None:
         """Queue the frame ahead of messages."""
-        channel.outbox.put_calls(self.raw, self.key)
+        channel.outbox.put_calls(self.raw, self.key, self.share)
 
 
 @dataclass(slots=True)
@@ -73,10 +75,11 @@ class CancelCalls(Delivery):
 
     endpoint: int
     calls: list[int]
+    share: CallShare | None = None
 
     def deliver(self, channel: Recipient) -> None:
         """Remove unsent requests, and queue a CANCEL for the others."""
-        channel.outbox.cancel_calls(self.endpoint, self.calls)
+        channel.outbox.cancel_calls(self.endpoint, self.calls, self.share)
 
 
 @dataclass(slots=True)

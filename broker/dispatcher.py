@@ -84,6 +84,8 @@ class Dispatcher:
                 max_pending_calls=self.options.max_pending_calls,
                 max_message_bytes=self.options.max_message_bytes,
                 max_queue_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
+                max_queued_call_bytes=self.options.max_queued_call_bytes,
+                max_bulk_bytes=self.options.max_bulk_bytes,
                 report=lambda endpoint, reason: self.presence_log.log_change(
                     domain, joined.get(endpoint.peer.id), endpoint, reason
                 ),
@@ -154,7 +156,7 @@ class Dispatcher:
             unflushed[link] = None
             delivery.deliver(channel)
             outbox = channel.outbox
-            if outbox.undroppable_bytes > most or outbox.bulk_bytes > most_bulk:
+            if outbox.undroppable_bytes > most or outbox.undroppable_bulk_bytes > most_bulk:
                 channel.flush()
                 link.fail_if_over_limit()
 

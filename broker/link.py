@@ -69,13 +69,13 @@ class Link:
     def fail_if_over_limit(self) -> None:
         """Close the link if more waits for it than its limits allow and nothing of that may be dropped."""
         outbox, options = self.channel.outbox, self._options
-        if outbox.bulk_bytes > options.max_bulk_bytes:  # independent of how fast the peer reads
+        if outbox.undroppable_bulk_bytes > options.max_bulk_bytes:  # independent of how fast the peer reads
             text = (
-                f"{outbox.bulk_bytes} bytes of latched messages and large calls wait for this link,"
-                f" and {options.max_bulk_bytes} may (the broker's --max-bulk-bytes)"
+                f"{outbox.undroppable_bulk_bytes} bytes of latched messages and large replies wait for this"
+                f" link, and {options.max_bulk_bytes} may (the broker's --max-bulk-bytes)"
             )
         elif outbox.undroppable_bytes > options.max_queue_bytes:
-            text = _too_slow("calls and control frames", options.max_queue_bytes)
+            text = _too_slow("replies and control frames", options.max_queue_bytes)
         elif outbox.held_bytes > options.max_link_bytes:
             text = _too_slow("messages that must not be dropped", options.max_link_bytes)
         else:
@@ -100,7 +100,7 @@ class Link:
         if not self.channel.connected or self.suspended_at is not None:
             return False
         outbox = self.channel.outbox
-        return outbox.undroppable_bytes > 0 or outbox.has_more
+        return outbox.urgent_bytes > 0 or outbox.ordered_bytes > 0 or outbox.has_more
 
     def send_goodbye(self) -> None:
         """Send GOODBYE because the broker stops; the peer closes when it has read everything."""

@@ -60,7 +60,7 @@ class BrokerOptions:
     )
     max_pending_calls: int = _option(200_000, "unanswered calls of one connection", 1, 100_000_000)
     max_queue_bytes: int = _option(
-        64 * _MIB, "bytes of small calls and control frames that may wait for one connection", 65_536, 2**40
+        64 * _MIB, "bytes of small replies and control frames that may wait for one connection", 65_536, 2**40
     )
     max_link_bytes: int = _option(
         256 * _MIB,
@@ -71,8 +71,16 @@ class BrokerOptions:
     )
     max_bulk_bytes: int = _option(
         256 * _MIB,
-        "bytes of latched messages and large calls that may wait for one connection; beyond it, it is closed",
+        "bytes of latched messages and large replies that may wait for one connection; beyond it, it is"
+        " closed. Also of calls that may wait for it; beyond it they fail as OVERLOADED",
         65_536,
+        2**40,
+    )
+    max_queued_call_bytes: int = _option(
+        8 * _MIB,
+        "bytes of one connection's calls that may wait for one server's connection; beyond it calls fail as"
+        " OVERLOADED, except a larger one if no other waits",
+        1024,
         2**40,
     )
     max_message_bytes: int = _option(limits.MAX_MESSAGE_BYTES, "size of one message", 1024, limits.MAX_U32)

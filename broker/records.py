@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from proto.frames import Batch
     from proto.publisher_queue import PublisherQueue
     from proto.qos import Qos
+    from proto.queued_calls import QueuedCalls
 
 
 @dataclass(slots=True, eq=False)
@@ -30,6 +31,8 @@ class Peer:
     """Unanswered calls of its clients."""
     owed_calls: int = 0
     """Calls that its servers, retired ones included, have not answered."""
+    queued_calls: QueuedCalls | None = None
+    """Requests that wait for its servers; None before the first one."""
     latched_bytes: int = 0
     """Bytes kept for late joiners of its publishers."""
     matched: int = 0

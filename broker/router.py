@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 MAX_ENDPOINTS: Final = 20_000
 MAX_PENDING_CALLS: Final = 200_000
 MAX_LINK_QUEUE_BYTES: Final = 128 * 1024 * 1024
+MAX_QUEUED_CALL_BYTES: Final = 8 * 1024 * 1024
+MAX_BULK_BYTES: Final = 256 * 1024 * 1024
 
 WAS_SILENT: Final = "This node was silent for the keepalive limit; until now the graph was without it"
 
@@ -42,6 +44,8 @@ class Router:
         max_pending_calls: Unanswered calls of one peer.
         max_message_bytes: Size of one frame that a peer takes.
         max_queue_bytes: Bytes that may wait in one queue for a KEEP_ALL subscription that granted credit.
+        max_queued_call_bytes: Bytes of requests from one peer that may wait for one server's peer.
+        max_bulk_bytes: Bytes of requests from all peers that may wait for one server's peer.
         report: For logs. Called with each endpoint and None when it is declared, and with the reason when it
             is removed; "" if its connection has ended.
 
@@ -59,6 +63,8 @@ class Router:
         max_endpoints: int = MAX_ENDPOINTS,
         max_pending_calls: int = MAX_PENDING_CALLS,
         max_queue_bytes: int = MAX_LINK_QUEUE_BYTES,
+        max_queued_call_bytes: int = MAX_QUEUED_CALL_BYTES,
+        max_bulk_bytes: int = MAX_BULK_BYTES,
         max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
         report: Callable[[Endpoint, str | None], None] | None = None,
     ) -> None:
@@ -71,7 +77,13 @@ class Router:
         self._notices = Notices(self._emit)
         self.routes = Routes(self._emit, max_queue_bytes=max_queue_bytes)
         self.topics = Topics(self._emit, self._notices, self.routes)
-        self.calls = Calls(self._emit, max_pending=max_pending_calls, max_bytes=max_message_bytes)
+        self.calls = Calls(
+            self._emit,
+            max_pending=max_pending_calls,
+            max_bytes=max_message_bytes,
+            max_share_bytes=max_queued_call_bytes,
+            max_queued_bytes=max_bulk_bytes,
+        )
         self.services = Services(self._notices, self.calls)
         self.graph = Graph(self._emit)
         self.declarations = Declarations(

@@ -113,6 +113,7 @@ def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
         stale=sum(each.stale for each in routes),
         calls=sum(each.routed for each in calls),
         refused_calls=sum(each.refused for each in calls),
+        overloaded_calls=sum(each.overloaded for each in calls),
         pending_calls=sum(each.pending for each in calls),
         late_replies=sum(each.late for each in calls),
         definitions=sum(len(router.declarations.definitions) for router in graphs),

@@ -41,6 +41,9 @@ MAX_QUEUE_BYTES: Final = 64 * 1024 * 1024
 BATCH_OVERHEAD_BYTES: Final = 512
 """Estimated memory of a waiting batch beside its messages; only the limit of a link counts it."""
 
+FRAME_OVERHEAD_BYTES: Final = 64
+"""Estimated memory of any other waiting frame beside its bytes, which counts most for tiny ones."""
+
 MAX_BATCH_COUNT: Final = 8192
 """Messages in one batch."""
 

@@ -30,7 +30,7 @@ class MessageQueue:
     pending_bytes: int = field(default=0, init=False)
     """Their size. Skipped messages count until their batch is cut or removed."""
     control_bytes: int = field(default=0, init=False)
-    """Bytes of other frames that wait in order with the batches; they are never dropped."""
+    """Estimated memory of other frames that wait in order with the batches; they are never dropped."""
     bulk_bytes: int = field(default=0, init=False)
     """The part of `control_bytes` that is latched messages or large frames."""
     dropped: int = field(default=0, init=False)
@@ -89,7 +89,7 @@ class MessageQueue:
 
     def _count_control(self, item: Replay | bytes, sign: int) -> None:
         """Add a frame to the byte counts (`sign` 1), or subtract it (-1)."""
-        size = sign * (len(item.payload) if isinstance(item, Replay) else len(item))
+        size = sign * (len(item.payload if isinstance(item, Replay) else item) + limits.FRAME_OVERHEAD_BYTES)
         self.control_bytes += size
         if isinstance(item, Replay) or is_large(item):
             self.bulk_bytes += size

@@ -5,7 +5,8 @@ Control frames are sent first, then requests and replies, then the publisher que
 
 Two limits bound an outbox. The messages in all publisher queues together stay below `max_held_bytes`: above
 it the fullest KEEP_LAST queues lose their oldest batches. Everything else is never dropped; the outbox counts
-its bytes, and the owner ends the link above its limits.
+its memory, and the owner ends the link above its limits. Requests to a server are limited before they are
+queued (see queued_calls.py), because their senders are at fault if there are too many.
 
 The module does no I/O: the owner of a socket takes frames with `take` and calls `trim` afterwards.
 """
@@ -22,22 +23,25 @@ from proto import limits
 from proto.codec import encode
 from proto.fragments import Transfers, is_large
 from proto.frames import Batch, Cancel, Replay
+from proto.limits import FRAME_OVERHEAD_BYTES
 from proto.publisher_queue import PublisherQueue
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from proto.frames import Buffer
+    from proto.queued_calls import CallShare
 
 
 class _LargeCall(PublisherQueue):
     """A queue that holds one large frame of requests or replies."""
 
-    __slots__ = ("key",)
+    __slots__ = ("key", "share")
 
-    def __init__(self, raw: bytes, key: tuple[int, int] | None) -> None:
+    def __init__(self, raw: bytes, key: tuple[int, int] | None, share: CallShare | None) -> None:
         super().__init__(0, None)
         self.key = key
+        self.share = share
         self.put(raw)
 
 
@@ -52,11 +56,15 @@ class Outbox:
     large_budget: int = field(default=sys.maxsize, init=False)
     """Bytes of large frames to send before other connections are served; set by the owner."""
     urgent_bytes: int = field(default=0, init=False)
-    """Bytes of control frames and calls that wait."""
+    """Estimated memory of the control frames and calls that wait."""
     ordered_bytes: int = field(default=0, init=False)
     """Bytes of control frames and latched messages that wait in publisher queues."""
     bulk_bytes: int = field(default=0, init=False)
     """The part of both that is large calls and latched messages."""
+    small_request_bytes: int = field(default=0, init=False)
+    """The part of `urgent_bytes` that is small requests with a share."""
+    large_request_bytes: int = field(default=0, init=False)
+    """The part of `bulk_bytes` that is large requests with a share."""
     held_bytes: int = field(default=0, init=False)
     """Estimated memory of the messages in all publisher queues, as of the last `trim`."""
     max_held_bytes: int = field(default=sys.maxsize, init=False)
@@ -65,6 +73,8 @@ class Outbox:
     """Messages dropped in all because the link was slow."""
     _control: deque[bytes] = field(default_factory=deque[bytes], init=False)
     _calls: deque[bytes] = field(default_factory=deque[bytes], init=False)
+    _shares: deque[CallShare | None] = field(default_factory=deque["CallShare | None"], init=False)
+    """For each frame in `_calls` the share that counts it."""
     _ready: deque[PublisherQueue] = field(default_factory=deque[PublisherQueue], init=False)
     """The queues with something to send, in the order in which they are served."""
     _touched: list[PublisherQueue] = field(default_factory=list[PublisherQueue], init=False)
@@ -78,33 +88,48 @@ class Outbox:
 
     @property
     def undroppable_bytes(self) -> int:
-        """Bytes of control frames and small calls, which are never dropped: the owner must limit them.
+        """Memory of control frames and small calls, which are never dropped: the owner must limit them.
 
-        Large calls and latched messages are not included. The owner limits `bulk_bytes` apart, since a few of
-        these are more than small frames ever amount to for a peer that reads.
+        Requests with a share, large calls and latched messages are not included. The owner limits
+        `undroppable_bulk_bytes` apart, since a few of these are more than small frames ever amount to for a
+        peer that reads.
         """
-        return self.urgent_bytes + self.ordered_bytes - self.bulk_bytes
+        return self.urgent_bytes + self.ordered_bytes - self.bulk_bytes - self.small_request_bytes
+
+    @property
+    def undroppable_bulk_bytes(self) -> int:
+        """Memory of latched messages and large calls without requests that have a share."""
+        return self.bulk_bytes - self.large_request_bytes
 
     def put_control(self, raw: bytes) -> None:
         """Queue a small encoded frame that is sent before everything else."""
         self._control.append(raw)
-        self.urgent_bytes += len(raw)
+        self.urgent_bytes += len(raw) + FRAME_OVERHEAD_BYTES
 
-    def put_calls(self, raw: bytes, key: tuple[int, int] | None = None) -> None:
+    def put_calls(
+        self, raw: bytes, key: tuple[int, int] | None = None, share: CallShare | None = None
+    ) -> None:
         """Queue a frame of requests, replies or cancellations; a large one is served like a publisher queue.
 
         Args:
             raw: The encoded frame.
             key: Endpoint and call id, by which `drop_call` finds a large frame.
+            share: The share that has counted this frame of requests and no longer counts it when it is sent.
         """
-        self.urgent_bytes += len(raw)
+        size = len(raw) + FRAME_OVERHEAD_BYTES
+        self.urgent_bytes += size
         if not is_large(raw):
             self._calls.append(raw)
+            self._shares.append(share)
+            if share is not None:
+                self.small_request_bytes += size
             return
-        queue = _LargeCall(raw, key)
+        queue = _LargeCall(raw, key, share)
         if key is not None:
             self._large_calls[key] = queue
-        self.bulk_bytes += len(raw)
+        self.bulk_bytes += size
+        if share is not None:
+            self.large_request_bytes += size
         self.schedule(queue)
 
     def put_after_calls(self, endpoint: int, raw: bytes) -> bool:
@@ -113,11 +138,12 @@ class Outbox:
         Returns:
             False if it waits for large calls, which may take long.
         """
-        self.urgent_bytes += len(raw)
+        self.urgent_bytes += len(raw) + FRAME_OVERHEAD_BYTES
         if self._has_large_calls(endpoint):
             self._after_calls[endpoint] = raw
             return False
         self._calls.append(raw)
+        self._shares.append(None)
         return True
 
     def _has_large_calls(self, endpoint: int) -> bool:
@@ -127,6 +153,7 @@ class Outbox:
         """Queue the last frame of an endpoint if no large call precedes it any more."""
         if endpoint in self._after_calls and not self._has_large_calls(endpoint):
             self._calls.append(self._after_calls.pop(endpoint))
+            self._shares.append(None)
 
     def drop_call(self, key: tuple[int, int]) -> bool:
         """Remove a large call; return False if it is not there, because it was sent completely."""
@@ -135,18 +162,34 @@ class Outbox:
             return False
         self.urgent_bytes -= queue.control_bytes
         self.bulk_bytes -= queue.bulk_bytes
+        self._release_share(queue, queue.bulk_bytes)
         abort = queue.discard(self._transfers)
         if abort is not None:
             self.put_control(abort)
         self._release_after_calls(key[0])
         return True
 
-    def cancel_calls(self, endpoint: int, calls: Sequence[int]) -> None:
-        """Remove those of these calls that are still queued as large frames; send CANCEL for the others."""
+    def _release_share(self, queue: _LargeCall, size: int) -> None:
+        """Subtract a large request that is sent or dropped."""
+        if queue.share is not None:
+            queue.share.remove(size)
+            self.large_request_bytes -= size
+
+    def cancel_calls(self, endpoint: int, calls: Sequence[int], share: CallShare | None = None) -> None:
+        """Remove those of these calls that are still queued as large frames; send CANCEL for the others.
+
+        Args:
+            endpoint: Their endpoint.
+            calls: Their ids.
+            share: Counts the CANCEL frames while they wait.
+        """
         left = [call for call in calls if not self.drop_call((endpoint, call))]
         for start in range(0, len(left), limits.MAX_CALLS_PER_FRAME):
             part = tuple(left[start : start + limits.MAX_CALLS_PER_FRAME])
-            self.put_calls(encode(Cancel(endpoint, part)))
+            raw = encode(Cancel(endpoint, part))
+            if share is not None:
+                share.add(raw)
+            self.put_calls(raw, share=share)
 
     def enqueue(self, queue: PublisherQueue, item: Batch | Replay | bytes, *, first: bool = False) -> None:
         """Put a batch, or a frame that must stay in order with batches, into a publisher queue.
@@ -200,9 +243,12 @@ class Outbox:
             urgent = self._control or self._calls
             if urgent:
                 raw = urgent.popleft()
-                self.urgent_bytes -= len(raw)
+                self.urgent_bytes -= len(raw) + FRAME_OVERHEAD_BYTES
                 parts.append(raw)
                 size += len(raw)
+                if urgent is self._calls and (share := self._shares.popleft()) is not None:
+                    self.small_request_bytes -= len(raw) + FRAME_OVERHEAD_BYTES
+                    share.remove(len(raw) + FRAME_OVERHEAD_BYTES)
                 continue
             if not self._ready or not (taken := self._take_from_queues(parts)):
                 break
@@ -243,6 +289,7 @@ class Outbox:
             self.ordered_bytes -= size
             return
         self.urgent_bytes -= size
+        self._release_share(queue, size)
         if queue.key is not None and self._large_calls.get(queue.key) is queue:
             del self._large_calls[queue.key]
             self._release_after_calls(queue.key[0])

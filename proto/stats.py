@@ -124,6 +124,8 @@ class BrokerStats:
     """Messages discarded because they had been received before."""
     calls: int = 0
     refused_calls: int = 0
+    overloaded_calls: int = 0
+    """Those of them that were refused because too many bytes of calls waited for their server."""
     pending_calls: int = 0
     late_replies: int = 0
     definitions: int = 0

@@ -139,7 +139,7 @@ async def test_latched_messages_beyond_the_ceiling_end_the_link(
         deaf.send(*(make.subscription(index, qos=make.LATCHED) for index in range(1, 100)))
         await until(lambda: narrow.stats().connections == 1)
         await talker.synchronise()
-    (told,) = re.findall(r"(\d+) bytes of latched messages and large calls wait", caplog.text)
+    (told,) = re.findall(r"(\d+) bytes of latched messages and large replies wait", caplog.text)
     assert 8 * LARGE < int(told) < 10 * LARGE
     assert f"and {8 * LARGE} may (the broker's --max-bulk-bytes)" in caplog.text
     assert "too slowly" not in caplog.text

@@ -17,6 +17,7 @@ from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
 from tests.simulation.stage import play
+from tests.simulation.structure import memory
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -291,7 +292,7 @@ async def test_waiting_bytes_are_all_that_is_not_a_batch(broker: Broker) -> None
         replay = frames.Replay(1, *make.batch(1, 0, size=1000)[:-1])
         for item in (detached, replay):
             outbox.enqueue(PublisherQueue(1, 1), item)
-        waiting = sum(map(len, (*frames_waiting, detached, replay.payload)))
+        waiting = memory((*frames_waiting, detached, replay.payload))
         totals = broker.stats()
         assert links(broker)["/reader"].waiting_bytes == waiting
         assert totals.urgent_bytes + totals.ordered_bytes == waiting

@@ -20,7 +20,7 @@ from proto.frames import Abort, Batch, Detached, Fragment, Ping, Replay, Undecla
 from proto.outbox import Outbox
 from proto.publisher_queue import PublisherQueue
 from tests.proto.outboxes import make_batch, request, take_one
-from tests.simulation.structure import of_queue
+from tests.simulation.structure import memory, of_queue
 
 SIZES = st.lists(st.one_of(st.integers(1, 20), st.integers(100, 250)), min_size=1, max_size=5)
 """Sizes of the messages of a batch."""
@@ -40,10 +40,10 @@ def _replayed(item: Message | bytes) -> Replay | None:
 
 
 def _size(item: Message | bytes) -> int:
+    if isinstance(item, Message):
+        return 0
     replay = _replayed(item)
-    if replay is not None:
-        return len(replay.payload)
-    return 0 if isinstance(item, Message) else len(item)
+    return memory([item if replay is None else replay.payload])
 
 
 @dataclass
@@ -440,10 +440,10 @@ class OutboxMachine(RuleBasedStateMachine):
             assert not list(of_queue(model.queue))
         large = [raw for _, raw in self.large.values()]
         urgent = [*self.control, *self.calls, *self.behind.values(), *large]
-        assert self.outbox.urgent_bytes == sum(map(len, urgent))
+        assert self.outbox.urgent_bytes == memory(urgent)
         assert self.outbox.ordered_bytes == sum(model.ordered_bytes for model in self.models)
         replayed = sum(model.replay_bytes for model in self.models)
-        assert self.outbox.bulk_bytes == sum(map(len, large)) + replayed
+        assert self.outbox.bulk_bytes == memory(large) + replayed
         assert self.outbox.held_bytes == sum(model.queue.counted_bytes for model in self.models)
 
 

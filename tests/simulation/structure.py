@@ -8,17 +8,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeAlias
 
 from broker.records import ClientRecord, PublisherRecord, ServiceRecord, SubscriptionRecord
+from proto import limits
 from proto.batches import message_bytes
 from proto.fragments import is_large
 from proto.frames import Batch, Replay
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     import actors
     from broker.records import Endpoint, Peer
     from broker.router import Router
     from broker.server import Broker
+    from proto.frames import Buffer
     from proto.outbox import Outbox
     from proto.publisher_queue import PublisherQueue
 
@@ -125,15 +127,15 @@ def of_queue(queue: PublisherQueue) -> Wrongs:
         yield f"a queue counts {queue.pending_bytes} bytes of messages and holds {size}"
     others = [
         item.payload if isinstance(item, Replay) else item
-        for item in (*queue._front, *queue._queue, queue._leaving or b"")
-        if not isinstance(item, Batch)
+        for item in (*queue._front, *queue._queue, queue._leaving)
+        if not isinstance(item, Batch | None)
     ]
-    if queue.control_bytes != sum(map(len, others)):
-        yield f"a queue counts {queue.control_bytes} control bytes and holds {sum(map(len, others))}"
+    if queue.control_bytes != memory(others):
+        yield f"a queue counts {queue.control_bytes} control bytes and holds {memory(others)}"
     count = sum(isinstance(item, Batch) for item in queue._queue)
     if queue._batches != count:
         yield f"a queue counts {queue._batches} batches in it and holds {count}"
-    large = sum(len(item) for item in others if is_large(item))
+    large = memory(item for item in others if is_large(item))
     if not large <= queue.bulk_bytes <= queue.control_bytes:
         yield f"a queue counts {queue.bulk_bytes} of {queue.control_bytes} bytes as large, and holds {large}"
     number = 0
@@ -146,15 +148,23 @@ def of_queue(queue: PublisherQueue) -> Wrongs:
             number = item.first_sequence + item.length
 
 
+def memory(frames: Iterable[Buffer]) -> int:
+    """Return what frames that are no batches count for while they wait."""
+    return sum(len(frame) + limits.FRAME_OVERHEAD_BYTES for frame in frames)
+
+
 def of_outbox(outbox: Outbox) -> Wrongs:
     """Check what waits on a link, without the publisher queues."""
     large = sum(queue.control_bytes for queue in outbox._large_calls.values())
-    small = sum(map(len, outbox._control)) + sum(map(len, outbox._calls))
+    small = memory(outbox._control) + memory(outbox._calls)
+    requests = [raw for raw, share in zip(outbox._calls, outbox._shares, strict=True) if share is not None]
+    if outbox.small_request_bytes != memory(requests):
+        yield f"an outbox counts {outbox.small_request_bytes} bytes of requests and holds {memory(requests)}"
     # A large answer without a name is in no table, only in the queue for its turn.
     unnamed = sum(
         queue.control_bytes for queue in outbox._ready if getattr(queue, "key", 0) is None and not queue.empty
     )
-    behind = sum(map(len, outbox._after_calls.values()))
+    behind = memory(outbox._after_calls.values())
     urgent = small + large + unnamed + behind
     if outbox.urgent_bytes != urgent:
         yield f"an outbox counts {outbox.urgent_bytes} urgent bytes and holds {urgent}"
