@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from broker.deliveries import Enqueue, Send
-from broker.latched import replays
+from broker.deliveries import Enqueue, EnqueueLatched, Send
+from broker.latched import LatchedReplay
 from proto import frames
 from proto.codec import encode
 
@@ -105,8 +105,8 @@ class AttachmentFrames:
         self._emit(Enqueue(route.peer.id, route.queue, encode(frame)))
         for subscription in subscriptions:
             if subscription.wants.latched:
-                for replay in replays(publisher, subscription):
-                    self._emit(Enqueue(route.peer.id, route.queue, replay))
+                source = LatchedReplay(publisher, route, subscription)
+                self._emit(EnqueueLatched(route.peer.id, route.queue, source))
 
 
 def _slices(entries: list[T]) -> Iterator[list[T]]:

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import Batch, Frame, Replay
+from proto.frames import Batch, Frame
 
 if TYPE_CHECKING:
+    from proto.message_queue import ReplaySource
     from proto.outbox import Outbox
     from proto.publisher_queue import PublisherQueue
     from proto.queued_calls import CallShare
@@ -84,10 +85,10 @@ class CancelCalls(Delivery):
 
 @dataclass(slots=True)
 class Enqueue(Delivery):
-    """Send a batch, or latched messages or a control frame that keep their order with batches."""
+    """Send a batch, or a control frame that keeps its order with batches."""
 
     queue: PublisherQueue
-    item: Batch | Replay | bytes
+    item: Batch | bytes
 
     def deliver(self, channel: Recipient) -> None:
         """Append the item to its publisher queue."""
@@ -97,6 +98,18 @@ class Enqueue(Delivery):
         """Count the messages of a batch."""
         if isinstance(self.item, Batch):
             self.queue.mark_lost(self.item)
+
+
+@dataclass(slots=True)
+class EnqueueLatched(Delivery):
+    """Send latched messages before the next batch of a publisher queue."""
+
+    queue: PublisherQueue
+    source: ReplaySource
+
+    def deliver(self, channel: Recipient) -> None:
+        """Append the first of them to the queue, and the source of the others."""
+        channel.outbox.enqueue_source(self.queue, self.source)
 
 
 @dataclass(slots=True)

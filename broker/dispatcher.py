@@ -156,7 +156,7 @@ class Dispatcher:
             unflushed[link] = None
             delivery.deliver(channel)
             outbox = channel.outbox
-            if outbox.undroppable_bytes > most or outbox.undroppable_bulk_bytes > most_bulk:
+            if outbox.undroppable_bytes > most or outbox.bulk_bytes > most_bulk:
                 channel.flush()
                 link.fail_if_over_limit()
 

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Final
 
 from proto import frames
 from proto.batches import message_bytes, slice_batch
+from proto.message_queue import ReplaySource
 from proto.qos import KEEP_ALL, Qos
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from broker.records import PublisherRecord, SubscriptionRecord
+    from broker.records import PublisherRecord, Route, SubscriptionRecord
     from proto.frames import Batch
 
 LATCHED_MESSAGES: Final = 1000
@@ -61,6 +60,8 @@ def _unlatch_oldest(publisher: PublisherRecord, most: int) -> int:
         rest = slice_batch(oldest, gone, oldest.length)
         publisher.latched.appendleft(rest)
         _count(publisher, message_bytes(rest))
+    else:
+        publisher.unlatched += 1
     return gone
 
 
@@ -68,6 +69,7 @@ def unlatch(publisher: PublisherRecord) -> None:
     """Drop all messages of a publisher that is gone for good."""
     _count(publisher, -publisher.latched_bytes)
     publisher.latched_messages = 0
+    publisher.unlatched += len(publisher.latched)
     publisher.latched.clear()
 
 
@@ -76,15 +78,59 @@ def _count(publisher: PublisherRecord, size: int) -> None:
     publisher.peer.latched_bytes += size
 
 
-def replays(publisher: PublisherRecord, subscription: SubscriptionRecord) -> Iterator[frames.Replay]:
-    """Return the latched messages for a late joiner, up to its depth."""
-    skip = 0
-    if subscription.depth is not None:
-        skip = max(0, publisher.latched_messages - subscription.depth)
-    for batch in publisher.latched:
-        if skip >= batch.length:
-            skip -= batch.length
-            continue
-        kept = slice_batch(batch, skip, batch.length)
+class LatchedReplay(ReplaySource):
+    """What is latched of one publisher when a subscription attaches, taken as long as it is latched.
+
+    It ends when the two are no longer attached. Messages that are unlatched before they are taken are
+    skipped: newer ones have replaced them, or they exceed a limit in bytes.
+
+    Args:
+        publisher: The publisher.
+        route: Its route to the subscription's peer.
+        subscription: Gets the last of the latched messages, up to its depth.
+    """
+
+    __slots__ = ("_first", "_index", "_publisher", "_route", "_stop", "_subscription")
+
+    def __init__(self, publisher: PublisherRecord, route: Route, subscription: SubscriptionRecord) -> None:
+        self._publisher = publisher
+        self._route = route
+        self._subscription = subscription
+        self._stop = publisher.next_sequence
         skip = 0
-        yield frames.Replay(subscription.id, *kept[:-1])
+        if subscription.depth is not None:
+            skip = max(0, publisher.latched_messages - subscription.depth)
+        self._index = publisher.unlatched
+        self._first = self._stop
+        for batch in publisher.latched:
+            if skip < batch.length:
+                self._first = batch.first_sequence + skip
+                break
+            skip -= batch.length
+            self._index += 1
+
+    def _next(self) -> Batch | None:
+        publisher, route, subscription = self._publisher, self._route, self._subscription
+        if (
+            publisher.routes.get(route.peer.id) is not route
+            or route.subscriptions.get(subscription.id) is not subscription
+        ):
+            return None
+        position = max(0, self._index - publisher.unlatched)
+        if position >= len(publisher.latched):
+            return None
+        batch = publisher.latched[position]
+        return batch if batch.first_sequence < self._stop else None
+
+    def next_bytes(self) -> int:
+        """Return the size of the next latched batch; 0 if there is none."""
+        batch = self._next()
+        return 0 if batch is None else len(batch.payload)
+
+    def take(self) -> frames.Replay:
+        """Return the next latched batch. Needs `next_bytes` > 0."""
+        batch = self._next()
+        assert batch is not None
+        self._index = max(self._index, self._publisher.unlatched) + 1
+        kept = slice_batch(batch, max(0, self._first - batch.first_sequence), batch.length)
+        return frames.Replay(self._subscription.id, *kept[:-1])

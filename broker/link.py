@@ -69,10 +69,10 @@ class Link:
     def fail_if_over_limit(self) -> None:
         """Close the link if more waits for it than its limits allow and nothing of that may be dropped."""
         outbox, options = self.channel.outbox, self._options
-        if outbox.undroppable_bulk_bytes > options.max_bulk_bytes:  # independent of how fast the peer reads
+        if outbox.bulk_bytes > options.max_bulk_bytes:  # independent of how fast the peer reads
             text = (
-                f"{outbox.undroppable_bulk_bytes} bytes of latched messages and large replies wait for this"
-                f" link, and {options.max_bulk_bytes} may (the broker's --max-bulk-bytes)"
+                f"{outbox.bulk_bytes} bytes of large replies wait for this link, and"
+                f" {options.max_bulk_bytes} may (the broker's --max-bulk-bytes)"
             )
         elif outbox.undroppable_bytes > options.max_queue_bytes:
             text = _too_slow("replies and control frames", options.max_queue_bytes)

@@ -71,8 +71,8 @@ class BrokerOptions:
     )
     max_bulk_bytes: int = _option(
         256 * _MIB,
-        "bytes of latched messages and large replies that may wait for one connection; beyond it, it is"
-        " closed. Also of calls that may wait for it; beyond it they fail as OVERLOADED",
+        "bytes of large replies that may wait for one connection; beyond it, it is closed. Also of calls that"
+        " may wait for it; beyond it they fail as OVERLOADED",
         65_536,
         2**40,
     )

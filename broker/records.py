@@ -119,6 +119,8 @@ class PublisherRecord(Endpoint):
     latched: deque[Batch] = field(default_factory=deque["Batch"])
     latched_messages: int = 0
     latched_bytes: int = 0
+    unlatched: int = 0
+    """Batches removed from the start of `latched` so far."""
 
     def first_for(self, subscription: SubscriptionRecord) -> int:
         """Return the first number whose batch goes to a subscription that is attached now."""

@@ -17,23 +17,32 @@ def is_large(raw: Buffer) -> bool:
 
 
 class Transfer:
-    """A large frame that is being sent in fragments."""
+    """A large frame that is being sent in fragments.
 
-    __slots__ = ("_offset", "_raw", "id")
+    Args:
+        transfer_id: Its id.
+        raw: The encoded frame.
+        head: What precedes `raw` in the frame, if the two are not joined.
+    """
 
-    def __init__(self, transfer_id: int, raw: Buffer) -> None:
+    __slots__ = ("_head", "_offset", "_raw", "id")
+
+    def __init__(self, transfer_id: int, raw: Buffer, head: bytes = b"") -> None:
         self.id = transfer_id
         self._raw = memoryview(raw)
+        self._head = head
         self._offset = 0
 
-    def next(self) -> tuple[bytes, memoryview, bool]:
-        """Return the head of the next FRAGMENT frame, its payload (a view), and whether it is the last."""
-        start, total = self._offset, len(self._raw)
-        stop = min(start + limits.FRAGMENT_BYTES, total)
+    def next(self) -> tuple[bytes, Buffer, bool]:
+        """Return the head of the next FRAGMENT frame, its payload, and whether it is the last."""
+        start, end, head = self._offset, len(self._raw), self._head
+        total = None if start else len(head) + end
+        stop = min(start + limits.FRAGMENT_BYTES - len(head), end)
+        payload: Buffer = self._raw[start:stop]
+        if head:
+            payload, self._head = b"".join((head, payload)), b""
         self._offset = stop
-        payload = self._raw[start:stop]
-        piece = Fragment(self.id, total if start == 0 else None, stop < total, payload)
-        return encode_head(piece), payload, stop == total
+        return encode_head(Fragment(self.id, total, stop < end, payload)), payload, stop == end
 
 
 class Transfers:
@@ -50,8 +59,8 @@ class Transfers:
         self._next_id = 0
         self._open: set[int] = set()
 
-    def start(self, raw: Buffer) -> Transfer | None:
-        """Open a transfer of an encoded frame; return None if `full`."""
+    def start(self, raw: Buffer, head: bytes = b"") -> Transfer | None:
+        """Open a transfer of an encoded frame, possibly without its head; return None if `full`."""
         if self.full:
             return None
         self._next_id = (self._next_id + 1) & limits.MAX_U32
@@ -59,7 +68,7 @@ class Transfers:
             self._next_id = (self._next_id + 1) & limits.MAX_U32
         self._open.add(self._next_id)
         self.full = len(self._open) >= limits.MAX_TRANSFERS
-        return Transfer(self._next_id, raw)
+        return Transfer(self._next_id, raw, head)
 
     def end(self, transfer: Transfer) -> None:
         """Remove a transfer that is finished or aborted."""

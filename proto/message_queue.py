@@ -6,14 +6,33 @@ mark the first messages of the oldest batch as skipped. They are cut off when th
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass, field
-from typing import cast
+from typing import TypeAlias, cast
 
 from proto import limits
 from proto.batches import message_bytes, slice_batch
 from proto.fragments import is_large
 from proto.frames import Batch, Replay
+
+
+class ReplaySource(ABC):
+    """Latched messages that are taken from where they are kept only when they can be sent."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def next_bytes(self) -> int:
+        """Return the size of the next latched batch; 0 if there is none."""
+
+    @abstractmethod
+    def take(self) -> Replay:
+        """Return the next latched batch. Needs `next_bytes` > 0."""
+
+
+Ordered: TypeAlias = ReplaySource | Replay | bytes
+"""Anything but a batch that waits in order with batches."""
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -41,9 +60,9 @@ class MessageQueue:
     """Messages with smaller numbers have been sent on an earlier link and are queued to be sent again."""
     abandoned: int = field(default=0, init=False)
     """Messages discarded without loss: no subscription needed them any more, or they had been sent before."""
-    _front: deque[Replay | bytes] = field(default_factory=deque[Replay | bytes], init=False)
+    _front: deque[Ordered] = field(default_factory=deque["Ordered"], init=False)
     """Frames that preceded dropped messages. They are sent first, so that later drops need not pass them."""
-    _queue: deque[Batch | Replay | bytes] = field(default_factory=deque[Batch | Replay | bytes], init=False)
+    _queue: deque[Batch | Ordered] = field(default_factory=deque["Batch | Ordered"], init=False)
     _batches: int = field(default=0, init=False)
     """Number of batches in `_queue`."""
     _skip: int = field(default=0, init=False)
@@ -51,11 +70,12 @@ class MessageQueue:
     _next_sequence: int | None = field(default=None, init=False)
     """The number after the last message sent on this link; before the first one, the declared number."""
 
-    def put(self, item: Batch | Replay | bytes) -> None:
+    def put(self, item: Batch | Ordered) -> None:
         """Append a batch, or a frame that must follow the batches before it.
 
         Args:
-            item: A batch, latched messages (encoded when they are sent) or another encoded frame.
+            item: A batch, latched messages (encoded when they are sent), a source of such, or another encoded
+                frame.
         """
         self._queue.append(item)
         if isinstance(item, Batch):
@@ -67,7 +87,7 @@ class MessageQueue:
         else:
             self._count_control(item, 1)
 
-    def put_front(self, item: Batch | Replay | bytes) -> None:
+    def put_front(self, item: Batch | Ordered) -> None:
         """Insert an item before everything that is not being sent.
 
         Args:
@@ -87,11 +107,12 @@ class MessageQueue:
             self._next_sequence = item.first_sequence
         self._queue.appendleft(item)
 
-    def _count_control(self, item: Replay | bytes, sign: int) -> None:
+    def _count_control(self, item: Ordered, sign: int) -> None:
         """Add a frame to the byte counts (`sign` 1), or subtract it (-1)."""
-        size = sign * (len(item.payload if isinstance(item, Replay) else item) + limits.FRAME_OVERHEAD_BYTES)
+        raw = b"" if isinstance(item, ReplaySource) else item.payload if isinstance(item, Replay) else item
+        size = sign * (len(raw) + limits.FRAME_OVERHEAD_BYTES)
         self.control_bytes += size
-        if isinstance(item, Replay) or is_large(item):
+        if isinstance(item, Replay) or is_large(raw):
             self.bulk_bytes += size
 
     @property
@@ -168,7 +189,7 @@ class MessageQueue:
         """
         self._cut_skipped()
         before = self.dropped
-        kept: deque[Batch | Replay | bytes] = deque()
+        kept: deque[Batch | Ordered] = deque()
         for item in self._queue:
             if isinstance(item, Batch) and message_bytes(item) > max_bytes:
                 self._batches -= 1

@@ -17,12 +17,12 @@ import sys
 from collections import deque
 from dataclasses import dataclass, field
 from heapq import heapify, heappop, heapreplace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from proto import limits
 from proto.codec import encode
 from proto.fragments import Transfers, is_large
-from proto.frames import Batch, Cancel, Replay
+from proto.frames import Batch, Cancel
 from proto.limits import FRAME_OVERHEAD_BYTES
 from proto.publisher_queue import PublisherQueue
 
@@ -30,7 +30,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from proto.frames import Buffer
+    from proto.message_queue import Ordered, ReplaySource
     from proto.queued_calls import CallShare
+
+REPLAY_AHEAD_BYTES: Final = 1024 * 1024
+"""Latched messages that wait in the publisher queues of a link; the others are taken when these are sent."""
 
 
 class _LargeCall(PublisherQueue):
@@ -58,13 +62,13 @@ class Outbox:
     urgent_bytes: int = field(default=0, init=False)
     """Estimated memory of the control frames and calls that wait."""
     ordered_bytes: int = field(default=0, init=False)
-    """Bytes of control frames and latched messages that wait in publisher queues."""
+    """Estimated memory of the control frames and latched messages that wait in publisher queues."""
+    replay_bytes: int = field(default=0, init=False)
+    """The part of `ordered_bytes` that is latched messages."""
     bulk_bytes: int = field(default=0, init=False)
-    """The part of both that is large calls and latched messages."""
-    small_request_bytes: int = field(default=0, init=False)
-    """The part of `urgent_bytes` that is small requests with a share."""
-    large_request_bytes: int = field(default=0, init=False)
-    """The part of `bulk_bytes` that is large requests with a share."""
+    """The part of `urgent_bytes` that is large calls without a share."""
+    shared_bytes: int = field(default=0, init=False)
+    """The part of `urgent_bytes` that is requests with a share."""
     held_bytes: int = field(default=0, init=False)
     """Estimated memory of the messages in all publisher queues, as of the last `trim`."""
     max_held_bytes: int = field(default=sys.maxsize, init=False)
@@ -90,16 +94,12 @@ class Outbox:
     def undroppable_bytes(self) -> int:
         """Memory of control frames and small calls, which are never dropped: the owner must limit them.
 
-        Requests with a share, large calls and latched messages are not included. The owner limits
-        `undroppable_bulk_bytes` apart, since a few of these are more than small frames ever amount to for a
-        peer that reads.
+        Large calls are not included: the owner limits `bulk_bytes` apart, since a few of these are more than
+        small frames ever amount to for a peer that reads. Nor are requests with a share and latched messages,
+        which have limits of their own.
         """
-        return self.urgent_bytes + self.ordered_bytes - self.bulk_bytes - self.small_request_bytes
-
-    @property
-    def undroppable_bulk_bytes(self) -> int:
-        """Memory of latched messages and large calls without requests that have a share."""
-        return self.bulk_bytes - self.large_request_bytes
+        others = self.bulk_bytes + self.shared_bytes + self.replay_bytes
+        return self.urgent_bytes + self.ordered_bytes - others
 
     def put_control(self, raw: bytes) -> None:
         """Queue a small encoded frame that is sent before everything else."""
@@ -118,18 +118,17 @@ class Outbox:
         """
         size = len(raw) + FRAME_OVERHEAD_BYTES
         self.urgent_bytes += size
+        if share is not None:
+            self.shared_bytes += size
         if not is_large(raw):
             self._calls.append(raw)
             self._shares.append(share)
-            if share is not None:
-                self.small_request_bytes += size
             return
         queue = _LargeCall(raw, key, share)
         if key is not None:
             self._large_calls[key] = queue
-        self.bulk_bytes += size
-        if share is not None:
-            self.large_request_bytes += size
+        if share is None:
+            self.bulk_bytes += size
         self.schedule(queue)
 
     def put_after_calls(self, endpoint: int, raw: bytes) -> bool:
@@ -160,20 +159,21 @@ class Outbox:
         queue = self._large_calls.pop(key, None)
         if queue is None:
             return False
-        self.urgent_bytes -= queue.control_bytes
-        self.bulk_bytes -= queue.bulk_bytes
-        self._release_share(queue, queue.bulk_bytes)
+        self._subtract_large_call(queue, queue.control_bytes)
         abort = queue.discard(self._transfers)
         if abort is not None:
             self.put_control(abort)
         self._release_after_calls(key[0])
         return True
 
-    def _release_share(self, queue: _LargeCall, size: int) -> None:
-        """Subtract a large request that is sent or dropped."""
-        if queue.share is not None:
+    def _subtract_large_call(self, queue: _LargeCall, size: int) -> None:
+        """Subtract a large call that is sent or dropped."""
+        self.urgent_bytes -= size
+        if queue.share is None:
+            self.bulk_bytes -= size
+        else:
             queue.share.remove(size)
-            self.large_request_bytes -= size
+            self.shared_bytes -= size
 
     def cancel_calls(self, endpoint: int, calls: Sequence[int], share: CallShare | None = None) -> None:
         """Remove those of these calls that are still queued as large frames; send CANCEL for the others.
@@ -191,7 +191,7 @@ class Outbox:
                 share.add(raw)
             self.put_calls(raw, share=share)
 
-    def enqueue(self, queue: PublisherQueue, item: Batch | Replay | bytes, *, first: bool = False) -> None:
+    def enqueue(self, queue: PublisherQueue, item: Batch | Ordered, *, first: bool = False) -> None:
         """Put a batch, or a frame that must stay in order with batches, into a publisher queue.
 
         Args:
@@ -207,14 +207,21 @@ class Outbox:
             control, bulk = queue.control_bytes, queue.bulk_bytes
             put(item)
             self.ordered_bytes += queue.control_bytes - control
-            self.bulk_bytes += queue.bulk_bytes - bulk
+            self.replay_bytes += queue.bulk_bytes - bulk
         self.schedule(queue)
+
+    def enqueue_source(self, queue: PublisherQueue, source: ReplaySource) -> None:
+        """Put latched messages into a publisher queue, most of them only when they can be sent."""
+        while 0 < (size := source.next_bytes()) <= REPLAY_AHEAD_BYTES - self.replay_bytes:
+            self.enqueue(queue, source.take())
+        if size:
+            self.enqueue(queue, source)
 
     def discard_queue(self, queue: PublisherQueue) -> int:
         """Abandon everything in a publisher queue; return the number of messages that waited."""
         pending = queue.pending
         self.ordered_bytes -= queue.control_bytes
-        self.bulk_bytes -= queue.bulk_bytes
+        self.replay_bytes -= queue.bulk_bytes
         abort = queue.discard(self._transfers)
         self._recount(queue)
         if abort is not None:
@@ -247,7 +254,7 @@ class Outbox:
                 parts.append(raw)
                 size += len(raw)
                 if urgent is self._calls and (share := self._shares.popleft()) is not None:
-                    self.small_request_bytes -= len(raw) + FRAME_OVERHEAD_BYTES
+                    self.shared_bytes -= len(raw) + FRAME_OVERHEAD_BYTES
                     share.remove(len(raw) + FRAME_OVERHEAD_BYTES)
                 continue
             if not self._ready or not (taken := self._take_from_queues(parts)):
@@ -277,19 +284,18 @@ class Outbox:
             if queue.counted_bytes:
                 self._recount(queue)
             if queue.control_bytes != control:
-                self.bulk_bytes -= bulk - queue.bulk_bytes
-                self._count_sent_control(queue, control - queue.control_bytes)
+                self._count_sent_control(queue, control - queue.control_bytes, bulk - queue.bulk_bytes)
             self.schedule(queue)
             if size:
                 return size
         return 0
 
-    def _count_sent_control(self, queue: PublisherQueue, size: int) -> None:
+    def _count_sent_control(self, queue: PublisherQueue, size: int, bulk: int) -> None:
         if not isinstance(queue, _LargeCall):
             self.ordered_bytes -= size
+            self.replay_bytes -= bulk
             return
-        self.urgent_bytes -= size
-        self._release_share(queue, size)
+        self._subtract_large_call(queue, size)
         if queue.key is not None and self._large_calls.get(queue.key) is queue:
             del self._large_calls[queue.key]
             self._release_after_calls(queue.key[0])

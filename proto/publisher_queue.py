@@ -20,10 +20,10 @@ from itertools import chain
 from typing import TYPE_CHECKING, cast
 
 from proto.batches import fitting_stop, message_bytes, slice_batch, with_publisher
-from proto.codec import encode
+from proto.codec import encode, encode_head
 from proto.fragments import is_large
 from proto.frames import Abort, Batch, Buffer, Replay
-from proto.message_queue import MessageQueue
+from proto.message_queue import MessageQueue, Ordered, ReplaySource
 
 if TYPE_CHECKING:
     from proto.fragments import Transfer, Transfers
@@ -47,7 +47,7 @@ class PublisherQueue(MessageQueue):
     """Whether the outbox has it in its round; owned by the outbox."""
     counted_bytes: int = field(default=0, init=False)
     """Its part of the outbox's `held_bytes`; owned by the outbox."""
-    _leaving: Batch | Replay | bytes | None = field(default=None, init=False)
+    _leaving: Batch | Ordered | None = field(default=None, init=False)
     """The item whose fragments are being sent; it is in no queue any more."""
     _transfer: Transfer | None = field(default=None, init=False)
 
@@ -82,6 +82,8 @@ class PublisherQueue(MessageQueue):
         if self._transfer is not None:
             return True
         head = next(chain(self._front, self._queue), b"")
+        if isinstance(head, ReplaySource):
+            return True
         if isinstance(head, Replay):
             return is_large(head.payload)
         return is_large(head.raw if isinstance(head, Batch) else head)
@@ -109,16 +111,21 @@ class PublisherQueue(MessageQueue):
         A FRAGMENT is appended as two parts, its head and its payload, to avoid a copy.
 
         Returns:
-            The size of the frame; 0 if it is a large one and too many transfers are open.
+            The size of the frame; 0 if it is a large one and too many transfers are open, or if there are no
+            latched messages any more.
         """
         if self._transfer is None:
-            if transfers.full and self.is_large:  # do not encode a REPLAY again at each attempt
+            if transfers.full and self.is_large:
                 return 0
             raw = self._prepare_head()
             if is_large(raw):
-                self._transfer = transfers.start(raw)
+                item = next(chain(self._front, self._queue))
+                head = encode_head(item) if isinstance(item, Replay) and raw is item.payload else b""
+                self._transfer = transfers.start(raw, head)
                 if self._transfer is None:
                     return 0
+            elif not raw:
+                return 0
             self._remove_head()
             if self._transfer is None:
                 self._finish_leaving()
@@ -132,10 +139,14 @@ class PublisherQueue(MessageQueue):
         return len(head) + len(payload)
 
     def _prepare_head(self) -> Buffer:
-        """Cut the head of the queue to what may be sent now and return its encoded frame."""
+        """Cut the head of the queue to what may be sent now and return its encoded frame.
+
+        Of a large REPLAY only the payload is returned; nothing if a source of latched messages has ended and
+        nothing else may be sent.
+        """
         head = self._front[0] if self._front else self._queue[0]
         if not isinstance(head, Batch):
-            return encode(head) if isinstance(head, Replay) else head
+            return self._prepare_ordered(head)
         start, stop = self._skip, head.length
         if self.sequence_limit is not None:
             stop = min(stop, max(self.sequence_limit - head.first_sequence, start + 1))
@@ -155,6 +166,20 @@ class PublisherQueue(MessageQueue):
             self._queue.appendleft(batch)
             self._skip = 0
         return batch.raw
+
+    def _prepare_ordered(self, head: Ordered) -> Buffer:
+        if isinstance(head, ReplaySource):
+            items = self._front or self._queue
+            if not head.next_bytes():
+                items.popleft()
+                self._count_control(head, -1)
+                return self._prepare_head() if self.sendable else b""
+            head = head.take()
+            items.appendleft(head)
+            self._count_control(head, 1)
+        if isinstance(head, Replay):
+            return head.payload if is_large(head.payload) else encode(head)
+        return head
 
     def _remove_head(self) -> None:
         item = self._leaving = self._front.popleft() if self._front else self._queue.popleft()

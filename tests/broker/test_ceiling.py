@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import re
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Final
 
@@ -123,26 +122,6 @@ async def test_a_reader_gets_all_latched_messages(narrow: Broker) -> None:
         got = [await late.next(frames.Replay) for _ in range(5)]
         assert sorted(replay.subscription for replay in got) == [1, 2, 3, 4, 5]
         assert narrow.stats().connections == 2
-
-
-async def test_latched_messages_beyond_the_ceiling_end_the_link(
-    narrow: Broker, caplog: pytest.LogCaptureFixture
-) -> None:
-    """A peer that subscribes repeatedly without reading is closed; the log says what to change."""
-    caplog.set_level(logging.WARNING, "callboard.broker")
-    async with link(narrow, "/talker") as talker, link(narrow, "/deaf") as deaf:
-        talker.send(make.publisher(1, qos=make.LATCHED))
-        number = (await talker.next(frames.Accepted)).number
-        talker.send(make.batch(number, 0, 1, size=LARGE))
-        await until(lambda: narrow.stats().latched == 1)
-        deaf.stop_reading()
-        deaf.send(*(make.subscription(index, qos=make.LATCHED) for index in range(1, 100)))
-        await until(lambda: narrow.stats().connections == 1)
-        await talker.synchronise()
-    (told,) = re.findall(r"(\d+) bytes of latched messages and large replies wait", caplog.text)
-    assert 8 * LARGE < int(told) < 10 * LARGE
-    assert f"and {8 * LARGE} may (the broker's --max-bulk-bytes)" in caplog.text
-    assert "too slowly" not in caplog.text
 
 
 async def test_a_caller_gets_all_large_answers(narrow: Broker) -> None:

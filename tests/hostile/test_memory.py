@@ -5,12 +5,14 @@ from __future__ import annotations
 from contextlib import AsyncExitStack
 
 from broker import Broker, BrokerOptions
-from proto import frames
+from proto import frames, limits
 from proto.codes import Status
+from proto.outbox import REPLAY_AHEAD_BYTES
 from tests.broker import frame_makers as make
-from tests.broker.rawclient import RawClient, link
+from tests.broker.rawclient import RawClient, link, until
 
 KIB = 1024
+MANY: frames.Options = {**make.LATCHED, "depth": 100}
 
 
 async def serve(stack: AsyncExitStack, broker: Broker) -> RawClient:
@@ -101,3 +103,59 @@ async def test_one_larger_call_is_allowed_if_no_other_waits() -> None:
         assert broker.stats().overloaded_calls == 1
         server.go_on_reading()
         assert len((await server.next(frames.Request)).entries[0].body) == len(large)
+
+
+async def test_a_late_joiner_gets_large_latched_messages_page_by_page() -> None:
+    """Case 53: however much is latched, a reader gets all of it, in order, and little waits for it."""
+    size, count = 3 * KIB * KIB, 6
+    options = BrokerOptions(
+        port=0, max_queue_bytes=KIB * KIB, max_bulk_bytes=KIB * KIB, drain_timeout_sec=0.2
+    )
+    async with Broker(options) as broker, link(broker, "/talker") as talker, link(broker, "/late") as late:
+        numbers = []
+        for index in range(2):
+            talker.send(make.publisher(index + 1, f"/t{index}", qos=MANY))
+            numbers.append((await talker.next(frames.Accepted)).number)
+            for first in range(count):
+                talker.send(make.batch(numbers[index], first, 1, size=size))
+        await talker.synchronise()
+        await until(lambda: broker.stats().latched == 2 * count)
+        late.stop_reading()
+        late.send(*(make.subscription(index + 1, f"/t{index}", qos=MANY) for index in range(2)))
+        late.send(*(make.subscription(index + 3, f"/t{index}", qos=MANY) for index in range(2)))
+        await until(lambda: broker.stats().endpoints == 8)
+        for number in numbers:
+            talker.send(make.batch(number, count, 1))
+        await talker.synchronise()
+        assert broker.stats().ordered_bytes <= REPLAY_AHEAD_BYTES + 4 * (size + KIB)
+        late.go_on_reading()
+        got: dict[int, list[int]] = {subscription: [] for subscription in range(1, 5)}
+        for _ in range(4 * count):
+            replay = await late.next(frames.Replay)
+            got[replay.subscription].append(replay.first_sequence)
+        assert all(heard == list(range(count)) for heard in got.values())
+        await late.synchronise()
+        assert broker.stats().connections == 2
+
+
+async def test_latched_messages_that_are_replaced_meanwhile_are_skipped() -> None:
+    """Case 53: a reader that does not read keeps no latched messages in memory that are not kept any more."""
+    size = 2 * KIB * KIB
+    async with AsyncExitStack() as stack:
+        broker = await stack.enter_async_context(Broker(BrokerOptions(port=0, drain_timeout_sec=0.2)))
+        talker = await stack.enter_async_context(link(broker, "/talker"))
+        late = await stack.enter_async_context(link(broker, "/late"))
+        talker.send(make.publisher(1, qos={**make.LATCHED, "depth": 3}))
+        number = (await talker.next(frames.Accepted)).number
+        talker.send(*(make.batch(number, first, 1, size=size) for first in range(3)))
+        await talker.synchronise()
+        late.stop_reading()
+        late.send(*(make.subscription(index, qos=MANY) for index in range(1, 21)))
+        await until(lambda: broker.stats().endpoints == 23)
+        talker.send(*(make.batch(number, first, 1) for first in range(3, 6)))
+        await talker.synchronise()
+        # Only the messages that are partly sent are still in memory.
+        assert broker.stats().ordered_bytes <= limits.MAX_TRANSFERS * (size + KIB)
+        late.go_on_reading()
+        live = [(await late.next(frames.Batch)).first_sequence for _ in range(3)]
+        assert live == [3, 4, 5]

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import TYPE_CHECKING
 
 from proto.batches import BatchBuilder
 from proto.codec import encode
-from proto.frames import Batch, Request, RequestEntry
+from proto.frames import Batch, Replay, Request, RequestEntry
+from proto.message_queue import ReplaySource
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from proto.outbox import Outbox
 
 
@@ -38,3 +42,18 @@ def drain(outbox: Outbox) -> list[bytes]:
     while (raw := take_one(outbox)) is not None:
         found.append(raw)
     return found
+
+
+class Replays(ReplaySource):
+    """A source of these latched messages."""
+
+    def __init__(self, replays: Iterable[Replay]) -> None:
+        self.left = deque(replays)
+
+    def next_bytes(self) -> int:
+        """Return the size of the next one."""
+        return len(self.left[0].payload) if self.left else 0
+
+    def take(self) -> Replay:
+        """Return the next one."""
+        return self.left.popleft()

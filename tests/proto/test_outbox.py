@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tracemalloc
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import given
@@ -26,9 +26,9 @@ from proto.frames import (
     ReplyEntry,
     Undeclare,
 )
-from proto.outbox import Outbox
+from proto.outbox import REPLAY_AHEAD_BYTES, Outbox
 from proto.publisher_queue import PublisherQueue
-from tests.proto.outboxes import drain, make_batch, request, take_one
+from tests.proto.outboxes import Replays, drain, make_batch, request, take_one
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -421,12 +421,65 @@ def test_latched_messages_and_large_calls_count_separately() -> None:
     outbox.put_calls(request(2, size), (1, 2))
     outbox.enqueue(queue, Replay(1, *make_batch(0, [bytes(size)])[:-1]))
     assert outbox.undroppable_bytes == small
-    assert 3 * size <= outbox.bulk_bytes < 4 * size
-    outbox.drop_call((1, 2))
     assert 2 * size <= outbox.bulk_bytes < 3 * size
+    assert size <= outbox.replay_bytes < 2 * size
+    outbox.drop_call((1, 2))
+    assert size <= outbox.bulk_bytes < 2 * size
     found = [decode(raw) for raw in drain(outbox)]
     assert sum(not piece.more for piece in found if isinstance(piece, Fragment)) == 2
-    assert (outbox.undroppable_bytes, outbox.bulk_bytes, outbox.held_bytes) == (0, 0, 0)
+    assert (outbox.undroppable_bytes, outbox.bulk_bytes, outbox.replay_bytes) == (0, 0, 0)
+
+
+def test_latched_messages_are_taken_when_they_can_be_sent() -> None:
+    """At most a page waits in the outbox; all arrive in order, before the messages behind them."""
+    outbox, queue = Outbox(), PublisherQueue(1, 100)
+    size = REPLAY_AHEAD_BYTES // 8
+    source = Replays(Replay(1, *make_batch(first, [bytes(size)])[:-1]) for first in range(20))
+    outbox.enqueue_source(queue, source)
+    outbox.enqueue(queue, make_batch(20, [b"live"]))
+    most = outbox.replay_bytes
+    assert most <= REPLAY_AHEAD_BYTES
+    got = []
+    while (raw := take_one(outbox)) is not None:
+        got.append(decode(raw))
+        most = max(most, outbox.replay_bytes)
+    assert most <= REPLAY_AHEAD_BYTES
+    numbers = [frame.first_sequence for frame in got if isinstance(frame, Replay | Batch)]
+    assert numbers == [*range(20), 20]
+    assert (outbox.ordered_bytes, outbox.replay_bytes, queue.control_bytes, queue.empty) == (0, 0, 0, True)
+
+
+def test_a_large_latched_message_is_sent_without_a_copy() -> None:
+    """It is taken when its turn comes, and its fragments refer to the latched bytes."""
+    outbox, queue = Outbox(), PublisherQueue(1, 100)
+    latched = make_batch(0, [bytes(REPLAY_AHEAD_BYTES)])
+    source = Replays([Replay(1, *latched[:-1])])
+    outbox.enqueue_source(queue, source)
+    assert source.left
+    parts, _ = outbox.take(2 * limits.FRAGMENT_BYTES)
+    assert isinstance(parts[3], memoryview)
+    assert parts[3].obj is memoryview(latched.payload).obj
+    received = Reassembler()
+    for raw in (b"".join(parts[:2]), b"".join(parts[2:]), *drain(outbox)):
+        piece = decode(raw)
+        assert isinstance(piece, Fragment)
+        whole = received.add(piece)
+    assert whole is not None
+    replay = decode(whole)
+    assert isinstance(replay, Replay)
+    assert bytes(replay.payload) == bytes(latched.payload)
+    assert (outbox.ordered_bytes, outbox.replay_bytes) == (0, 0)
+
+
+def test_a_discarded_queue_forgets_its_source() -> None:
+    """Nothing of a source is counted or sent any more, also if a large message of it is partly sent."""
+    outbox, queue = Outbox(), PublisherQueue(1, 100)
+    source = Replays(Replay(1, *make_batch(first, [bytes(REPLAY_AHEAD_BYTES)])[:-1]) for first in range(3))
+    outbox.enqueue_source(queue, source)
+    outbox.take(1)
+    outbox.discard_queue(queue)
+    assert (outbox.ordered_bytes, outbox.replay_bytes, queue.empty) == (0, 0, True)
+    assert [type(decode(raw)) for raw in drain(outbox)] == [Abort]
 
 
 def test_latched_messages_wait_for_a_free_transfer() -> None:
@@ -466,16 +519,16 @@ def test_a_drop_does_not_move_the_frames_before_it_again() -> None:
     assert (frame.first_sequence, frame.length, queue.dropped) == (19, 1, 19)
 
 
-class _CountingDeque(deque[Batch | Replay | bytes]):
+class _CountingDeque(deque[Any]):
     """Counts the items taken from the left and put there."""
 
     moves = 0
 
-    def popleft(self) -> Batch | Replay | bytes:
+    def popleft(self) -> Any:
         self.moves += 1
         return super().popleft()
 
-    def extendleft(self, iterable: Iterable[Batch | Replay | bytes], /) -> None:
+    def extendleft(self, iterable: Iterable[Any], /) -> None:
         items = list(iterable)
         self.moves += len(items)
         super().extendleft(items)

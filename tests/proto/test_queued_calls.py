@@ -16,7 +16,7 @@ def test_a_share_counts_requests_until_they_are_sent_or_dropped() -> None:
         raw = request(call, size * 1024)
         share.add(raw)
         outbox.put_calls(raw, (1, call), share)
-        assert (outbox.undroppable_bytes, outbox.undroppable_bulk_bytes) == (0, 0)
+        assert (outbox.undroppable_bytes, outbox.bulk_bytes) == (0, 0)
         assert share.bytes == queued.bytes == outbox.urgent_bytes
     outbox.drop_call((1, 3))
     assert share.bytes == queued.bytes == outbox.urgent_bytes > 300 * 1024

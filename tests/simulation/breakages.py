@@ -37,6 +37,7 @@ from proto.frames import Replay, ReplyEntry
 from proto.liveness import Liveness, PeerState
 from proto.outbox import Outbox
 from proto.publisher_queue import PublisherQueue
+from tests.proto.outboxes import Replays
 from tests.simulation import faults
 from tests.simulation.histories import History, live
 
@@ -164,10 +165,13 @@ def answers_twice() -> Iterator[None]:
 def latches_backwards() -> Iterator[None]:
     """Late joiners get the latched batches in the wrong order."""
 
-    def backwards(publisher: Any, subscription: Any) -> list[Replay]:
-        return list(broker.latched.replays(publisher, subscription))[::-1]
+    def backwards(*ends: Any) -> Replays:
+        source, taken = broker.latched.LatchedReplay(*ends), []
+        while source.next_bytes():
+            taken.append(source.take())
+        return Replays(taken[::-1])
 
-    with mock.patch.object(broker.attachment_frames, "replays", backwards):
+    with mock.patch.object(broker.attachment_frames, "LatchedReplay", backwards):
         yield
 
 

@@ -272,6 +272,7 @@ def _check_outboxes_empty(world: World) -> None:
             outbox.urgent_bytes,
             outbox.ordered_bytes,
             outbox.bulk_bytes,
+            outbox.replay_bytes,
             len(outbox._large_calls),
             len(outbox._transfers._open),
         )

@@ -177,7 +177,7 @@ class Steps:
         for what, waits, most in (
             ("of messages", outbox.held_bytes, options.max_link_bytes),
             ("of small calls and control frames", outbox.undroppable_bytes, options.max_queue_bytes),
-            ("of latched messages and large calls", outbox.undroppable_bulk_bytes, options.max_bulk_bytes),
+            ("of large calls", outbox.bulk_bytes, options.max_bulk_bytes),
         ):
             if waits > most:
                 self._world.complain(f"{host}: {waits} bytes {what} wait where {most} may")

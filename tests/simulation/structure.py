@@ -12,6 +12,7 @@ from proto import limits
 from proto.batches import message_bytes
 from proto.fragments import is_large
 from proto.frames import Batch, Replay
+from proto.message_queue import ReplaySource
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -126,7 +127,7 @@ def of_queue(queue: PublisherQueue) -> Wrongs:
     if queue.pending_bytes != size:
         yield f"a queue counts {queue.pending_bytes} bytes of messages and holds {size}"
     others = [
-        item.payload if isinstance(item, Replay) else item
+        b"" if isinstance(item, ReplaySource) else item.payload if isinstance(item, Replay) else item
         for item in (*queue._front, *queue._queue, queue._leaving)
         if not isinstance(item, Batch | None)
     ]
@@ -157,9 +158,6 @@ def of_outbox(outbox: Outbox) -> Wrongs:
     """Check what waits on a link, without the publisher queues."""
     large = sum(queue.control_bytes for queue in outbox._large_calls.values())
     small = memory(outbox._control) + memory(outbox._calls)
-    requests = [raw for raw, share in zip(outbox._calls, outbox._shares, strict=True) if share is not None]
-    if outbox.small_request_bytes != memory(requests):
-        yield f"an outbox counts {outbox.small_request_bytes} bytes of requests and holds {memory(requests)}"
     # A large answer without a name is in no table, only in the queue for its turn.
     unnamed = sum(
         queue.control_bytes for queue in outbox._ready if getattr(queue, "key", 0) is None and not queue.empty
@@ -168,14 +166,19 @@ def of_outbox(outbox: Outbox) -> Wrongs:
     urgent = small + large + unnamed + behind
     if outbox.urgent_bytes != urgent:
         yield f"an outbox counts {outbox.urgent_bytes} urgent bytes and holds {urgent}"
+    requests = [raw for raw, share in zip(outbox._calls, outbox._shares, strict=True) if share is not None]
+    shared = [queue for queue in outbox._ready if getattr(queue, "share", None) is not None]
+    held = memory(requests) + sum(queue.control_bytes for queue in shared)
+    if outbox.shared_bytes != held:
+        yield f"an outbox counts {outbox.shared_bytes} bytes of requests and holds {held}"
     if outbox.ordered_bytes < 0:
         yield f"an outbox counts {outbox.ordered_bytes} bytes in publisher queues"
     if outbox._after_calls.keys() - {endpoint for endpoint, _ in outbox._large_calls}:
         yield "the last word of an endpoint waits for nothing"
     # Queues that hold latched messages are a broker's, which have no credit: those in turn are all there are.
-    bulk = sum(queue.bulk_bytes for queue in outbox._ready)
-    if outbox.bulk_bytes != bulk or outbox.undroppable_bytes < 0:
-        yield f"an outbox counts {outbox.bulk_bytes} bytes as large and holds {bulk}"
+    bulk = sum(queue.bulk_bytes for queue in outbox._ready if queue not in shared)
+    if outbox.bulk_bytes + outbox.replay_bytes != bulk or outbox.undroppable_bytes < 0:
+        yield f"an outbox counts {outbox.bulk_bytes + outbox.replay_bytes} bytes as large and holds {bulk}"
     for queue in outbox._ready:
         if not queue.scheduled:
             yield "a queue waits for its turn and does not know it"
