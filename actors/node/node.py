@@ -479,7 +479,7 @@ class Node(NodeGraph, NodeParameters):
         the background.
 
         Raises:
-            BrokerUnreachable: There was no broker within `connect_timeout_sec`.
+            BrokerUnreachable: No broker has accepted the node within `connect_timeout_sec`.
             NodeNameTaken: Another live node has this full name.
             NodeAlreadyRunning: It runs already.
             NodeDestroyed: It has been destroyed.
