@@ -19,6 +19,7 @@ import msgpack
 
 from proto import limits
 from proto.codes import Op
+from proto.depth import MAX_DEPTH, check_depth
 from proto.errors import ErrorCode, ProtocolError
 from proto.field_kinds import KINDS
 from proto.frames import (
@@ -187,8 +188,8 @@ _BATCH_SHAPES: Final = frozenset(
 _WINDOWS: Final = (1024, limits.MAX_HEADER_BYTES)
 """Parts of a frame with a payload to feed to the unpacker, which copies what it gets."""
 
-_MAX_FED_BYTES: Final = 64 * 1024
-"""Larger headers are unpacked in place."""
+_MAX_FED_BYTES: Final = limits.MAX_FRAME_BYTES
+"""Larger headers, which came in fragments, are unpacked in place."""
 
 
 class Decoder:
@@ -197,7 +198,7 @@ class Decoder:
     __slots__ = ("_unpackers",)
 
     def __init__(self) -> None:
-        self._unpackers: dict[int, msgpack.Unpacker] = {}
+        self._unpackers: dict[int, Any] = {}  # the type stubs of msgpack.Unpacker lack `skip`
 
     def decode(self, raw: Buffer) -> Frame:
         """Return the frame in `raw`: one whole frame, prefix included.
@@ -225,8 +226,11 @@ class Decoder:
                 return plan.make(*_checked(plan, self._whole(content, plan.max_array_len)))
             header, size = self._head(content, plan.max_array_len)
         except (ValueError, msgpack.UnpackException) as error:
-            self._unpackers.clear()  # they keep a part of the malformed bytes
+            self._unpackers.clear()
             raise _malformed(f"header: {error!s:.200} ({type(error).__name__})") from error
+        except BaseException:  # a MemoryError, for example
+            self._unpackers.clear()  # they may keep a part of this frame, and the next may be another peer's
+            raise
         payload = content[size:]
         fields = _checked(plan, header)
         if op in _BATCHES:
@@ -238,21 +242,24 @@ class Decoder:
     def _whole(self, content: memoryview, max_array_len: int) -> tuple[Any, ...]:
         """Return a header that fills the whole frame."""
         if len(content) > _MAX_FED_BYTES:
+            check_depth(content, MAX_DEPTH)
             found: tuple[Any, ...] = msgpack.unpackb(
                 content, max_bin_len=len(content), **_limits(max_array_len)
             )
             return found
-        unpacker = self._unpacker(max_array_len)
+        unpacker = self._unpackers.get(max_array_len) or self._new_unpacker(max_array_len)
         before = unpacker.tell()
         unpacker.feed(content)
-        header: tuple[Any, ...] = unpacker.unpack()
+        unpacker.skip()  # allocates nothing, and fails unless every announced element is there
         if unpacker.tell() - before != len(content):
             raise ValueError("bytes follow the header array")
+        unpacker.feed(content)
+        header: tuple[Any, ...] = unpacker.unpack()
         return header
 
     def _head(self, content: memoryview, max_array_len: int) -> tuple[tuple[Any, ...], int]:
         """Return the header at the start of a frame with a payload, and its size."""
-        unpacker = self._unpacker(max_array_len)
+        unpacker = self._unpackers.get(max_array_len) or self._new_unpacker(max_array_len)
         before = unpacker.tell()
         fed = 0
         for window in _WINDOWS:
@@ -260,22 +267,22 @@ class Decoder:
             unpacker.feed(piece)
             fed += len(piece)
             try:
-                header: tuple[Any, ...] = unpacker.unpack()
+                unpacker.skip()
             except msgpack.OutOfData:
                 if fed == len(content):
                     raise
                 continue
             size = unpacker.tell() - before
             unpacker.read_bytes(fed - size)
+            unpacker.feed(content[:size])
+            header: tuple[Any, ...] = unpacker.unpack()
             return header, size
         raise ValueError(f"longer than {limits.MAX_HEADER_BYTES} bytes")
 
-    def _unpacker(self, max_array_len: int) -> msgpack.Unpacker:
-        unpacker = self._unpackers.get(max_array_len)
-        if unpacker is None:
-            unpacker = self._unpackers[max_array_len] = msgpack.Unpacker(
-                None, read_size=4096, max_buffer_size=2 * _MAX_FED_BYTES, **_limits(max_array_len)
-            )
+    def _new_unpacker(self, max_array_len: int) -> Any:
+        unpacker = self._unpackers[max_array_len] = msgpack.Unpacker(
+            None, read_size=4096, max_buffer_size=2 * _MAX_FED_BYTES, **_limits(max_array_len)
+        )
         return unpacker
 
 
@@ -287,7 +294,8 @@ def decode(raw: Buffer) -> Frame:
 def _limits(max_array_len: int) -> dict[str, Any]:
     """Return msgpack's limits for a header.
 
-    Msgpack allocates an array as soon as it has read its announced length, at each of 1,024 levels.
+    Msgpack allocates an array as soon as it has read its announced length, at each of 1,024 levels. So the
+    lengths are compared with the content before (`Decoder._whole`).
     """
     return {
         "use_list": False,

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from proto import field_kinds as kinds
 from proto import frames, limits
-from proto.codec import array_head, decode, encode, ends_from_bytes, ends_to_bytes
+from proto.codec import Decoder, array_head, decode, encode, ends_from_bytes, ends_to_bytes
 from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import SPECS, Frame, GraphEntry, ReplyEntry, RequestEntry
@@ -317,6 +317,67 @@ def test_hostile_claims_cost_no_memory() -> None:
     finally:
         tracemalloc.stop()
     assert peak < 2 * 1024 * 1024
+
+
+NESTED_CLAIMS: dict[str, bytes] = {
+    "arrays": b"\xdc\x20\x00" * 1000,
+    "arrays after values": b"\xdc\x20\x00\xc0" * 750,
+    "small arrays": b"\x9f" * 1000,
+    "maps": b"\xde\x00\x40\xa1x" * 600,
+}
+
+
+@pytest.mark.parametrize("claims", NESTED_CLAIMS.values(), ids=NESTED_CLAIMS.keys())
+def test_nested_claims_are_compared_with_the_content_first(claims: bytes) -> None:
+    """Case 50: a frame of 3 KiB makes the decoder allocate a few KiB, whatever its opcode (it was 64 MiB)."""
+    decoder = Decoder()
+    for op in OPS:
+        with contextlib.suppress(ProtocolError):  # its unpackers exist
+            decoder.decode_content(header_of(op, *good_fields(op)))
+        tracemalloc.start()
+        try:
+            with pytest.raises(ProtocolError):
+                decoder.decode_content(framed(bytes((0x93, op, 0x01)) + claims))
+            _, peak = tracemalloc.get_traced_memory()
+        finally:
+            tracemalloc.stop()
+        assert peak < 32 * 1024, Op(op).name
+
+
+def test_nested_claims_in_a_reassembled_frame_are_found_in_place() -> None:
+    """Case 50: a frame beyond MAX_FRAME_BYTES is not copied to find out how deep it nests."""
+    raw = framed(b"\x93\x28\x01" + b"\xdc\x20\x00" * 100_000)
+    tracemalloc.start()
+    try:
+        assert refused(raw).code is ErrorCode.MALFORMED
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 32 * 1024
+
+
+@pytest.mark.parametrize("error", [MemoryError, KeyboardInterrupt])
+@pytest.mark.parametrize("op", [Op.BATCH, Op.PING])
+def test_no_bytes_survive_an_exception(
+    monkeypatch: pytest.MonkeyPatch, op: int, error: type[BaseException]
+) -> None:
+    """Case 51: a decoder that ran out of memory takes nothing of that frame for a part of the next one."""
+    failing = True
+
+    class Unpacker(msgpack.Unpacker):
+        def unpack(self) -> object:
+            if failing:
+                raise error
+            return super().unpack()
+
+    monkeypatch.setattr(msgpack, "Unpacker", Unpacker)
+    decoder = Decoder()
+    fields, payload = good_fields(op)
+    with pytest.raises(error):
+        decoder.decode(header_of(op, fields, payload))
+    failing = False
+    fields[0] = 2**41
+    assert decoder.decode(header_of(op, fields, payload))[0] == 2**41
 
 
 def test_the_last_of_duplicate_keys_counts() -> None:
