@@ -21,6 +21,7 @@ from broker.topics import Topics, subscription_depth
 from proto import frames
 from proto.codes import EntryKind
 from proto.errors import ErrorCode, InvalidNameError, ProtocolError
+from proto.identity import public_gid
 from proto.names import (
     full_node_name,
     split_node_name,
@@ -152,7 +153,7 @@ class Declarations:
             self.definitions.learn(frame.type_hash, frame.definition)
             return PublisherRecord(
                 kind=EntryKind.PUBLISHER,
-                gid=frame.gid,
+                gid=public_gid(common["peer"].token, frame.gid),
                 next_sequence=frame.next_sequence,
                 live_sequence=frame.live_sequence,
                 keep=latched_depth(qos),

@@ -104,6 +104,7 @@ class PublisherRecord(Endpoint):
 
     wants: Qos
     gid: bytes
+    """As others know it (`proto.identity.public_gid`)."""
     next_sequence: int
     live_sequence: int
     """Messages with smaller numbers are latched ones that it sends again."""

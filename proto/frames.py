@@ -99,7 +99,7 @@ class Node(NamedTuple):
 
 
 class Publisher(NamedTuple):
-    """Declares a publisher. `gid` identifies it across links; `next_sequence` continues its numbers.
+    """Declares a publisher. Its `gid` is the same on each link; `next_sequence` continues its numbers.
 
     Messages from `live_sequence` on are sent for the first time; those below it are latched messages that are
     sent again. If it is not above `next_sequence`, there are none of the latter.
@@ -189,7 +189,7 @@ class Matched(NamedTuple):
 class Attached(NamedTuple):
     """From `first_sequence` on, the publisher's batches are also for these subscriptions of this link.
 
-    `qos` is the publisher's.
+    `gid` is the publisher's public one (§6.3.4), `qos` the publisher's.
     """
 
     publisher: int

@@ -46,7 +46,7 @@ class Attachment:
     Attributes:
         reader: The subscription.
         publisher: The publisher's id on this broker.
-        gid: The publisher's permanent id, the same across reconnects.
+        gid: The publisher's public id, the same across reconnects.
         node: The publisher's node.
         lifespan_s: Seconds after which the publisher's messages expire; 0 for no limit.
         lease_s: Seconds within which a MANUAL_BY_TOPIC publisher must assert its liveliness; 0 for others.

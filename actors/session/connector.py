@@ -67,7 +67,7 @@ class Connector:
                 "agent": AGENT,
                 "domain": domain,
                 "instance": secrets.token_bytes(limits.INSTANCE_BYTES),
-                "token": secrets.token_bytes(limits.INSTANCE_BYTES),
+                "token": link.token,
             },
         )
         self._connection: BrokerConnection | None = None

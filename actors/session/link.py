@@ -6,6 +6,7 @@ The connector opens sessions; `dispatch.py` has the method for each frame that a
 
 from __future__ import annotations
 
+import secrets
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.diagnostics.records import Size
@@ -50,6 +51,7 @@ class Link:
         answers: By a query's id, or the type hash that it asks for, the function that takes the answers.
         connections: Sessions opened so far; more than 1 if one was lost.
         url: The broker of the session, or of the last one.
+        token: 16 random, secret bytes; they prove to a broker that a session continues an earlier one.
         lag: How late the loop runs the keepalive's ticks.
         largest: Bytes of the largest message, request or reply that the broker takes.
     """
@@ -57,6 +59,7 @@ class Link:
     def __init__(self, broker_urls: str = "") -> None:
         self.broker_urls = broker_urls
         self.url = ""
+        self.token = secrets.token_bytes(limits.INSTANCE_BYTES)
         self.lag = LoopLag()
         self.channel: Channel | None = None
         self.loop: asyncio.AbstractEventLoop | None = None

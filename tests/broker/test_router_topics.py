@@ -11,6 +11,7 @@ from proto import frames, limits
 from proto.codec import decode
 from proto.codes import DetachReason, NoticeKind, Op, PolicyKind
 from proto.errors import ErrorCode, ProtocolError
+from proto.identity import public_gid
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch, talk
 
@@ -26,7 +27,8 @@ def test_a_batch_arrives_byte_for_byte_after_its_attachment() -> None:
     received = switch.read_all(listener)
     assert frames.Matched(7, 1, 1) in received
     ordered = [frame for frame in received if isinstance(frame, (frames.Attached, frames.Batch))]
-    assert ordered[0] == frames.Attached(number, (7,), make.GID, 40, "/talker", make.QOS)
+    gid = public_gid(b"t" * 16, make.GID)
+    assert ordered[0] == frames.Attached(number, (7,), gid, 40, "/talker", make.QOS)
     assert isinstance(ordered[1], frames.Batch)
     assert bytes(ordered[1].raw) == bytes(sent.raw)
 

@@ -22,6 +22,7 @@ from actors.qos.profile import DurabilityPolicy, HistoryPolicy
 from proto import frames, limits
 from proto.batches import MAX_HEAD_BYTES, BatchBuilder
 from proto.codec import encode
+from proto.identity import public_gid
 from proto.publisher_queue import PublisherQueue
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class PublisherEndpoint(Endpoint):
     """What the runtime calls on a publisher.
 
     Attributes:
-        gid: 16 bytes that identify the publisher, also across reconnects.
+        gid: The id under which subscriptions know it, also across reconnects (`MessageInfo.publisher_gid`).
         queue: Its batches that have not been sent.
         space: Messages that may be published before the queue is checked again.
         large: Whether the last message was large.
@@ -57,7 +58,8 @@ class PublisherEndpoint(Endpoint):
     ) -> None:
         events = PublisherEvents(context, topic, event_callbacks or PublisherEventCallbacks())
         super().__init__(context, events)
-        self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
+        self._declared_gid = secrets.token_bytes(limits.INSTANCE_BYTES)
+        self.gid = public_gid(context.link.token, self._declared_gid)
         self.space = 0
         self.large = False
         self.accepted_now = False
@@ -206,7 +208,7 @@ class PublisherEndpoint(Endpoint):
             type_name(self._msg_type),
             type_hash(self._msg_type),
             self._qos.to_wire(),
-            self.gid,
+            self._declared_gid,
             self._declared,
             definition(self._msg_type),
             first,

@@ -29,7 +29,8 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         msg_type: The message class.
         topic_name: The full name of the topic.
         qos_profile: Its QoS.
-        gid: 16 bytes that identify the publisher, also across reconnects.
+        gid: 16 bytes that identify the publisher, also across reconnects: `MessageInfo.publisher_gid` of its
+            messages. Brokers derive them from a secret of the node, so no other node can use the same.
     """
 
     def __init__(
