@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from typing import TYPE_CHECKING, Final
 
@@ -145,7 +146,8 @@ class Connection:
     def failed(self, error: ProtocolError) -> None:
         """ChannelHandler: the peer broke the protocol or a limit."""
         reason = escape(str(error))
-        logger.warning("Closing %s: %s: %s", self._link, error.code.name, reason)
+        level = logging.DEBUG if error.code is ErrorCode.NAME_TAKEN else logging.WARNING  # it tries again
+        logger.log(level, "Closing %s: %s: %s", self._link, error.code.name, reason)
         self._dispatcher.note_ending(self._link, f"{error.code.name}: {reason}")
         # The connection may last until the peer has read the reason, but its nodes leave the graph before.
         # Not at once: this may be called during deliveries.

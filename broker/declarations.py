@@ -76,7 +76,7 @@ class Declarations:
         """Take a declaration, or refuse it.
 
         Raises:
-            ProtocolError: The id is in use.
+            ProtocolError: The id is in use, or the name is kept for a silent node.
         """
         if frame.id in peer.endpoints:
             raise ProtocolError(ErrorCode.UNEXPECTED, f"the id {frame.id} is in use")
@@ -131,18 +131,26 @@ class Declarations:
         if frame.name != full_node_name(namespace, name):
             raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
         holder = self._names.get(frame.name)
-        if holder is not None and holder.peer.suspended:  # a node that is alive has priority
-            text = f"another node '{frame.name}' has come while this link was silent"
-            self._replace_peer(holder.peer, text)
-        elif holder is not None:
-            holder.peer.relied_on.add(holder.peer.id)
-            text = f"A node named '{frame.name}' is there already; give this one another name"
-            raise Refusal(ErrorCode.NAME_TAKEN, text)
+        if holder is not None:
+            self._take_name(peer, holder)
         record = NodeRecord(
             key=next(self._keys), id=frame.id, peer=peer, kind=EntryKind.NODE, node=None, name=frame.name
         )
         self._names[frame.name] = record
         return record
+
+    def _take_name(self, peer: Peer, holder: NodeRecord) -> None:
+        """Remove the peer of a name's holder if it has been silent for long enough, or refuse the name."""
+        if holder.peer.names_released:
+            text = f"another node '{holder.name}' has come while this link was silent"
+            self._replace_peer(holder.peer, text)
+            return
+        holder.peer.relied_on.add(holder.peer.id)
+        if holder.peer.suspended and not peer.endpoints:
+            text = f"A node named '{holder.name}' is silent; this one gets its name if it does not come back"
+            raise ProtocolError(ErrorCode.NAME_TAKEN, text)  # every client connects again after an ERROR
+        text = f"A node named '{holder.name}' is there already; give this one another name"
+        raise Refusal(ErrorCode.NAME_TAKEN, text)
 
     def _make_on_topic(
         self, frame: frames.Publisher | frames.Subscription, common: dict[str, Any]

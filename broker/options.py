@@ -49,6 +49,9 @@ class BrokerOptions:
     suspend_close_sec: float = _option(
         30.0, "seconds after which a frozen peer's link is closed", 0.1, 86_400
     )
+    name_grace_sec: float = _option(
+        5.0, "seconds after which another node may take a frozen node's name", 0, 86_400
+    )
     drain_timeout_sec: float = _option(
         5.0, "seconds a stopping broker waits for answers and unsent messages", 0, 3600
     )

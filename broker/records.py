@@ -27,6 +27,8 @@ class Peer:
     token: bytes = b""
     endpoints: dict[int, Endpoint] = field(default_factory=dict["int", "Endpoint"])
     suspended: bool = False
+    names_released: bool = False
+    """Whether it has been suspended for so long that other nodes may take its names."""
     pending_calls: int = 0
     """Unanswered calls of its clients."""
     owed_calls: int = 0

@@ -211,7 +211,7 @@ class Router:
         """Put the endpoints of a suspended peer back into the graph."""
         peer = self._peers.get(peer_id)
         if peer is not None and peer.suspended:
-            peer.suspended = False
+            peer.suspended = peer.names_released = False
             for endpoint in peer.endpoints.values():
                 if isinstance(endpoint, NodeRecord):
                     notice = frames.Notice(endpoint.id, NoticeKind.SUSPENDED, WAS_SILENT, policy=0, peers=1)

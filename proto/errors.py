@@ -62,7 +62,7 @@ class ErrorCode(IntEnum):
     INVALID_NAME = 6
     """A declared name breaks the naming rules."""
     NAME_TAKEN = 7
-    """Another live node has this full name."""
+    """Another node has this full name; as ERROR: it is silent, and the sender may try again."""
     UNKNOWN_ID = 8
     """A frame refers to an endpoint or publisher that this link does not own."""
     LIMIT = 9

@@ -117,7 +117,8 @@ class NodeContext(LinkEndpoint):
     def accepted(self, number: int) -> None:
         """Note that the node is in the graph."""
         del number
-        self.declared = True
+        self.declared = self.link.has_had_name = True
+        self.link.waits_for_name = False
         self.link.wake()
 
     def refused(self, code: int, text: str) -> None:

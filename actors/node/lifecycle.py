@@ -84,7 +84,8 @@ class Lifecycle:
         """Connect, and run callbacks as messages arrive.
 
         Returns when the node is in the broker's graph; without a broker when the first attempt to connect has
-        failed or `FIRST_ANSWER_SEC` has passed, and goes on trying in the background.
+        failed or `FIRST_ANSWER_SEC` has passed, and goes on trying in the background. If the broker keeps the
+        name for a silent node, it waits until that is decided.
 
         Raises:
             NodeAlreadyRunning: It runs already.
@@ -111,6 +112,8 @@ class Lifecycle:
                 await self._connector.first_attempt(
                     lambda: self._entered() or (link.connections > 0 and not link.connected)
                 )
+                while link.waits_for_name and not self._entered():
+                    await link.changed()
                 return
             self._deadline = link.loop.time() + timeout_sec
             while not (link.connections or self._entered()):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Protocol
 
+from actors.errors import NodeNameTaken
 from actors.session.dispatch import DISPATCH
 from actors.session.keepalive import Keepalive
 from proto import frames, limits
@@ -51,7 +52,7 @@ class BrokerConnection:
         reached: Whether something accepted the connection.
         had_session: Whether the broker has sent WELCOME.
         error: The error of connecting; None after a timeout, or if something accepted the connection.
-        refusal: The broker's text, if it answered with ERROR.
+        refusal: Why the broker let this node not in, or closed the link; for the log.
         fatal: An error that further attempts would repeat; None if there is none.
     """
 
@@ -145,14 +146,23 @@ class BrokerConnection:
 
     def turned_away(self, frame: frames.Error) -> None:
         """Handle ERROR: note the broker's reason, and close."""
-        self.refusal = frame.text
+        self.refusal = f"The broker closed the link: {frame.text}"
+        if frame.code == ErrorCode.NAME_TAKEN and self._link is not None:
+            self._link.waits_for_name = True
         if frame.code == ErrorCode.VERSION:
             self.fatal = ProtocolError(ErrorCode.VERSION, frame.text)
         self.close()
 
-    def fail(self, error: Exception) -> None:
-        """Close because of an error that further attempts would repeat."""
-        self.fatal = error
+    def name_taken(self, text: str) -> None:
+        """Close because another node has this node's name.
+
+        A node that has had its name tries again: the other one may be its own earlier session, or have come
+        while the link was broken.
+        """
+        if self._link is not None and self._link.has_had_name:
+            self.refusal = f"The broker refused this node: {text}; trying again"
+        else:
+            self.fatal = NodeNameTaken(text)
         self.close()
 
     # ChannelHandler

@@ -72,6 +72,7 @@ class Connector:
         )
         self._connection: BrokerConnection | None = None
         self._warned = False
+        self._retry_sec = FIRST_RETRY_SEC
         self._refusal = ""
         """The text of the last ERROR; a repetition is not logged."""
         self._unwelcoming: BrokerUrl | None = None
@@ -97,7 +98,7 @@ class Connector:
 
         Raises:
             BrokerUnreachable: No first session within `connect_timeout_sec`.
-            NodeNameTaken: The broker refused the node's name.
+            NodeNameTaken: The broker refused the node's name at the first session.
             ProtocolError: The broker speaks another version.
         """
         try:
@@ -116,27 +117,23 @@ class Connector:
         loop = link.loop = asyncio.get_running_loop()
         deadline = None if connect_timeout_sec is None else loop.time() + connect_timeout_sec
         share_until: float | None = loop.time() + first_attempt.FIRST_ANSWER_SEC
-        retry = FIRST_RETRY_SEC
         while not self.closing:
             self.trying = True
             until = None if link.connections else deadline
             connection = await self._try_all(loop, until, share_until if until is None else until)
             share_until = None
             if connection is not None:
-                began = loop.time()
-                await self._serve(connection)
-                if loop.time() - began > LAST_RETRY_SEC:
-                    retry = FIRST_RETRY_SEC
+                await self._serve(connection, loop)
             if self.closing:
                 return
             if connection is None:
                 self._stop_trying()
                 self._warn_once(too_late=deadline is not None and loop.time() >= deadline)
-            pause = retry * (0.5 + 0.5 * self._jitter())
+            pause = self._retry_sec * (0.5 + 0.5 * self._jitter())
             if deadline is not None and not link.connections:
                 pause = max(0.0, min(pause, deadline - loop.time()))
             await asyncio.sleep(pause)
-            retry = min(2 * retry, LAST_RETRY_SEC)
+            self._retry_sec = min(2 * self._retry_sec, LAST_RETRY_SEC)
 
     async def _try_all(
         self, loop: asyncio.AbstractEventLoop, deadline: float | None, share_until: float | None
@@ -164,29 +161,34 @@ class Connector:
                 break
         return None
 
-    async def _serve(self, connection: BrokerConnection) -> None:
+    async def _serve(self, connection: BrokerConnection, loop: asyncio.AbstractEventLoop) -> None:
         """Keep the session alive until it ends."""
+        began = loop.time()
         try:
             await connection.keep_alive(self._link)
         finally:
             if not connection.ended.is_set() and not self.closing:
                 connection.abort()
+        if loop.time() - began > LAST_RETRY_SEC:
+            self._retry_sec = FIRST_RETRY_SEC
+            self._refusal = ""
         self._note_failure(connection)
 
     def _connected(self, url: BrokerUrl, loop: asyncio.AbstractEventLoop) -> None:
         if self._warned:
             self._log.info(f"Connected to the broker at {url}")
         self._warned = False
-        self._refusal = ""
         self._unwelcoming = self._error = None
         first_attempt.wait_again(loop, self._urls)
 
     def _note_failure(self, connection: BrokerConnection) -> None:
         """Note why a connection ended; raise its error if further attempts would repeat it."""
         url, error = connection.url, connection.error
+        if not connection.had_session:
+            self._link.waits_for_name = False
         if connection.refusal and connection.refusal != self._refusal:
             self._refusal = connection.refusal
-            self._log.warning(f"The broker closed the link: {connection.refusal}")
+            self._log.warning(connection.refusal)
         if connection.fatal is not None:
             raise connection.fatal
         if error is not None:

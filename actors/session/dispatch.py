@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.errors import NodeNameTaken
 from actors.session.endpoint import LinkEndpoint
 from proto import frames
 from proto.errors import ErrorCode
@@ -27,7 +26,7 @@ def _endpoint(link: Link, number: int) -> LinkEndpoint:
 
 def _refused(connection: BrokerConnection, link: Link, frame: frames.Refused) -> None:
     if frame.code == ErrorCode.NAME_TAKEN:
-        connection.fail(NodeNameTaken(frame.text))
+        connection.name_taken(frame.text)
     else:
         _endpoint(link, frame.id).refused(frame.code, frame.text)
 

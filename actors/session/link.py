@@ -51,6 +51,8 @@ class Link:
         answers: By a query's id, or the type hash that it asks for, the function that takes the answers.
         connections: Sessions opened so far; more than 1 if one was lost.
         url: The broker of the session, or of the last one.
+        has_had_name: Whether a broker has accepted the node, now or in an earlier session.
+        waits_for_name: Whether the broker keeps the node's name for a silent node that may come back.
         token: 16 random, secret bytes; they prove to a broker that a session continues an earlier one.
         lag: How late the loop runs the keepalive's ticks.
         largest: Bytes of the largest message, request or reply that the broker takes.
@@ -69,6 +71,7 @@ class Link:
         self.matched: set[int] = set()
         self.answers: dict[int | str, Callable[[Any], None]] = {}
         self.connections = 0
+        self.has_had_name = self.waits_for_name = False
         self.largest = _largest(limits.MAX_MESSAGE_BYTES)
         self._last_id = 0
         self._dirty: dict[FlushSource, None] = {}

@@ -380,7 +380,7 @@ def keeps_names_of_the_silent() -> Iterator[None]:
         holder = declarations._names.get(frame.name)
         if holder is None:
             return make(declarations, peer, frame)
-        with mock.patch.object(holder.peer, "suspended", new=False):
+        with mock.patch.multiple(holder.peer, suspended=False, names_released=False):
             return make(declarations, peer, frame)
 
     with mock.patch.object(Declarations, "_make_node", loyal):

@@ -99,7 +99,7 @@ async def intrude(world: World, member: Member, lasting: float) -> None:
 async def usurp(world: World, member: Member, lasting: float) -> None:
     """Start a process with the name of a frozen one, which is suspended if another node depends on it."""
     world.freeze(member.host)
-    await asyncio.sleep(5.0)
+    await asyncio.sleep(world.random.choice([5.0, 12.0]))  # while it keeps its name, or after that
     await intrude(world, member, lasting)
     world.thaw(member.host)
 

@@ -359,35 +359,6 @@ def test_names_are_unique() -> None:
     play(scene)
 
 
-def test_a_frozen_nodes_name_can_be_taken(caplog: pytest.LogCaptureFixture) -> None:
-    """A suspended node loses its name to a live one at once, and learns of it when it continues."""
-
-    async def scene(stage: Stage) -> None:
-        other, ended = await stage.enter("other"), []
-
-        async def frozen() -> None:
-            try:
-                await actors.Node("same", use_global_arguments=False).run()
-            except actors.NodeNameTaken:
-                ended.append("name taken")
-
-        with on_host("first"):
-            task = asyncio.create_task(frozen())
-        assert await other.wait_for_node("same", 5)
-        stage.network.partition("first")
-        while "same" in await other.get_node_names():
-            await asyncio.sleep(0.5)
-        began = stage.loop.time()
-        await stage.enter("same", host="second")
-        assert stage.loop.time() - began < 0.1
-        stage.network.heal()
-        await task
-        assert ended == ["name taken"]
-        assert (await other.get_node_names()).count("same") == 1
-
-    play(scene)
-
-
 def test_nodes_come_back_one_after_another() -> None:
     """After a loss a hundred nodes reconnect at different moments, all within a second."""
 
