@@ -1,6 +1,7 @@
 """Errors of setting up a broker.
 
     CallboardError (proto.errors)
+    ├── AccessFileError (ValueError)      the access rules are broken or cannot be read (broker.access.errors)
     ├── InvalidOptionError (ValueError)   an option is out of range; the text names it and its range
     └── ListenError (OSError)             the broker cannot listen where it should
         └── AddressInUseError             something else listens there

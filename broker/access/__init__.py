@@ -1,0 +1,5 @@
+"""Who may do what at a broker: users, roles and rules, and the credentials that identify a user.
+
+Pure except `files.py`, which reads and edits the file, and `transport.py`, which asks a connection where it
+comes from. Imports proto only.
+"""

@@ -1,0 +1,61 @@
+"""Tokens: 256 random bits behind a recognisable prefix. Only their SHA-256 is stored.
+
+A plain hash is enough for a random secret of that length, and it costs microseconds, so that attempts
+cannot occupy the broker.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import re
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+TOKEN_PREFIX: Final = "cbt_"  # noqa: S105 - the beginning of every token, for scanners of leaked secrets
+TOKEN_BYTES: Final = 32
+
+MAX_TOKEN_CHARACTERS: Final = 512
+"""A longer text is no token, and is not hashed."""
+
+HASH_PREFIX: Final = "sha256:"
+
+_HASH: Final = re.compile(rf"{HASH_PREFIX}[0-9a-f]{{64}}")
+_INDEX_BYTES: Final = 4
+
+
+def is_token_hash(text: str) -> bool:
+    """Return whether a text is a stored token: `sha256:` and 64 lower-case hexadecimal digits."""
+    return _HASH.fullmatch(text) is not None
+
+
+def hash_token(token: str) -> str:
+    """Return how a token is stored."""
+    return HASH_PREFIX + hashlib.sha256(token.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+class TokenIndex:
+    """The stored tokens of all users.
+
+    Args:
+        users: The user of each stored token.
+    """
+
+    def __init__(self, users: Mapping[str, str]) -> None:
+        self._users: dict[bytes, list[tuple[bytes, str]]] = {}
+        for text, user in users.items():
+            digest = bytes.fromhex(text.removeprefix(HASH_PREFIX))
+            self._users.setdefault(digest[:_INDEX_BYTES], []).append((digest, user))
+
+    def find(self, token: str) -> str | None:
+        """Return the user of a token; None if it is nobody's."""
+        if len(token) > MAX_TOKEN_CHARACTERS:
+            return None
+        digest = hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
+        found = None
+        for stored, user in self._users.get(digest[:_INDEX_BYTES], ()):
+            if hmac.compare_digest(stored, digest):
+                found = user
+        return found

@@ -1,0 +1,227 @@
+"""Reads access rules from TOML, strictly: whatever is not understood is an error that names its place. Pure.
+
+An example, with every key:
+
+    [local]
+    user = "operator"        # who connections from this machine are without a token
+
+    [users.operator]
+    tokens = ["sha256:..."]
+    certificates = ["operator.example.org"]
+    roles = ["operators"]
+
+    [roles.operators]
+    from = ["local", "10.0.0.0/8"]
+    allow.subscribe = ["/**"]
+    deny.subscribe = ["/camera/**"]
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from ipaddress import ip_network
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from broker.access.credentials import is_token_hash
+from broker.access.errors import AccessFileError
+from broker.access.patterns import PatternSet, pattern_fault
+from broker.access.rules import AccessRules, Action, Role, User
+from proto.errors import escape
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from broker.access.origin import Network
+
+MAX_FILE_BYTES: Final = 4 * 1024 * 1024
+"""Far above what ten thousand users need."""
+
+MAX_CERTIFICATE_NAME: Final = 255
+
+LOCAL: Final = "local"
+"""Instead of a network: connections by loopback and unix sockets."""
+
+_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+_SHOWN: Final = 60
+_KINDS: Final[dict[type, str]] = {
+    dict: "a table",
+    list: "an array",
+    str: "a string",
+    bool: "a boolean",
+    int: "an integer",
+}
+
+
+def is_user_name(name: str) -> bool:
+    """Return whether a user or a role can have this name."""
+    return _NAME.fullmatch(name) is not None
+
+
+def parse_rules(text: str, source: str) -> AccessRules:
+    """Return the rules in a text.
+
+    Args:
+        text: The content of a file.
+        source: Its path, for errors.
+
+    Raises:
+        AccessFileError: It is no TOML, or breaks a rule of the format; the text names the place.
+    """
+    try:
+        return _read(tomllib.loads(text))
+    except RecursionError:
+        raise AccessFileError(f"{source}: tables or arrays are nested too deeply") from None
+    except AccessFileError as error:
+        raise AccessFileError(f"{source}: {error}") from None
+    except ValueError as error:
+        raise AccessFileError(f"{source}: {escape(str(error))}") from error
+
+
+def _read(data: dict[str, Any]) -> AccessRules:
+    _check_keys(data, ("local", "users", "roles"), "")
+    roles = {name: _role(name, value) for name, value in _named(data, "roles")}
+    users = {name: _user(name, value, roles) for name, value in _named(data, "users")}
+    if not users:
+        raise AccessFileError("it has no users: add one with `callboard auth add NAME --file FILE`")
+    for key in ("tokens", "certificates"):
+        _check_owners(users.values(), key)
+    return AccessRules(users, roles, _local_user(data, users))
+
+
+def _local_user(data: dict[str, Any], users: dict[str, User]) -> str:
+    if "local" not in data:
+        return ""
+    table = _table(data["local"], "local")
+    _check_keys(table, ("user",), "local.")
+    user = table.get("user")
+    if not isinstance(user, str) or user not in users:
+        raise AccessFileError(f"local.user must be one of the users: {_list(users)}")
+    return user
+
+
+def _named(data: dict[str, Any], key: str) -> Iterable[tuple[str, Any]]:
+    table = _table(data.get(key, {}), key)
+    for name, value in table.items():
+        if not is_user_name(name):
+            raise AccessFileError(f"{key}.{_quote(name)}: a name has at most 64 letters, digits, - and _")
+        yield name, value
+
+
+def _user(name: str, value: object, roles: dict[str, Role]) -> User:
+    where = f"users.{name}"
+    table = _table(value, where)
+    _check_keys(table, ("tokens", "certificates", "roles"), f"{where}.")
+    tokens = _texts(table, "tokens", where)
+    for number, token in enumerate(tokens):
+        if not is_token_hash(token):  # not quoted: it may be the token itself
+            remedy = f"`callboard auth token {name}` makes one"
+            raise AccessFileError(f"{where}.tokens[{number}] is no 'sha256:' and 64 hex digits; {remedy}")
+    certificates = _texts(table, "certificates", where)
+    for number, certificate in enumerate(certificates):
+        if not certificate or len(certificate) > MAX_CERTIFICATE_NAME:
+            text = f"a certificate's name has from 1 to {MAX_CERTIFICATE_NAME} characters"
+            raise AccessFileError(f"{where}.certificates[{number}]: {text}")
+    own = _texts(table, "roles", where)
+    for number, role in enumerate(own):
+        if role not in roles:
+            known = _list(roles) or "none"
+            raise AccessFileError(
+                f"{where}.roles[{number}]: there is no role {_quote(role)}; there is {known}"
+            )
+    return User(name, tokens, certificates, own)
+
+
+def _role(name: str, value: object) -> Role:
+    where = f"roles.{name}"
+    table = _table(value, where)
+    _check_keys(table, ("from", "allow", "deny"), f"{where}.")
+    origins = _texts(table, "from", where)
+    if "from" in table and not origins:
+        raise AccessFileError(
+            f"{where}.from is empty: the role would never apply; leave it out for everywhere"
+        )
+    networks = [
+        _network(text, f"{where}.from[{number}]") for number, text in enumerate(origins) if text != LOCAL
+    ]
+    return Role(
+        name,
+        allow=_patterns(table, "allow", where),
+        deny=_patterns(table, "deny", where),
+        networks=tuple(networks),
+        local=LOCAL in origins,
+        everywhere=not origins,
+    )
+
+
+def _network(text: str, where: str) -> Network:
+    try:
+        return ip_network(text)
+    except ValueError as error:
+        reason = escape(str(error))[:200]
+        raise AccessFileError(f"{where}: {reason}; write '10.1.0.0/16', '10.1.2.3' or '{LOCAL}'") from error
+
+
+def _patterns(role: dict[str, Any], key: str, where: str) -> dict[Action, PatternSet]:
+    where = f"{where}.{key}"
+    table = _table(role.get(key, {}), where)
+    _check_keys(table, tuple(action.value for action in Action), f"{where}.")
+    found: dict[Action, PatternSet] = {}
+    for word in table:
+        patterns = _texts(table, word, where)
+        for number, pattern in enumerate(patterns):
+            if fault := pattern_fault(pattern):
+                raise AccessFileError(f"{where}.{word}[{number}]: {_quote(pattern)} is no pattern: {fault}")
+        found[Action(word)] = PatternSet(patterns)
+    return found
+
+
+def _check_owners(users: Iterable[User], key: str) -> None:
+    owners: dict[str, str] = {}
+    for user in users:
+        for value in cast("tuple[str, ...]", getattr(user, key)):
+            if value in owners:
+                raise AccessFileError(
+                    f"users.{user.name}.{key} and users.{owners[value]}.{key} have one in common"
+                )
+            owners[value] = user.name
+
+
+def _table(value: object, where: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise AccessFileError(f"{where} must be a table, not {_kind(value)}")
+    return cast("dict[str, Any]", value)
+
+
+def _texts(table: dict[str, Any], key: str, where: str) -> tuple[str, ...]:
+    """Return an array of different strings; an absent one is empty."""
+    where = f"{where}.{key}"
+    value: object = table.get(key, [])
+    if not isinstance(value, list):
+        raise AccessFileError(f"{where} must be an array of strings, not {_kind(value)}")
+    texts: dict[str, None] = {}
+    for number, text in enumerate(cast("list[object]", value)):
+        if not isinstance(text, str):
+            raise AccessFileError(f"{where}[{number}] must be a string, not {_kind(text)}")
+        if text in texts:
+            raise AccessFileError(f"{where}[{number}] is there twice: remove one")
+        texts[text] = None
+    return tuple(texts)
+
+
+def _check_keys(table: dict[str, Any], known: tuple[str, ...], where: str) -> None:
+    for key in table:
+        if key not in known:
+            raise AccessFileError(f"{where}{_quote(key)} is not known here; there is {', '.join(known)}")
+
+
+def _kind(value: object) -> str:
+    return _KINDS.get(type(value), type(value).__name__)
+
+
+def _quote(text: str) -> str:
+    return f"'{escape(text[:_SHOWN])}'"
+
+
+def _list(names: Iterable[str]) -> str:
+    return ", ".join(sorted(names)[:10])

@@ -1,0 +1,222 @@
+"""Access rules: which user may do what. Pure.
+
+A user has roles; a role has patterns of names for each action. What a role denies stays denied,
+whatever other roles allow; what no role allows is denied. `parse.py` reads them from a file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from broker.access.credentials import TokenIndex
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from broker.access.origin import Network, Origin
+    from broker.access.patterns import PatternSet
+
+MAX_DECISIONS: Final = 10_000
+"""Decisions that are kept for one set of rights; then all are made again. Peers choose the names."""
+
+MAX_RIGHTS: Final = 1000
+"""Sets of rights that are kept for further connections: users times groups of addresses."""
+
+
+class Action(Enum):
+    """What a rule is about; the value is its word in the file."""
+
+    PUBLISH = "publish"
+    """Publish on a topic."""
+    SUBSCRIBE = "subscribe"
+    """Subscribe to a topic, and get its latched messages."""
+    SERVE = "serve"
+    """Offer a service."""
+    CALL = "call"
+    """Call a service."""
+    SEE = "see"
+    """See a node, topic or service in graph queries, with its type's definition and in notices."""
+    ADMINISTER = "administer"
+    """See the statistics of a node or topic."""
+    NODE = "node"
+    """Take a node name."""
+
+
+class Decision(NamedTuple):
+    """Whether something is allowed, and the rule that decides."""
+
+    allowed: bool
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Role:
+    """A role: what it allows and denies, and where its users must connect from.
+
+    Attributes:
+        name: Its name.
+        allow, deny: The patterns of each action.
+        networks: Addresses from which it applies.
+        local: Whether it applies to connections from this machine.
+        everywhere: Whether it applies to all connections.
+    """
+
+    name: str
+    allow: Mapping[Action, PatternSet]
+    deny: Mapping[Action, PatternSet]
+    networks: tuple[Network, ...] = ()
+    local: bool = False
+    everywhere: bool = True
+
+    def applies(self, origin: Origin) -> bool:
+        """Return whether it applies to a connection."""
+        return self.everywhere or (self.local and origin.local) or origin.within(self.networks)
+
+
+class Rights:
+    """What the user of a connection may do. Two of them with the same roles are equal.
+
+    Args:
+        roles: The roles that apply.
+        no_role: Why none applies; the reason of each refusal then.
+    """
+
+    def __init__(self, roles: tuple[Role, ...], no_role: str = "") -> None:
+        self._roles = roles
+        self._no_role = no_role
+        self._decisions: dict[tuple[Action, str], bool] = {}
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Rights) and self._roles == other._roles
+
+    def __hash__(self) -> int:
+        return hash(self._roles)
+
+    def may(self, action: Action, name: str) -> bool:
+        """Return whether they allow an action on a name."""
+        allowed = self._decisions.get((action, name))
+        if allowed is None:
+            if len(self._decisions) >= MAX_DECISIONS:
+                self._decisions.clear()
+            allowed = self._decisions[action, name] = self.decide(action, name).allowed
+        return allowed
+
+    def decide(self, action: Action, name: str) -> Decision:
+        """Return whether they allow an action on a name, and why."""
+        word = action.value
+        for role in self._roles:
+            if (pattern := _find(role.deny, action, name)) is not None:
+                return Decision(allowed=False, reason=f"roles.{role.name}.deny.{word} has '{pattern}'")
+        for role in self._roles:
+            if (pattern := _find(role.allow, action, name)) is not None:
+                return Decision(allowed=True, reason=f"roles.{role.name}.allow.{word} has '{pattern}'")
+        if not self._roles:
+            return Decision(allowed=False, reason=self._no_role)
+        asked = ", ".join(role.name for role in self._roles)
+        return Decision(
+            allowed=False, reason=f"allow.{word} of the roles {asked} has no pattern that matches"
+        )
+
+
+def _find(patterns: Mapping[Action, PatternSet], action: Action, name: str) -> str | None:
+    found = patterns.get(action)
+    return None if found is None else found.find(name)
+
+
+@dataclass(frozen=True, slots=True)
+class Principal:
+    """A user, connected from somewhere.
+
+    Attributes:
+        user: The user's name.
+        rights: What the user may do from there.
+    """
+
+    user: str
+    rights: Rights
+
+
+@dataclass(frozen=True, slots=True)
+class User:
+    """A user.
+
+    Attributes:
+        name: The name.
+        tokens: Hashes of the tokens.
+        certificates: Names in client certificates that identify the user.
+        roles: Names of the roles.
+    """
+
+    name: str
+    tokens: tuple[str, ...] = ()
+    certificates: tuple[str, ...] = ()
+    roles: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class AccessRules:
+    """The content of one file.
+
+    Attributes:
+        users: The users, by name.
+        roles: The roles, by name.
+        local_user: The user that connections from this machine are without credentials; "" for none.
+    """
+
+    users: Mapping[str, User]
+    roles: Mapping[str, Role]
+    local_user: str = ""
+    _tokens: TokenIndex = field(init=False, repr=False, compare=False)
+    _certificates: Mapping[str, str] = field(init=False, repr=False, compare=False)
+    _rights: dict[tuple[Role, ...], Rights] = field(
+        init=False, repr=False, compare=False, default_factory=dict["tuple[Role, ...]", Rights]
+    )
+
+    def __post_init__(self) -> None:
+        tokens = {token: user.name for user in self.users.values() for token in user.tokens}
+        certificates = {name: user.name for user in self.users.values() for name in user.certificates}
+        object.__setattr__(self, "_tokens", TokenIndex(tokens))
+        object.__setattr__(self, "_certificates", certificates)
+
+    def authenticate(self, origin: Origin, token: str | None) -> Principal | None:
+        """Return who a connection belongs to.
+
+        A token decides if there is one, then the certificate, then `local_user`. A wrong token identifies
+        nobody, even if the certificate or `local_user` would identify somebody.
+
+        Args:
+            origin: Where it comes from.
+            token: The token that it presents; None for none.
+
+        Returns:
+            The user with the rights from there; None if it is nobody's.
+        """
+        if token is not None:
+            user = self._tokens.find(token)
+        else:
+            named = (self._certificates.get(name) for name in origin.certificate_names)
+            user = next((name for name in named if name is not None), None)
+            if user is None and origin.local and self.local_user:
+                user = self.local_user
+        return None if user is None else self.principal(user, origin)
+
+    def principal(self, user: str, origin: Origin) -> Principal | None:
+        """Return a user as connected from somewhere; None if there is no such user."""
+        found = self.users.get(user)
+        return None if found is None else Principal(user, self._rights_of(found, origin))
+
+    def _rights_of(self, user: User, origin: Origin) -> Rights:
+        roles = tuple(role for role in map(self.roles.__getitem__, user.roles) if role.applies(origin))
+        if not roles:
+            if not user.roles:
+                return Rights((), f"users.{user.name} has no roles")
+            where = "this machine" if origin.address is None else str(origin.address)
+            return Rights((), f"none of the roles of users.{user.name} applies to {where}")
+        if len(self._rights) >= MAX_RIGHTS:
+            self._rights.clear()
+        rights = self._rights.get(roles)
+        if rights is None:
+            rights = self._rights[roles] = Rights(roles)
+        return rights
