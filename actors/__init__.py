@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from actors.errors import NodeAlreadyRunning as NodeAlreadyRunning
     from actors.errors import NodeDestroyed as NodeDestroyed
     from actors.errors import NodeNameTaken as NodeNameTaken
+    from actors.errors import NotAuthorized as NotAuthorized
     from actors.errors import PublisherFull as PublisherFull
     from actors.errors import PublisherRefused as PublisherRefused
     from actors.errors import RemoteError as RemoteError
@@ -153,6 +154,7 @@ __getattr__, __dir__ = lazy_names(
             "NodeAlreadyRunning",
             "NodeDestroyed",
             "NodeNameTaken",
+            "NotAuthorized",
             "PublisherFull",
             "PublisherRefused",
             "RemoteError",

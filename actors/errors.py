@@ -2,6 +2,8 @@
 
     CallboardError (proto.errors)
     ├── BrokerUnreachable (ConnectionError)   no broker answered in time, or the link broke
+    ├── ProtocolError (proto.errors)
+    │   └── NotAuthorized                     the broker requires other credentials, or they must not be sent
     ├── NodeNameTaken                         another live node has this full name
     ├── NodeDestroyed (RuntimeError)          the node or entity has been destroyed
     ├── NodeAlreadyRunning (RuntimeError)     a node runs once at a time
@@ -21,11 +23,18 @@ actors/arguments/ros_arguments.py, and proto/errors.py for names and URLs.
 
 from __future__ import annotations
 
-from proto.errors import CallboardError
+from proto.errors import CallboardError, ErrorCode, ProtocolError
 
 
 class BrokerUnreachable(CallboardError, ConnectionError):
     """No broker answered in time, or the link to it broke."""
+
+
+class NotAuthorized(ProtocolError):
+    """The broker requires other credentials, or the token must not be sent to it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(ErrorCode.UNAUTHORIZED, text)
 
 
 class NodeNameTaken(CallboardError):

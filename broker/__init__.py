@@ -9,9 +9,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from broker.access.errors import AccessFileError as AccessFileError
     from broker.errors import AddressInUseError as AddressInUseError
     from broker.errors import InvalidOptionError as InvalidOptionError
     from broker.errors import ListenError as ListenError
+    from broker.errors import UnprotectedError as UnprotectedError
     from broker.options import BrokerOptions as BrokerOptions
     from broker.server import Broker as Broker
     from proto.stats import BrokerRates as BrokerRates
@@ -20,9 +22,11 @@ if TYPE_CHECKING:
     from proto.stats import TopicStats as TopicStats
 
 _HOME_OF = {
+    "AccessFileError": "broker.access.errors",
     "AddressInUseError": "broker.errors",
     "InvalidOptionError": "broker.errors",
     "ListenError": "broker.errors",
+    "UnprotectedError": "broker.errors",
     "BrokerOptions": "broker.options",
     "Broker": "broker.server",
     "BrokerRates": "proto.stats",

@@ -6,19 +6,14 @@ without an error, and the log fills. So some descriptors stay free, and each ref
 
 from __future__ import annotations
 
-import logging
 from typing import Final
 
+from broker.refusal_log import RefusalLog
 from proto.aio import process
-
-logger: Final = logging.getLogger("callboard.broker")
 
 RESERVED_FILES: Final = 2048
 """Descriptors for everything except links: standard streams, the loop, the listening socket, and connections
 that are being refused. At most half of the limit."""
-
-COMPLAINT_PERIOD_S: Final = 10.0
-"""Refusals are logged at most once in this time, with their number."""
 
 MAX_BACKLOG: Final = 1024
 """Connections that the kernel holds until the broker accepts them."""
@@ -43,12 +38,11 @@ class Capacity:
         self.most = min(wanted, files - reserved)
         self.backlog = min(MAX_BACKLOG, max(1, reserved // 2))
         self.refused = 0
-        self._logged_at: float | None = None
-        self._unlogged = 0
-        self._remedy = "--max-connections" if self.most == wanted else "the limit of open files (ulimit -n)"
+        remedy = "--max-connections" if self.most == wanted else "the limit of open files (ulimit -n)"
+        self._log = RefusalLog(f"Refused %d connections: {self.most} are open, and {remedy} allows no more")
 
     def refuse(self, now: float) -> str:
-        """Count a refused connection; log it if nothing has been logged for a while.
+        """Count and log a refused connection.
 
         Args:
             now: Loop time.
@@ -57,9 +51,5 @@ class Capacity:
             The text for the client.
         """
         self.refused += 1
-        self._unlogged += 1
-        if self._logged_at is None or now - self._logged_at >= COMPLAINT_PERIOD_S:
-            text = "Refused %d connections: %d are open, and %s allows no more"
-            logger.warning(text, self._unlogged, self.most, self._remedy)
-            self._logged_at, self._unlogged = now, 0
+        self._log.add(now)
         return f"this broker takes {self.most} connections"

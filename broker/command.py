@@ -13,6 +13,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from broker.errors import UnprotectedError
 from broker.options import BrokerOptions
 from proto.aio import process
 from proto.errors import CallboardError
@@ -30,6 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the daemon's flags: one for each option, and those of its output."""
     for option in fields(BrokerOptions):
         default: object = option.default
+        if default is False:
+            parser.add_argument(
+                "--" + option.name.replace("_", "-"), action="store_true", help=option.metadata["help"]
+            )
+            continue
         kind: Callable[[str], object] = Path if default is None else type(default)
         suffix = "" if default is None else f" (default {default})"
         parser.add_argument(
@@ -59,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
             logger.error("%s", error)  # noqa: TRY400 - its text is complete
         else:
             print(error, file=sys.stderr)  # noqa: T201 - for people
-        return 1
+        return 2 if isinstance(error, UnprotectedError) else 1
     except (asyncio.CancelledError, KeyboardInterrupt):
         pass
     return 0

@@ -6,6 +6,7 @@ import logging
 import time
 from typing import TYPE_CHECKING, Final
 
+from broker.access.transport import address_text, is_same_user, origin_of
 from broker.deliveries import Send
 from broker.link import CATCH_UP, Link, logger
 from proto import frames, limits
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from proto.aio.read_budget import ReadBudget
 
 AGENT: Final = agent("callboard-broker")
+
+OTHER_USER: Final = "this broker takes connections of its own user only at its unix socket"
 
 _OWN_FRAMES: Final = frozenset({frames.Goodbye, frames.Error, frames.Ping, frames.Pong, frames.Inspect})
 """Frames that are not for the router."""
@@ -65,9 +68,15 @@ class Connection:
 
     def opened(self) -> None:
         """ChannelHandler: the transport is open."""
-        self._link.address = self.channel.peer_address
-        logger.debug("Connection from %s", self._link.address)
-        self._dispatcher.open(self._link)
+        link, channel = self._link, self.channel
+        link.address = address_text(channel.extra_info)
+        link.origin = origin_of(channel.extra_info)
+        logger.debug("Connection from %s", link.address)
+        self._dispatcher.open(link)
+        by_socket_file = link.origin.address is None
+        if by_socket_file and not (self._dispatcher.options.insecure or is_same_user(channel.extra_info)):
+            logger.warning("Refused a connection from another user of this machine")
+            link.refuse(ErrorCode.UNAUTHORIZED, OTHER_USER)
 
     def frame_received(self, frame: frames.Frame) -> None:
         """ChannelHandler: a frame that the session allows."""
@@ -112,6 +121,8 @@ class Connection:
             text = f"HELLO: domain must be from 0 to {limits.MAX_DOMAIN}"
             raise ProtocolError(ErrorCode.MALFORMED, text)
         link = self._link
+        if not self._dispatcher.identify(link, options.get("auth"), self._loop.time()):
+            return
         link.session = next(self._sessions)
         link.agent = escape(str(options.get("agent", "?")))[:80]
         welcome: dict[str, frames.Scalar] = {

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from broker.access.errors import Unauthorized
 from broker.link import logger
+from broker.refusal_log import RefusalLog
 from broker.router import Router
 from proto.errors import ErrorCode
 from proto.outbox import Outbox
@@ -12,6 +14,7 @@ from proto.outbox import Outbox
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from broker.access.admission import Admission
     from broker.capacity import Capacity
     from broker.deliveries import Delivery
     from broker.link import Link
@@ -25,6 +28,7 @@ class Dispatcher:
     Args:
         options: The broker's limits.
         capacity: How many links it may have.
+        admission: Which of them come in, and whose they are.
         presence_log: Logs which nodes and endpoints come and go.
 
     Attributes:
@@ -36,9 +40,12 @@ class Dispatcher:
         closed_bytes_received, closed_bytes_sent: Bytes of the closed links.
     """
 
-    def __init__(self, options: BrokerOptions, capacity: Capacity, presence_log: PresenceLog) -> None:
+    def __init__(
+        self, options: BrokerOptions, capacity: Capacity, admission: Admission, presence_log: PresenceLog
+    ) -> None:
         self.options = options
         self.capacity = capacity
+        self.admission = admission
         self.presence_log = presence_log
         self.links: dict[Link, None] = {}
         self.strangers: dict[Link, None] = {}
@@ -48,22 +55,55 @@ class Dispatcher:
         self.closed_bytes_received = self.closed_bytes_sent = 0
         self._routers: dict[int, Router] = {}
         self._unflushed: dict[Link, None] = {}
+        self._crowds = RefusalLog(
+            "Refused %d connections beyond --max-connections-per-address, the last from %s"
+        )
+        self._attempts = RefusalLog("Refused %d connections without valid credentials, the last from %s")
 
     def open(self, link: Link) -> None:
         """Add a new link, or refuse it if there are too many."""
         self.links[link] = self.strangers[link] = None
+        too_many = self.admission.enter(link.origin)
         if len(self.links) > self.capacity.most:
             link.refuse(ErrorCode.LIMIT, self.capacity.refuse(link.opened_at))
+        elif too_many:
+            self.capacity.refused += 1
+            self._crowds.add(link.opened_at, link.address)
+            link.refuse(ErrorCode.LIMIT, too_many)
 
     def close(self, link: Link) -> None:
         """Remove a link whose connection has ended."""
         self.leave(link)
+        if link in self.links:
+            self.admission.leave(link.origin)
         self.closed_bytes_received += link.channel.bytes_received
         self.closed_bytes_sent += link.channel.bytes_sent
         self.links.pop(link, None)
         self.strangers.pop(link, None)
         self._unflushed.pop(link, None)
         self.note_progress()
+
+    def identify(self, link: Link, token: object, now: float) -> bool:
+        """Find out whose a link is; refuse one that is nobody's.
+
+        Args:
+            link: The link, which has sent its HELLO.
+            token: The token in it; None for none.
+            now: Loop time.
+
+        Returns:
+            Whether it may go on.
+        """
+        try:
+            link.principal = self.admission.identify(link.origin, token, now)
+        except Unauthorized as error:
+            self._attempts.add(now, link.address)
+            if error.late:  # the periodic check answers
+                link.rejected = str(error)
+            else:
+                link.refuse(error.code, str(error))
+            return False
+        return True
 
     def join(self, link: Link, domain: int, instance: bytes, token: bytes) -> None:
         """Add a link to the graph of its domain after its handshake."""

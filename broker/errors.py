@@ -4,7 +4,8 @@
     ├── AccessFileError (ValueError)      the access rules are broken or cannot be read (broker.access.errors)
     ├── InvalidOptionError (ValueError)   an option is out of range; the text names it and its range
     └── ListenError (OSError)             the broker cannot listen where it should
-        └── AddressInUseError             something else listens there
+        ├── AddressInUseError             something else listens there
+        └── UnprotectedError              other machines could connect, and anybody would be let in
 
 OS errors are translated only here.
 """
@@ -29,6 +30,10 @@ class AddressInUseError(ListenError):
     """Something else listens there."""
 
 
+class UnprotectedError(ListenError):
+    """Other machines could connect, and the broker would let in anybody."""
+
+
 def listen_error(url: str, error: OSError | UnicodeError, *, host: str, remedy: str) -> ListenError:
     """Return the error that says why listening failed, and what to do.
 
@@ -47,6 +52,14 @@ def listen_error(url: str, error: OSError | UnicodeError, *, host: str, remedy: 
         denied = error.errno in {errno.EACCES, errno.EPERM}
         reason = "permission denied" if denied else error.strerror or str(error)
     return ListenError(f"Cannot listen on {url}: {reason}. {remedy}.")
+
+
+def unprotected_error(url: str) -> UnprotectedError:
+    """Return the error about a broker that other machines reach and that asks nobody who they are."""
+    return UnprotectedError(
+        f"Refusing to listen on {url}: anybody who reaches this machine could take part. Say who may with"
+        " --auth FILE (`callboard auth add NAME` writes one), or let everybody in with --insecure."
+    )
 
 
 def address_in_use_error(url: str, broker: str | None, *, remedy: str) -> AddressInUseError:

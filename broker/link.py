@@ -5,12 +5,15 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING, Final
 
+from broker.access.origin import UNKNOWN
 from proto import frames
 from proto.errors import ErrorCode, ProtocolError
 from proto.liveness import Liveness
 from proto.session import State
 
 if TYPE_CHECKING:
+    from broker.access.origin import Origin
+    from broker.access.rules import Principal
     from broker.options import BrokerOptions
     from broker.router import Router
     from proto.aio.budgeted_channel import BudgetedChannel
@@ -35,6 +38,9 @@ class Link:
         session: Its number in the broker; 0 before the handshake.
         agent: The client's software and version, sanitized.
         address: Its host and port, or "unix socket".
+        origin: Where it comes from.
+        principal: Whose it is; None if there are no access rules, or before the handshake.
+        rejected: Why it is nobody's, if it is to learn that only when the time for the handshake is over.
         opened_at: Loop time when it was opened.
         check_at: Loop time of the next keepalive check, even if nothing relies on the link.
         suspended_at: Loop time since which it is suspended for silence, or None.
@@ -53,6 +59,9 @@ class Link:
         self.session = 0
         self.agent = "?"
         self.address = "?"
+        self.origin: Origin = UNKNOWN
+        self.principal: Principal | None = None
+        self.rejected = ""
         self.opened_at = now
         self.check_at = 0.0
         self.suspended_at: float | None = None

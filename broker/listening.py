@@ -10,9 +10,10 @@ import stat
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
-from broker.errors import address_in_use_error, listen_error
+from broker.errors import ListenError, address_in_use_error, listen_error, unprotected_error
 from broker.link import logger
 from broker.probe import find_broker
+from proto.addresses import parse_address
 from proto.aio.forks import drop_in_children
 from proto.url import BrokerUrl
 
@@ -21,6 +22,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from broker.options import BrokerOptions
+
+LOOPBACK: Final = frozenset({"127.0.0.1", "::1", "localhost"})
+"""Hosts that need no closer look."""
+
+SOCKET_MODE: Final = 0o600
+"""Of a socket file: for its owner only."""
 
 LOCK_TRIES: Final = 100
 LOCK_PAUSE_SEC: Final = 0.01
@@ -88,6 +95,7 @@ async def listen(
 
     Raises:
         AddressInUseError: Something else listens there.
+        UnprotectedError: Other machines could connect, and the options name neither rules nor `insecure`.
         ListenError: It cannot listen there for another reason.
     """
     loop = asyncio.get_running_loop()
@@ -98,10 +106,14 @@ async def listen(
         remedy = "Choose another path with --unix"
     try:
         if options.unix is not None:
-            server, file = await listen_unix(loop, protocol, options.unix, backlog=backlog)
+            mode = None if options.insecure else SOCKET_MODE
+            server, file = await listen_unix(loop, protocol, options.unix, backlog=backlog, mode=mode)
             return Listener(url._replace(path=str(options.unix.absolute())), server, file)
-        server = await listen_tcp(loop, protocol, url.host, url.port, backlog=backlog)
+        exposed = options.auth is not None or options.insecure
+        server = await listen_tcp(loop, protocol, url.host, url.port, backlog=backlog, exposed=exposed)
         return Listener(url._replace(port=server.sockets[0].getsockname()[1]), server)
+    except ListenError:
+        raise
     except (OSError, UnicodeError) as error:
         if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
             raise address_in_use_error(str(url), await find_broker(url), remedy=remedy) from error
@@ -115,14 +127,21 @@ async def listen_tcp(
     port: int,
     *,
     backlog: int,
+    exposed: bool = True,
 ) -> asyncio.Server:
     """Listen at all addresses of a host; port 0 takes a free one.
 
     Raises:
+        UnprotectedError: One of the addresses is not of the loopback device, and it is not `exposed`.
         OSError: It cannot; EADDRINUSE if another listens there, even since a moment ago.
     """
     server = await loop.create_server(protocol, host, port, backlog=backlog, start_serving=False)
     try:
+        if not exposed and host not in LOOPBACK:
+            # Bound, but not listening: only now is it known which addresses a name has.
+            names = [sock.getsockname() for sock in server.sockets]
+            if not all(parse_address(name[0]).is_loopback for name in names):
+                raise unprotected_error(str(BrokerUrl(host, port or names[0][1])))
         await server.start_serving()
         # Two may bind a port as long as none listens. uvloop does not tell the slower one that it failed.
         if not all(server.sockets):
@@ -139,8 +158,11 @@ async def listen_unix(
     path: Path,
     *,
     backlog: int,
+    mode: int | None = None,
 ) -> tuple[asyncio.Server, SocketFile]:
     """Listen at a socket file; replace one that a dead broker has left.
+
+    `mode` are the permissions of the file; None gives those of the umask.
 
     Raises:
         NotASocketError: The file exists and is no socket.
@@ -151,7 +173,7 @@ async def listen_unix(
     try:
         async with _alone_in(path.parent):
             _remove_stale(path)
-            listening.bind(os.fspath(path))
+            _bind(listening, path, mode)
             listening.listen(backlog)
             file = SocketFile(path)
         return await loop.create_unix_server(protocol, sock=listening, backlog=backlog), file
@@ -185,6 +207,13 @@ async def _alone_in(folder: Path) -> AsyncGenerator[None]:
     finally:
         if locked >= 0:
             os.close(locked)
+
+
+def _bind(listening: socket.socket, path: Path, mode: int | None) -> None:
+    """Create the socket file. Nobody can connect before it listens."""
+    listening.bind(os.fspath(path))
+    if mode is not None:
+        path.chmod(mode)
 
 
 def _remove_stale(path: Path) -> None:

@@ -37,6 +37,19 @@ class BrokerOptions:
     unix: Path | None = field(
         default=None, metadata={"help": "listen on a unix socket at this path instead of TCP"}
     )
+    auth: Path | None = field(
+        default=None,
+        metadata={
+            "help": "TOML file of users and access rules; every connection must then be a user's"
+            " (docs/reference/access.md)"
+        },
+    )
+    insecure: bool = field(
+        default=False,
+        metadata={
+            "help": "without --auth: let everybody in who can connect; with it: take tokens over plain TCP"
+        },
+    )
     keepalive_sec: float = _option(
         limits.DEFAULT_KEEPALIVE_SEC, "seconds of silence after which a peer counts as frozen", 0.1, 3600
     )
@@ -57,6 +70,9 @@ class BrokerOptions:
     )
     max_connections: int = _option(
         20_000, "connections at the same time, as far as the limit of open files allows", 1, 1_000_000
+    )
+    max_connections_per_address: int = _option(
+        1000, "the same for one address; loopback and unix sockets are not limited", 1, 1_000_000
     )
     max_endpoints: int = _option(
         20_000, "nodes, publishers, subscriptions, services and clients of one connection", 1, 10_000_000

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 CHECKS_PER_KEEPALIVE: Final = 6
 """Checks of a link within the time that it may be silent."""
 
+REJECTION_DELAY: Final = 0.2
+"""The part of the handshake timeout after which a link learns that it is nobody's, if its address has failed
+often. Its client should still be waiting for the answer."""
+
 
 class PeriodicCheck:
     """Checks the links of one run of a broker; one task for all of them.
@@ -79,7 +83,10 @@ class PeriodicCheck:
         """
         options, router = self._options, link.router
         if router is None:
-            if now - link.opened_at > options.handshake_timeout_sec:
+            age = now - link.opened_at
+            if link.rejected and age > REJECTION_DELAY * options.handshake_timeout_sec:
+                link.refuse(ErrorCode.UNAUTHORIZED, link.rejected)
+            elif age > options.handshake_timeout_sec:
                 text = f"no finished handshake within {options.handshake_timeout_sec:g} s"
                 link.fail(ErrorCode.TIMEOUT, text)
         elif link.channel.waiting:  # a sign of life; a suspended link is restored when its turn has come

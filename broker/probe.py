@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from proto import frames, limits
 from proto.codec import decode, encode
-from proto.errors import ProtocolError, escape
+from proto.errors import ErrorCode, ProtocolError, escape
 from proto.identity import agent
 
 if TYPE_CHECKING:
@@ -32,7 +32,9 @@ async def find_broker(url: BrokerUrl) -> str | None:
         return None
     if isinstance(answer, frames.Welcome):
         return escape(str(answer.options.get("agent", "?")))[:80]
-    return "another version" if isinstance(answer, frames.Error) else None
+    if isinstance(answer, frames.Error):
+        return "with access rules" if answer.code == ErrorCode.UNAUTHORIZED else "another version"
+    return None
 
 
 async def _greet(url: BrokerUrl) -> frames.Frame:

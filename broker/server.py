@@ -15,6 +15,8 @@ import time
 from itertools import count
 from typing import TYPE_CHECKING, Self
 
+from broker.access.admission import Admission
+from broker.access.files import load_rules
 from broker.capacity import Capacity
 from broker.connection import Connection
 from broker.dispatcher import Dispatcher
@@ -70,9 +72,13 @@ class Broker:
 
     def _reset(self) -> None:
         """Begin with empty graphs: those of an earlier run accept no calls and hold their publishers."""
-        capacity = Capacity(self.options.max_connections)
+        options = self.options
+        admission = Admission(
+            None, max_per_address=options.max_connections_per_address, plain_tokens=options.insecure
+        )
+        capacity = Capacity(options.max_connections)
         presence_log = PresenceLog(self._node_log_level, self._now)
-        self._dispatcher = Dispatcher(self.options, capacity, presence_log)
+        self._dispatcher = Dispatcher(options, capacity, admission, presence_log)
         self._statistics = Statistics(self.instance.hex(), self._dispatcher)
         drop_in_children(self._dispatcher)
 
@@ -114,13 +120,17 @@ class Broker:
         """Listen.
 
         Raises:
+            AccessFileError: The file of access rules is broken, or cannot be read.
             AddressInUseError: Something else listens there.
+            UnprotectedError: Other machines could connect, and there are neither rules nor `insecure`.
             ListenError: It cannot listen there for another reason.
         """
         self._loop = loop = asyncio.get_running_loop()
         self._reset()
         dispatcher, statistics = self._dispatcher, self._statistics
         budget = ReadBudget(loop, self._clock)
+        if self.options.auth is not None:
+            dispatcher.admission.rules = load_rules(self.options.auth)
 
         def connect() -> asyncio.BufferedProtocol:
             return Connection(

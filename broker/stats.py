@@ -57,6 +57,7 @@ class Statistics:
             collect(len(channels), dispatcher.joined),
             broker=self._broker,
             refused_connections=dispatcher.capacity.refused,
+            unauthorized_connections=dispatcher.admission.unauthorized,
             stamp_sec=now,
             uptime_sec=now - self.started_at,
             lag_last_sec=self.lag.last_sec,

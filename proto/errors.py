@@ -75,6 +75,10 @@ class ErrorCode(IntEnum):
     """The same instance has connected again; this link is the old one."""
     INTERNAL = 13
     """A bug on the other side."""
+    UNAUTHORIZED = 14
+    """The broker requires credentials, and those in HELLO are missing or wrong."""
+    DENIED = 15
+    """The broker's access rules do not allow the declaration."""
 
 
 class CallboardError(Exception):

@@ -84,7 +84,9 @@ class BrokerStats:
     connections: int = 0
     """Open connections, including those in the handshake."""
     refused_connections: int = 0
-    """Connections refused because there were too many."""
+    """Connections refused because there were too many, in all or from one address."""
+    unauthorized_connections: int = 0
+    """Connections refused because they were nobody's by the access rules."""
     suspended: int = 0
     """Links that have been silent for too long and may return."""
     endpoints: int = 0

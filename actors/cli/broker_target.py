@@ -59,6 +59,8 @@ def set_environment(options: argparse.Namespace) -> None:
         os.environ["CALLBOARD_URL"] = target.url
     if options.domain is not None or options.context is not None:
         os.environ["CALLBOARD_DOMAIN"] = str(target.domain)
+    if options.context is not None and target.credentials.token_file:
+        os.environ["CALLBOARD_TOKEN_FILE"] = target.credentials.token_file
 
 
 @contextmanager
@@ -73,7 +75,12 @@ def open_inspector(options: argparse.Namespace) -> Generator[Inspector]:
 
     target = target_of(options)
     raise_at_once()
-    inspector = Inspector(target.url, domain=target.domain, timeout_sec=CONNECT_TIMEOUT_SEC)
+    inspector = Inspector(
+        target.url,
+        domain=target.domain,
+        credentials=target.credentials,
+        timeout_sec=CONNECT_TIMEOUT_SEC,
+    )
     try:
         inspector.connect()
     except BrokerUnreachable:
@@ -91,7 +98,12 @@ def why_unreachable(target: BrokerTarget) -> CallboardError:
     """Return the error that says why a node found no broker: nothing listens, or another program."""
     from actors.graph.inspector import Inspector  # noqa: PLC0415 - only after a failure
 
-    inspector = Inspector(target.url, domain=target.domain, timeout_sec=DIAGNOSIS_SEC)
+    inspector = Inspector(
+        target.url,
+        domain=target.domain,
+        credentials=target.credentials,
+        timeout_sec=DIAGNOSIS_SEC,
+    )
     try:
         inspector.connect()
     except ProtocolError as error:

@@ -211,7 +211,12 @@ def _snapshot(line: _Line) -> GraphSnapshot:
     domain = line.value_of("domain")
     number = int(domain) if domain and domain.isdecimal() else None
     target = find_broker_target(line.value_of("url"), number, line.value_of("context"))
-    with Inspector(target.url, domain=target.domain, timeout_sec=BROKER_TIMEOUT_SEC) as inspector:
+    with Inspector(
+        target.url,
+        domain=target.domain,
+        credentials=target.credentials,
+        timeout_sec=BROKER_TIMEOUT_SEC,
+    ) as inspector:
         return inspector.graph()
 
 

@@ -1,4 +1,4 @@
-"""Configuration from outside: environment variables, and contexts, which are named brokers.
+"""Configuration from outside: environment variables, contexts (named brokers), and credentials.
 
-Imports proto only. Besides it only `actors.run` and the command line read argv or the environment.
+Imports proto and errors only. Besides it only `actors.run` and the command line read argv or the environment.
 """

@@ -5,8 +5,7 @@
         contexts.use("robot")
     find_broker_target()  # the broker that nodes and commands use now
 
-They are stored in `callboard/contexts.toml` in the XDG configuration directory. Brokers require no
-credentials yet; the file is readable by its owner only, so that it can hold them later.
+They are stored in `callboard/contexts.toml` in the XDG configuration directory, readable by its owner only.
 
 The first of these that is set decides: the caller's URL and domain (`--url`, `--domain`), the caller's
 context (`--context`), CALLBOARD_URL and CALLBOARD_DOMAIN, the context named by CALLBOARD_CONTEXT, the one in
@@ -15,7 +14,7 @@ belongs to its broker.
 """
 
 # Every command and node imports this: pathlib would cost some milliseconds.
-# ruff: noqa: PTH103, PTH105, PTH118, PTH120, PTH123
+# ruff: noqa: PTH103, PTH105, PTH117, PTH118, PTH120, PTH123
 from __future__ import annotations
 
 import os
@@ -26,6 +25,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
 from actors.config import environment
+from actors.config.credentials import Credentials, find_credentials
 from proto.errors import CallboardError, escape
 from proto.limits import MAX_DOMAIN
 from proto.url import DEFAULT_URL, parse_urls
@@ -75,11 +75,13 @@ class Context:
         url: Its URL, or several with commas.
         domain: The domain id, 0 to 232; None for CALLBOARD_DOMAIN.
         description: One line of text.
+        token_file: A file with the token that it requires; "" for none.
     """
 
     url: str = DEFAULT_URL
     domain: int | None = None
     description: str = ""
+    token_file: str = ""
 
 
 class BrokerTarget(NamedTuple):
@@ -90,12 +92,14 @@ class BrokerTarget(NamedTuple):
         domain: The domain id.
         url_from: The source of the URL: "--url", "CALLBOARD_URL", "context 'robot'" or "default".
         domain_from: The source of the domain, likewise.
+        credentials: What to present to the broker.
     """
 
     urls: tuple[BrokerUrl, ...]
     domain: int
     url_from: str
     domain_from: str
+    credentials: Credentials = Credentials()
 
     @property
     def url(self) -> str:
@@ -244,8 +248,9 @@ class Contexts:
             lines.append(f"\n[contexts.{name}]\nurl = {_quoted(context.url)}\n")
             if context.domain is not None:
                 lines.append(f"domain = {context.domain}\n")
-            if context.description:
-                lines.append(f"description = {_quoted(context.description)}\n")
+            for key, text in (("description", context.description), ("token_file", context.token_file)):
+                if text:
+                    lines.append(f"{key} = {_quoted(text)}\n")
         return "".join(lines)
 
 
@@ -305,7 +310,9 @@ def find_broker_target(
     general = (environment.domain_id(), "CALLBOARD_DOMAIN")
     further = (general, own) if context is None else (own, general)
     graph, domain_from = _first(((domain, "--domain"), *further), otherwise=0)
-    return BrokerTarget(parse_urls(text), graph, url_from, domain_from)
+    own_file = chosen.token_file if chosen is not None and url_from == source else ""  # for its broker only
+    credentials = find_credentials(own_file, named=context is not None)
+    return BrokerTarget(parse_urls(text), graph, url_from, domain_from, credentials)
 
 
 def _first(values: Iterable[tuple[T | None, str]], *, otherwise: T) -> tuple[T, str]:
@@ -342,6 +349,8 @@ def _checked(context: Context) -> Context:
         raise ContextError(f"domain must be an integer from 0 to {MAX_DOMAIN}, not {context.domain}")
     if not context.description.isprintable():
         raise ContextError("description must be one line of printable text")
+    if context.token_file and not (context.token_file.isprintable() and os.path.isabs(context.token_file)):
+        raise ContextError("token_file must be an absolute path")
     return context
 
 
@@ -370,7 +379,7 @@ def _read(content: bytes) -> tuple[dict[str, Context], str]:
         if not isinstance(entry, dict) or "url" not in entry:
             raise ContextError(f"{where} needs a url")
         fields = cast("dict[str, Any]", entry)
-        _check_keys(fields, {"url": str, "domain": int, "description": str}, f"{where}.")
+        _check_keys(fields, {"url": str, "domain": int, "description": str, "token_file": str}, f"{where}.")
         try:
             named[name] = _checked(Context(**fields))
         except CallboardError as error:

@@ -3,6 +3,9 @@
     CALLBOARD_URL        URL of the broker, e.g. callboard://127.0.0.1:7411
     CALLBOARD_DOMAIN     graph on the broker, 0 to 232
     CALLBOARD_CONTEXT    context to use, as named with `callboard context`
+    CALLBOARD_TOKEN_FILE file with the token that the broker requires
+    CALLBOARD_TOKEN      the token itself; not used if there is a file
+    CALLBOARD_INSECURE   1: send the token over plain TCP to other machines, too
     CALLBOARD_LOG_LEVEL  log level of scripts: DEBUG, INFO, WARN, ERROR or FATAL
     XDG_CONFIG_HOME      parent folder of configuration; ~/.config if unset
     XDG_STATE_HOME       parent folder of launch logs; ~/.local/state if unset
@@ -25,7 +28,10 @@ from proto.errors import CallboardError, escape
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-VARIABLES: Final = ("CALLBOARD_URL", "CALLBOARD_DOMAIN", "CALLBOARD_CONTEXT", "CALLBOARD_LOG_LEVEL")
+VARIABLES: Final = (
+    *("CALLBOARD_URL", "CALLBOARD_DOMAIN", "CALLBOARD_CONTEXT", "CALLBOARD_LOG_LEVEL"),
+    *("CALLBOARD_TOKEN_FILE", "CALLBOARD_TOKEN", "CALLBOARD_INSECURE"),
+)
 """Those that are callboard's own."""
 
 MAX_DOMAIN: Final = 232
@@ -72,10 +78,34 @@ def context_name(environ: Mapping[str, str] | None = None) -> str | None:
     return _get("CALLBOARD_CONTEXT", environ)
 
 
+def token_file() -> str | None:
+    """Return CALLBOARD_TOKEN_FILE, None if unset."""
+    return _get("CALLBOARD_TOKEN_FILE", None)
+
+
+def token() -> str | None:
+    """Return CALLBOARD_TOKEN, None if unset."""
+    return _get("CALLBOARD_TOKEN", None)
+
+
+def insecure(environ: Mapping[str, str] | None = None) -> bool:
+    """Return whether CALLBOARD_INSECURE is 1.
+
+    Raises:
+        InvalidEnvironmentError: It is neither 1 nor 0.
+    """
+    value = _get("CALLBOARD_INSECURE", environ) or "0"
+    if value not in {"0", "1"}:
+        raise InvalidEnvironmentError("CALLBOARD_INSECURE", value, "1 or 0")
+    return value == "1"
+
+
 def own_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return all non-empty variables with callboard's prefix, known or not."""
+    """Return all non-empty variables with callboard's prefix, known or not; "..." instead of a token."""
     return {
-        name: value for name, value in _source(environ).items() if name.startswith("CALLBOARD_") and value
+        name: "..." if name == "CALLBOARD_TOKEN" else value
+        for name, value in _source(environ).items()
+        if name.startswith("CALLBOARD_") and value
     }
 
 

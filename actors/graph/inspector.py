@@ -16,6 +16,7 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
+from actors.config.credentials import find_credentials, refused_credentials
 from actors.errors import BrokerUnreachable
 from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.graph.snapshot import GraphSnapshot
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Self
 
+    from actors.config.credentials import Credentials
     from proto.frames import Frame
     from proto.url import BrokerUrl
 
@@ -47,15 +49,18 @@ class Inspector:
     Args:
         url: The broker: one URL, or several separated by commas, tried in order.
         domain: Which of the broker's graphs, 0 to 232.
+        credentials: What to present to the broker; None for what the environment names.
         timeout_sec: How long connecting may take, and each answer, in seconds. Each URL has an equal share of
             the time that is left for connecting.
 
     Raises:
         InvalidUrlError: The URL cannot be read.
+        InvalidEnvironmentError: CALLBOARD_INSECURE is invalid.
 
     Entering and every query raise BrokerUnreachable if no broker answers in time, and ProtocolError if the
-    broker refuses or violates the protocol. A query without a complete answer ends the connection, since a
-    late answer would be taken for the next query's: make another inspector.
+    broker refuses (NotAuthorized: it requires other credentials) or violates the protocol. A query without a
+    complete answer ends the connection, since a late answer would be taken for the next query's: make another
+    inspector.
 
     Attributes:
         urls: The brokers to try.
@@ -69,7 +74,14 @@ class Inspector:
             of up to half a round trip; None if the broker does not report it.
     """
 
-    def __init__(self, url: str, *, domain: int = 0, timeout_sec: float = 2.0) -> None:
+    def __init__(
+        self,
+        url: str,
+        *,
+        domain: int = 0,
+        credentials: Credentials | None = None,
+        timeout_sec: float = 2.0,
+    ) -> None:
         self.urls = parse_urls(url)
         self.url = self.urls[0]
         self.listening: BrokerUrl | None = None
@@ -78,6 +90,7 @@ class Inspector:
         self.round_trip_sec = 0.0
         self.clock_ahead_sec: float | None = None
         self._domain = domain
+        self._credentials = credentials or find_credentials()
         self._timeout_sec = timeout_sec
         self._socket: socket.socket | None = None
         self._scratch = memoryview(bytearray(SCRATCH_BYTES))
@@ -209,15 +222,17 @@ class Inspector:
     def _greet(self, url: BrokerUrl, deadline: float) -> None:
         self._start_session()
         self._socket = _connect(url, _left(deadline))
-        hello = frames.Hello(
-            limits.PROTOCOL_VERSION,
-            {
-                "agent": AGENT,
-                "domain": self._domain,
-                "instance": os.urandom(limits.INSTANCE_BYTES),
-                "token": os.urandom(limits.INSTANCE_BYTES),
-            },
-        )
+        options: dict[str, frames.Scalar] = {
+            "agent": AGENT,
+            "domain": self._domain,
+            "instance": os.urandom(limits.INSTANCE_BYTES),
+            "token": os.urandom(limits.INSTANCE_BYTES),
+        }
+        address = "" if url.path else str(self._socket.getpeername()[0])
+        token = self._credentials.token_for(address, encrypted=False)
+        if token is not None:
+            options["auth"] = token
+        hello = frames.Hello(limits.PROTOCOL_VERSION, options)
         asked = time.monotonic()
         self._send(hello)
         try:
@@ -225,6 +240,8 @@ class Inspector:
         except ProtocolError as error:
             if error.code is ErrorCode.MALFORMED and self._session.state is State.GREETED:
                 raise ProtocolError(error.code, f"what listens at {url} is no callboard broker") from error
+            if error.code is ErrorCode.UNAUTHORIZED:
+                raise refused_credentials(str(url), str(error)) from error
             raise
         self.round_trip_sec = time.monotonic() - asked
         self.welcome = welcome.options

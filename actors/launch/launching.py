@@ -232,7 +232,7 @@ class Launch:
         """Find a broker that answers, or start one."""
         place = self.place
         for tries_left in reversed(range(FIND_TRIES)):
-            if await broker_is_there(place.url, place.domain):
+            if await broker_is_there(place):
                 return
             if len(place.urls) != 1 or not can_embed(place.urls[0]):
                 urls = ", ".join(map(str, place.urls))
@@ -252,4 +252,6 @@ def _environment(place: BrokerTarget, given: Mapping[str, str] | None) -> dict[s
     """Return the environment of programs, with the address of the broker."""
     base = os.environ if given is None else given
     extra = {"CALLBOARD_URL": place.url, "CALLBOARD_DOMAIN": str(place.domain)}
+    if place.credentials.token_file:  # with a URL given, they would not read it from the context
+        extra["CALLBOARD_TOKEN_FILE"] = place.credentials.token_file
     return {**base, **extra, "PYTHONUNBUFFERED": "1"}

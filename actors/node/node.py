@@ -132,7 +132,7 @@ class Node(NodeGraph, NodeParameters):
         self._lifecycle = Lifecycle(
             self._context,
             self._clock,
-            Connector(link, target.urls, domain=target.domain, log=log),
+            Connector(link, target.urls, domain=target.domain, credentials=target.credentials, log=log),
             connect_timeout_sec=connect_timeout_sec,
             stop_timeout_sec=stop_timeout_sec,
         )

@@ -8,7 +8,8 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Protocol
 
-from actors.errors import NodeNameTaken
+from actors.config.credentials import refused_credentials
+from actors.errors import NodeNameTaken, NotAuthorized
 from actors.session.dispatch import DISPATCH
 from actors.session.keepalive import Keepalive
 from proto import frames, limits
@@ -19,6 +20,7 @@ from proto.liveness import PeerState
 from proto.session import Role
 
 if TYPE_CHECKING:
+    from actors.config.credentials import Credentials
     from actors.session.link import Link
     from proto.frames import Frame
     from proto.url import BrokerUrl
@@ -42,7 +44,8 @@ class BrokerConnection:
     Args:
         link: Gets what the broker sends, until `end`.
         url: The broker.
-        hello: The HELLO to send.
+        hello: The HELLO to send, without the token.
+        credentials: Has the token.
         log: Gets warnings.
 
     Attributes:
@@ -56,7 +59,9 @@ class BrokerConnection:
         fatal: An error that further attempts would repeat; None if there is none.
     """
 
-    def __init__(self, link: Link, url: BrokerUrl, hello: frames.Hello, log: LinkLog) -> None:
+    def __init__(
+        self, link: Link, url: BrokerUrl, hello: frames.Hello, credentials: Credentials, log: LinkLog
+    ) -> None:
         assert link.loop is not None
         self.url = url
         self.channel = Channel(Role.CLIENT, self, loop=link.loop)
@@ -68,6 +73,7 @@ class BrokerConnection:
         self._loop = link.loop
         self._link: Link | None = link
         self._hello = hello
+        self._credentials = credentials
         self._log = log
         self._keepalive_sec = limits.DEFAULT_KEEPALIVE_SEC
         drop_in_children(self)
@@ -151,6 +157,8 @@ class BrokerConnection:
             self._link.waits_for_name = True
         if frame.code == ErrorCode.VERSION:
             self.fatal = ProtocolError(ErrorCode.VERSION, frame.text)
+        elif frame.code == ErrorCode.UNAUTHORIZED:
+            self.fatal = refused_credentials(str(self.url), frame.text)
         self.close()
 
     def name_taken(self, text: str) -> None:
@@ -171,8 +179,19 @@ class BrokerConnection:
         """ChannelHandler: send HELLO."""
         if self._link is None:  # it was aborted while it connected
             self.channel.abort()
-        else:
-            self.channel.send(self._hello)
+            return
+        name: tuple[str, int] | None = self.channel.extra_info("peername") if not self.url.path else ("", 0)
+        host = "?" if name is None else name[0]
+        encrypted = self.channel.extra_info("ssl_object") is not None
+        try:
+            token = self._credentials.token_for(host, encrypted=encrypted)
+        except NotAuthorized as error:
+            self.refusal = str(error)
+            self.fatal = error
+            self.close()
+            return
+        options = self._hello.options if token is None else {**self._hello.options, "auth": token}
+        self.channel.send(self._hello._replace(options=options))
 
     def frame_received(self, frame: Frame) -> None:
         """ChannelHandler: dispatch one frame from the broker."""

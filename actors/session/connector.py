@@ -10,7 +10,8 @@ import random
 import secrets
 from typing import TYPE_CHECKING, Final
 
-from actors.errors import BrokerUnreachable
+from actors.config.credentials import Credentials
+from actors.errors import BrokerUnreachable, NotAuthorized
 from actors.session import first_attempt
 from actors.session.connection import BrokerConnection
 from actors.session.start_hint import start_hint
@@ -38,6 +39,7 @@ class Connector:
         link: The link.
         urls: Brokers, in the order in which to try them.
         domain: Which of a broker's disjoint graphs to join.
+        credentials: What to present to a broker; None for nothing.
         log: Gets one line when no broker answers, and one when one does again.
         jitter: Returns a random factor between 0 and 1 for the pauses between attempts.
 
@@ -52,6 +54,7 @@ class Connector:
         urls: Sequence[BrokerUrl],
         *,
         domain: int,
+        credentials: Credentials | None = None,
         log: LinkLog,
         jitter: Callable[[], float] = random.random,
     ) -> None:
@@ -60,6 +63,7 @@ class Connector:
         self._link = link
         self._urls = tuple(urls)
         self._log = log
+        self._credentials = credentials or Credentials()
         self._jitter = jitter
         self._hello = frames.Hello(
             limits.PROTOCOL_VERSION,
@@ -99,6 +103,7 @@ class Connector:
         Raises:
             BrokerUnreachable: No first session within `connect_timeout_sec`.
             NodeNameTaken: The broker refused the node's name at the first session.
+            NotAuthorized: The first session needs other credentials.
             ProtocolError: The broker speaks another version.
         """
         try:
@@ -152,7 +157,9 @@ class Connector:
             end = now + CONNECT_TIMEOUT_SEC
             if until is not None:
                 end = min(end, now + (until - now) / left)
-            connection = self._connection = BrokerConnection(self._link, url, self._hello, self._log)
+            connection = self._connection = BrokerConnection(
+                self._link, url, self._hello, self._credentials, self._log
+            )
             if await connection.open(self._link, end):
                 self._connected(url, loop)
                 return connection
@@ -186,11 +193,14 @@ class Connector:
         url, error = connection.url, connection.error
         if not connection.had_session:
             self._link.waits_for_name = False
+        fatal = connection.fatal
+        # A running node waits: the broker's rules or the token's file may become valid again.
+        waits = isinstance(fatal, NotAuthorized) and self._link.connections > 0
         if connection.refusal and connection.refusal != self._refusal:
             self._refusal = connection.refusal
-            self._log.warning(connection.refusal)
-        if connection.fatal is not None:
-            raise connection.fatal
+            self._log.warning(str(fatal) if waits else connection.refusal)
+        if fatal is not None and not waits:
+            raise fatal
         if error is not None:
             if url == self._urls[0]:
                 self._error = error

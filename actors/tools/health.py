@@ -66,7 +66,12 @@ def all_good(checks: Iterable[Check]) -> bool:
 
 def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
     source = f" ({target.url_from})"
-    inspector = Inspector(target.url, domain=target.domain, timeout_sec=timeout_sec)
+    inspector = Inspector(
+        target.url,
+        domain=target.domain,
+        credentials=target.credentials,
+        timeout_sec=timeout_sec,
+    )
     try:
         with inspector:
             return [
@@ -89,9 +94,8 @@ def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
 
 
 def _refused(error: ProtocolError, target: BrokerTarget) -> Check:
-    remedy = (
-        "run the same version of callboard on both sides"
-        if error.code == ErrorCode.VERSION
-        else OTHER_PROGRAM
-    )
+    remedy = {
+        ErrorCode.VERSION: "run the same version of callboard on both sides",
+        ErrorCode.UNAUTHORIZED: "ask whoever runs the broker for a token",
+    }.get(error.code, OTHER_PROGRAM)
     return Check("broker", "fail", f"{target.url}: {error}", remedy)

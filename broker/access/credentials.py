@@ -49,13 +49,13 @@ class TokenIndex:
             digest = bytes.fromhex(text.removeprefix(HASH_PREFIX))
             self._users.setdefault(digest[:_INDEX_BYTES], []).append((digest, user))
 
-    def find(self, token: str) -> str | None:
-        """Return the user of a token; None if it is nobody's."""
+    def find(self, token: str) -> tuple[str, str]:
+        """Return the user of a token, and how it is stored; two empty texts if it is nobody's."""
         if len(token) > MAX_TOKEN_CHARACTERS:
-            return None
+            return "", ""
         digest = hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
-        found = None
+        found = "", ""
         for stored, user in self._users.get(digest[:_INDEX_BYTES], ()):
             if hmac.compare_digest(stored, digest):
-                found = user
+                found = user, HASH_PREFIX + stored.hex()
         return found

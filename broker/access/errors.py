@@ -1,9 +1,27 @@
-"""The error of access rules: below `CallboardError`, beside those of `broker.errors`."""
+"""Errors of access control.
+
+CallboardError (proto.errors)
+├── AccessFileError (ValueError)   the access rules are broken, or cannot be read or written
+└── ProtocolError
+└── Unauthorized               a connection is nobody's; with the code UNAUTHORIZED
+"""
 
 from __future__ import annotations
 
-from proto.errors import CallboardError
+from proto.errors import CallboardError, ErrorCode, ProtocolError
 
 
 class AccessFileError(CallboardError, ValueError):
     """The file of access rules is broken, or cannot be read or written; the text names it and the place."""
+
+
+class Unauthorized(ProtocolError):  # noqa: N818 - as the error code
+    """A connection cannot be attributed to a user.
+
+    Attributes:
+        late: Whether to answer only when the time for the handshake is over, because of earlier failures.
+    """
+
+    def __init__(self, text: str, *, late: bool = False) -> None:
+        super().__init__(ErrorCode.UNAUTHORIZED, text)
+        self.late = late

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from ipaddress import IPv4Address, IPv4Network, IPv6Address, IPv6Network, ip_address
-from typing import TypeAlias
+from ipaddress import IPv4Address, IPv4Network, IPv6Network
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-Address: TypeAlias = IPv4Address | IPv6Address
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from proto.addresses import Address
+
 Network: TypeAlias = IPv4Network | IPv6Network
 
 
@@ -35,16 +39,18 @@ class Origin:
         return address is not None and any(address in network for network in networks)
 
 
-LOCAL = Origin(address=None)
+UNKNOWN: Final = Origin(address=IPv4Address(0))
+"""An address that cannot be read: it is not local, and in no usual network."""
+
+LOCAL: Final = Origin(address=None)
 """A unix socket."""
 
 
-def parse_address(text: str) -> Address:
-    """Return the address in a text; that of an IPv4 client of an IPv6 socket as IPv4.
+def certificate_names(certificate: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names in a certificate: the common name, then the alternative names.
 
-    Raises:
-        ValueError: It is no address.
+    Args:
+        certificate: As `ssl.SSLSocket.getpeercert` returns it; empty if it was not verified.
     """
-    address = ip_address(text.partition("%")[0])  # without an IPv6 zone
-    mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None
-    return mapped or address
+    subject = [value for part in certificate.get("subject", ()) for key, value in part if key == "commonName"]
+    return tuple(dict.fromkeys((*subject, *(value for _, value in certificate.get("subjectAltName", ())))))

@@ -132,10 +132,12 @@ class Principal:
     Attributes:
         user: The user's name.
         rights: What the user may do from there.
+        token: The hash of the token that has identified the user; "" if something else has.
     """
 
     user: str
     rights: Rights
+    token: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,18 +196,31 @@ class AccessRules:
             The user with the rights from there; None if it is nobody's.
         """
         if token is not None:
-            user = self._tokens.find(token)
-        else:
-            named = (self._certificates.get(name) for name in origin.certificate_names)
-            user = next((name for name in named if name is not None), None)
-            if user is None and origin.local and self.local_user:
-                user = self.local_user
-        return None if user is None else self.principal(user, origin)
+            user, stored = self._tokens.find(token)
+            return self.principal(user, origin, token=stored)
+        named = (self._certificates.get(name) for name in origin.certificate_names)
+        user = next((name for name in named if name is not None), "")
+        return self.principal(user or (self.local_user if origin.local else ""), origin)
 
-    def principal(self, user: str, origin: Origin) -> Principal | None:
+    def renewed(self, principal: Principal, origin: Origin) -> Principal | None:
+        """Return who a connection belongs to by these rules, which were read after it was authenticated.
+
+        Args:
+            principal: Who it belonged to by the rules of then.
+            origin: Where it comes from.
+
+        Returns:
+            The user with the rights from there; None if its token, certificate or user is not valid any more.
+        """
+        if not principal.token:
+            return self.authenticate(origin, None)
+        owners = (user.name for user in self.users.values() if principal.token in user.tokens)
+        return self.principal(next(owners, ""), origin, token=principal.token)
+
+    def principal(self, user: str, origin: Origin, *, token: str = "") -> Principal | None:
         """Return a user as connected from somewhere; None if there is no such user."""
         found = self.users.get(user)
-        return None if found is None else Principal(user, self._rights_of(found, origin))
+        return None if found is None else Principal(user, self._rights_of(found, origin), token)
 
     def _rights_of(self, user: User, origin: Origin) -> Rights:
         roles = tuple(role for role in map(self.roles.__getitem__, user.roles) if role.applies(origin))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import threading
-from typing import TYPE_CHECKING, Final, Protocol, cast
+from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
 from proto import frames, limits
 from proto.codec import Decoder, encode
@@ -286,15 +286,13 @@ class Channel(asyncio.BufferedProtocol):
         if not self.busy:
             self._handler.writable()
 
-    @property
-    def peer_address(self) -> str:
-        """The peer's host and port, or "unix socket"."""
-        name = None if self._transport is None else self._transport.get_extra_info("peername")
-        return f"{name[0]}:{name[1]}" if isinstance(name, tuple) else "unix socket"
+    def extra_info(self, name: str) -> Any:
+        """Return what the transport knows under a name; None without a connection."""
+        return None if self._transport is None else self._transport.get_extra_info(name)
 
     def descriptors(self) -> tuple[int, ...]:
         """Return the socket's descriptor, if there is a connection (DescriptorOwner)."""
-        sock = None if self._transport is None else self._transport.get_extra_info("socket")
+        sock = self.extra_info("socket")
         return () if sock is None or sock.fileno() < 0 else (sock.fileno(),)
 
     def fail(self, error: ProtocolError) -> None:

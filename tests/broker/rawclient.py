@@ -80,6 +80,16 @@ class RawClient:
                 if isinstance(frame, kind):
                     return frame
 
+    async def answer(self) -> frames.Error | None:
+        """Return the ERROR that answers a HELLO; None for WELCOME."""
+        async with asyncio.timeout(10):
+            while True:
+                frame = await self._received.get()
+                if isinstance(frame, frames.Error):
+                    return frame
+                if isinstance(frame, frames.Welcome):
+                    return None
+
     def waiting(self, kind: type[F]) -> list[F]:
         """Return what has come already, of one kind; the rest is forgotten."""
         found: list[F] = []

@@ -9,6 +9,7 @@ import pytest
 
 from broker import capacity
 from broker.capacity import Capacity
+from broker.refusal_log import COMPLAINT_PERIOD_S
 
 
 @pytest.fixture
@@ -53,7 +54,7 @@ def test_refusals_are_logged_once_in_a_while(
 ) -> None:
     """The first is logged at once, later ones together; the line names what to change."""
     full = Capacity(wanted)
-    for now in (0.0, 1.0, 2.0, capacity.COMPLAINT_PERIOD_S):
+    for now in (0.0, 1.0, 2.0, COMPLAINT_PERIOD_S):
         assert str(full.most) in full.refuse(now)
     assert full.refused == 4
     texts = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
+from broker.access.admission import Admission
 from broker.capacity import Capacity
 from broker.deliveries import Discard
 from broker.dispatcher import Dispatcher
@@ -28,7 +29,8 @@ class Silent:
 async def test_a_link_that_is_closing_counts_nothing_that_is_gone() -> None:
     """A queue discarded between the end of the channel and that of the link leaves no bytes in the outbox."""
     options = BrokerOptions()
-    dispatcher = Dispatcher(options, Capacity(10), PresenceLog(10, lambda: 0.0))
+    admission = Admission(None, max_per_address=10, plain_tokens=False)
+    dispatcher = Dispatcher(options, Capacity(10), admission, PresenceLog(10, lambda: 0.0))
     loop = asyncio.get_running_loop()
     channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
     channel.connected = True

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker import Broker, BrokerOptions
+from broker.access.admission import Admission
 from broker.capacity import Capacity
 from broker.dispatcher import Dispatcher
 from broker.link import Link
@@ -92,7 +93,12 @@ class Silent:
 async def test_a_link_whose_bytes_wait_is_not_silent(waiting: bool) -> None:
     """Received bytes that wait for the read budget are a sign of life: such a link is not suspended."""
     options = BrokerOptions()
-    dispatcher = Dispatcher(options, Capacity(10), PresenceLog(10, lambda: 0.0))
+    dispatcher = Dispatcher(
+        options,
+        Capacity(10),
+        Admission(None, max_per_address=10, plain_tokens=False),
+        PresenceLog(10, lambda: 0.0),
+    )
     loop = asyncio.get_running_loop()
     channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
     channel.connected = True

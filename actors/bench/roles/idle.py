@@ -7,6 +7,7 @@ import secrets
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.bench.roles.parent import Load
+from actors.config.credentials import find_credentials
 from proto import frames, limits
 from proto.aio.channel import Channel
 from proto.session import Role
@@ -37,6 +38,10 @@ class IdleLink:
             "instance": secrets.token_bytes(limits.INSTANCE_BYTES),
             "token": secrets.token_bytes(limits.INSTANCE_BYTES),
         }
+        name: tuple[str, int] | str | None = self.channel.extra_info("peername")
+        host = name[0] if isinstance(name, tuple) else ""
+        if (token := find_credentials().token_for(host, encrypted=False)) is not None:
+            identity["auth"] = token
         self.channel.send(frames.Hello(limits.PROTOCOL_VERSION, identity))
 
     def frame_received(self, frame: Frame) -> None:

@@ -13,6 +13,7 @@ from actors.graph.inspector import Inspector
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
 
+    from actors.config.contexts import BrokerTarget
     from proto.url import BrokerUrl
 
 _HERE: Final = frozenset({"127.0.0.1", "::1", "localhost"})
@@ -20,13 +21,14 @@ _HERE: Final = frozenset({"127.0.0.1", "::1", "localhost"})
 CONNECT_TIMEOUT_SEC: Final = 2.0
 
 
-async def broker_is_there(urls: str, domain: int) -> bool:
+async def broker_is_there(target: BrokerTarget) -> bool:
     """Return whether a broker answers at one of these places. The loop goes on meanwhile.
 
     Raises:
         BrokerUnreachable: Something has the port there that does not answer as a broker does.
+        NotAuthorized: The broker requires other credentials.
     """
-    return await asyncio.to_thread(_answers, urls, domain)
+    return await asyncio.to_thread(_answers, target)
 
 
 def can_embed(url: BrokerUrl) -> bool:
@@ -48,8 +50,10 @@ async def embedded_broker(url: BrokerUrl) -> AsyncGenerator[None]:
         yield
 
 
-def _answers(urls: str, domain: int) -> bool:
-    inspector = Inspector(urls, domain=domain, timeout_sec=CONNECT_TIMEOUT_SEC)
+def _answers(target: BrokerTarget) -> bool:
+    inspector = Inspector(
+        target.url, domain=target.domain, credentials=target.credentials, timeout_sec=CONNECT_TIMEOUT_SEC
+    )
     try:
         inspector.connect()
     except BrokerUnreachable:

@@ -36,6 +36,7 @@ from tests.simulation.stage import Stage, play
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from actors.config.contexts import BrokerTarget
     from actors.launch.description.actions import Action
     from actors.launch.planning.events import Event
     from tests.actors.meeting import Meeting
@@ -78,8 +79,8 @@ async def test_two_launches_run_in_one_loop(meeting: Meeting) -> None:
 def test_what_is_asked_to_stop_gets_five_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     """As in ROS 2, if nobody says otherwise; then it is asked again, more firmly."""
 
-    async def look(urls: str, domain: int) -> bool:
-        return bool(urls) and not domain
+    async def look(target: BrokerTarget) -> bool:
+        return bool(target.urls) and not target.domain
 
     monkeypatch.setattr(launching, "broker_is_there", look)
 
@@ -198,9 +199,9 @@ def _blind_at_first(monkeypatch: pytest.MonkeyPatch, times: int) -> list[str]:
     """Let the first looks find no broker; return where has been looked."""
     looks: list[str] = []
 
-    async def look(urls: str, domain: int) -> bool:
-        looks.append(urls)
-        return len(looks) > times and await broker_is_there(urls, domain)
+    async def look(target: BrokerTarget) -> bool:
+        looks.append(target.url)
+        return len(looks) > times and await broker_is_there(target)
 
     monkeypatch.setattr(launching, "broker_is_there", look)
     monkeypatch.setattr(launching, "FIND_PAUSE_SEC", 0.0)

@@ -8,9 +8,10 @@ import pytest
 
 from broker.access.credentials import MAX_TOKEN_CHARACTERS, hash_token
 from broker.access.errors import AccessFileError
-from broker.access.origin import LOCAL, Origin, parse_address
+from broker.access.origin import LOCAL, Origin
 from broker.access.parse import parse_rules
 from broker.access.rules import MAX_DECISIONS, AccessRules, Action, Principal
+from proto.addresses import parse_address
 
 TOKEN = "cbt_" + "x" * 43
 FAR = Origin(address=ip_address("10.1.2.3"))

@@ -20,18 +20,26 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("--url", metavar="URL", required=True, help="the broker, or several with commas")
     parser.add_argument("--domain", type=domain, metavar="N", help=f"which of its graphs, 0 to {MAX_DOMAIN}")
     parser.add_argument("--description", metavar="TEXT", default="", help="one line, for people")
+    parser.add_argument("--token-file", metavar="PATH", help="file with the token that the broker requires")
     parser.add_flag("--use", help="go there from now on")
     parser.add_flag("--replace", help="if there is one of that name")
 
 
 def run(options: Options) -> int:
     """Give a broker a name."""
+    from pathlib import Path
+
     from actors.cli.errors import CommandError
     from actors.cli.output import print_out
     from actors.config.contexts import Context, Contexts
 
     name = options.name
-    context = Context(url=options.url, domain=options.domain, description=options.description)
+    context = Context(
+        url=options.url,
+        domain=options.domain,
+        description=options.description,
+        token_file=str(Path(options.token_file).expanduser().absolute()) if options.token_file else "",
+    )
     with Contexts.changing() as contexts:
         if name in contexts.named and not options.replace:
             raise CommandError(f"There is a context '{name}' already; --replace gives it another URL")

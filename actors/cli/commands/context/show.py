@@ -30,7 +30,9 @@ def run(options: Options) -> int:
     except UnknownContextError as error:
         raise unknown_context(error) from error
     if options.json:
-        print_json({**target._asdict(), "urls": [str(url) for url in target.urls]})
+        fields = {**target._asdict(), "urls": [str(url) for url in target.urls]}
+        del fields["credentials"]
+        print_json(fields)
     else:
         print_table(
             [("url", target.url, target.url_from), ("domain", target.domain, target.domain_from)],

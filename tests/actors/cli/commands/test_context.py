@@ -65,7 +65,13 @@ def test_json_is_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["context", "add", "lab", "--url", "callboard://lab,callboard://b", "--use"]) == 0
     capsys.readouterr()
     assert main(["context", "list", "--json"]) == 0
-    lab = {"name": "lab", "url": "callboard://lab,callboard://b", "domain": None, "description": ""}
+    lab = {
+        "name": "lab",
+        "url": "callboard://lab,callboard://b",
+        "domain": None,
+        "description": "",
+        "token_file": "",
+    }
     assert json.loads(capsys.readouterr().out)[1] == {**lab, "current": True}
     assert main(["context", "show", "lab", "--json"]) == 0
     assert capsys.readouterr().out == (

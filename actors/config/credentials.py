@@ -1,0 +1,132 @@
+"""The token that a client presents to a broker: where it comes from, and where it may be sent."""
+
+# Every command and node imports this: pathlib would cost some milliseconds.
+# ruff: noqa: PTH123
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from actors.config import environment
+from actors.errors import NotAuthorized
+from proto.errors import escape
+
+MAX_TOKEN_CHARACTERS: Final = 512
+
+
+class Secret:
+    """A text that shows itself only when it is asked to: not in logs, tracebacks or the repr of its owner.
+
+    Args:
+        text: The secret.
+    """
+
+    __slots__ = ("_text",)
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def reveal(self) -> str:
+        """Return the text, to send it."""
+        return self._text
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Secret) and other._text == self._text
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return "Secret(...)"
+
+    def __reduce__(self) -> str:
+        raise TypeError("a Secret cannot be pickled")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Credentials:
+    """What a client presents to its broker.
+
+    Attributes:
+        token: The token; None to read `token_file`.
+        token_file: A file with the token, read for each connection, so that it may be replaced; "" for none.
+        insecure: Whether the token may be sent over plain TCP to other machines.
+    """
+
+    token: Secret | None = None
+    token_file: str = ""
+    insecure: bool = False
+
+    def token_for(self, host: str, *, encrypted: bool) -> str | None:
+        """Return the token to send on a connection; None if there is none.
+
+        Args:
+            host: The address of the broker, as the connection reports it; "" for a unix socket.
+            encrypted: Whether the connection uses TLS.
+
+        Raises:
+            NotAuthorized: The token's file cannot be read, or the token would travel in the clear.
+        """
+        token = self.token
+        if token is None and self.token_file:
+            token = _read(self.token_file)
+        if token is None:
+            return None
+        if not (encrypted or self.insecure or not host or _is_loopback(host)):
+            raise NotAuthorized(
+                f"The token is not sent to {host} over plain TCP, where others could read it: use TLS, or set"
+                " CALLBOARD_INSECURE=1 if the network is trusted"
+            )
+        return token.reveal()
+
+
+def refused_credentials(url: str, text: str) -> NotAuthorized:
+    """Return the error about a broker that has refused what was presented.
+
+    Args:
+        url: The broker.
+        text: Its reason.
+    """
+    hint = "Name a file with a token in CALLBOARD_TOKEN_FILE; `callboard auth token` makes one"
+    return NotAuthorized(f"The broker at {url} refuses this client: {escape(text)}. {hint}.")
+
+
+def find_credentials(context_file: str = "", *, named: bool = False) -> Credentials:
+    """Return the credentials that the environment or a context names.
+
+    Args:
+        context_file: The token file of the context whose broker is meant; "" for none.
+        named: Whether the caller has named that context, so that it wins over the environment.
+
+    Raises:
+        InvalidEnvironmentError: CALLBOARD_INSECURE is invalid.
+    """
+    file, token = environment.token_file() or "", environment.token()
+    if context_file and (named or not (file or token)):
+        file, token = context_file, None
+    return Credentials(
+        token=Secret(token) if token and not file else None,
+        token_file=file,
+        insecure=environment.insecure(),
+    )
+
+
+def _read(file: str) -> Secret:
+    """Return the token in a file."""
+    try:
+        with open(file, encoding="ascii") as stream:
+            text = stream.read(MAX_TOKEN_CHARACTERS + 2).strip()
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not ASCII"
+        raise NotAuthorized(f"Cannot read the token file {file}: {reason}") from None
+    if not text or len(text) > MAX_TOKEN_CHARACTERS or len(text.split()) > 1:
+        raise NotAuthorized(f"The token file {file} must have one line with one token")
+    return Secret(text)
+
+
+def _is_loopback(host: str) -> bool:
+    from proto.addresses import parse_address  # noqa: PLC0415 - only with a token
+
+    try:
+        return parse_address(host).is_loopback
+    except ValueError:
+        return False

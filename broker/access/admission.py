@@ -1,0 +1,110 @@
+"""Admission of connections: how many an address may have, and whom each belongs to. Pure."""
+
+from __future__ import annotations
+
+from collections import Counter, OrderedDict
+from typing import TYPE_CHECKING, Final
+
+from broker.access.errors import Unauthorized
+
+if TYPE_CHECKING:
+    from broker.access.origin import Origin
+    from broker.access.rules import AccessRules, Principal
+    from proto.addresses import Address
+
+MAX_FAILURES: Final = 10
+"""Failed attempts of one address within FAILURE_PERIOD_SEC that are answered at once."""
+
+FAILURE_PERIOD_SEC: Final = 60.0
+
+MAX_FAILING_ADDRESSES: Final = 10_000
+"""Addresses whose failures are counted; beyond it the one that failed first is forgotten."""
+
+NOT_AUTHORIZED: Final = "this broker requires a valid token or client certificate"
+"""Says neither which of them was missing or wrong, nor whether the user exists."""
+
+PLAIN_TOKEN: Final = (
+    "a token must not travel over plain TCP: use TLS, or start the broker with --insecure, too"  # noqa: S105
+)
+
+
+class Admission:
+    """Decides which connections of one broker come in.
+
+    Args:
+        rules: The access rules; None if everybody may do everything.
+        max_per_address: Connections that one address may have; connections from this machine are not counted.
+        plain_tokens: Whether tokens may come over plain TCP from other machines.
+
+    Attributes:
+        rules: As given; replaced on a reload.
+        unauthorized: Failed attempts so far.
+    """
+
+    def __init__(self, rules: AccessRules | None, *, max_per_address: int, plain_tokens: bool) -> None:
+        self.rules = rules
+        self.unauthorized = 0
+        self._max_per_address = max_per_address
+        self._plain_tokens = plain_tokens
+        self._connections: Counter[Address] = Counter()
+        self._failures: OrderedDict[Address | None, tuple[float, int]] = OrderedDict()
+
+    def enter(self, origin: Origin) -> str:
+        """Count a new connection.
+
+        Returns:
+            Why it must not stay, for the peer; "" if it may. `leave` follows in either case.
+        """
+        if origin.local or origin.address is None:
+            return ""
+        self._connections[origin.address] += 1
+        if self._connections[origin.address] <= self._max_per_address:
+            return ""
+        return (
+            f"this broker takes {self._max_per_address} connections from one address"
+            " (its --max-connections-per-address)"
+        )
+
+    def leave(self, origin: Origin) -> None:
+        """Forget a connection that has ended."""
+        if origin.local or origin.address is None:
+            return
+        self._connections[origin.address] -= 1
+        if self._connections[origin.address] <= 0:
+            del self._connections[origin.address]
+
+    def identify(self, origin: Origin, token: object, now: float) -> Principal | None:
+        """Return whom a connection belongs to; None if there are no rules.
+
+        Args:
+            origin: Where it comes from.
+            token: The token of its HELLO; None for none. Anything but a text is wrong.
+            now: Loop time.
+
+        Raises:
+            Unauthorized: It belongs to nobody, or its token has travelled in the clear.
+        """
+        if self.rules is None:
+            return None
+        if token is not None and not (origin.encrypted or origin.local or self._plain_tokens):
+            self._fail(origin, now)
+            raise Unauthorized(PLAIN_TOKEN)
+        principal = None
+        if token is None or isinstance(token, str):
+            principal = self.rules.authenticate(origin, token)
+        if principal is None:
+            raise Unauthorized(NOT_AUTHORIZED, late=self._fail(origin, now) > MAX_FAILURES)
+        return principal
+
+    def _fail(self, origin: Origin, now: float) -> int:
+        """Count a failure; return how many the address has had in its period."""
+        self.unauthorized += 1
+        address = None if origin.local else origin.address
+        since, count = self._failures.get(address, (now, 0))
+        if now - since > FAILURE_PERIOD_SEC:
+            since, count = now, 0
+            del self._failures[address]
+        self._failures[address] = since, count + 1
+        while len(self._failures) > MAX_FAILING_ADDRESSES:
+            self._failures.popitem(last=False)
+        return count + 1

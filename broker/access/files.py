@@ -1,0 +1,46 @@
+"""The file of access rules: read by the broker, edited by `callboard auth`."""
+
+from __future__ import annotations
+
+import os
+import stat
+from typing import TYPE_CHECKING
+
+from broker.access.errors import AccessFileError
+from broker.access.parse import MAX_FILE_BYTES, parse_rules
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from broker.access.rules import AccessRules
+
+
+def load_rules(path: Path) -> AccessRules:
+    """Return the rules in a file.
+
+    Raises:
+        AccessFileError: It cannot be read, anybody may write to it, or it is broken.
+    """
+    return parse_rules(read_text(path), str(path))
+
+
+def read_text(path: Path) -> str:
+    """Return the content of a file of rules.
+
+    Raises:
+        AccessFileError: It cannot be read, or anybody may write to it.
+    """
+    try:
+        with path.open("rb") as file:
+            mode = os.fstat(file.fileno()).st_mode
+            content = file.read(MAX_FILE_BYTES + 1)
+    except OSError as error:
+        raise AccessFileError(f"Cannot read {path}: {error.strerror or error}") from error
+    if stat.S_ISREG(mode) and mode & stat.S_IWOTH:
+        raise AccessFileError(f"{path}: everybody may write to it; change that with `chmod o-w {path}`")
+    if len(content) > MAX_FILE_BYTES:
+        raise AccessFileError(f"{path} is longer than {MAX_FILE_BYTES} bytes")
+    try:
+        return content.decode()
+    except UnicodeDecodeError as error:
+        raise AccessFileError(f"{path}: not UTF-8: {error.reason}") from error

@@ -1,0 +1,19 @@
+"""IP addresses as sockets report them."""
+
+from __future__ import annotations
+
+from ipaddress import IPv4Address, IPv6Address, ip_address
+from typing import TypeAlias
+
+Address: TypeAlias = IPv4Address | IPv6Address
+
+
+def parse_address(text: str) -> Address:
+    """Return the address in a text; that of an IPv4 client of an IPv6 socket as IPv4.
+
+    Raises:
+        ValueError: It is no address.
+    """
+    address = ip_address(text.partition("%")[0])  # without an IPv6 zone
+    mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None
+    return mapped or address

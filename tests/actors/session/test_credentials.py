@@ -1,0 +1,105 @@
+"""Nodes and inspectors at a broker with access rules."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors import Inspector, Node, NotAuthorized
+from actors.cli.main import main
+from broker import Broker, BrokerOptions
+from broker.access.credentials import hash_token
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+TOKEN = "cbt_" + "t" * 43
+OTHER = "cbt_" + "o" * 43
+
+
+def rules(token: str) -> str:
+    """Return rules with one user who may do everything."""
+    rights = "\n".join(
+        f'allow.{word} = ["/**"]'
+        for word in ("publish", "subscribe", "serve", "call", "see", "administer", "node")
+    )
+    return f'[users.robot]\ntokens = ["{hash_token(token)}"]\nroles = ["all"]\n[roles.all]\n{rights}\n'
+
+
+@pytest.fixture
+async def broker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Broker]:
+    """A broker with one user, where nodes look for one."""
+    file = tmp_path / "access.toml"
+    file.write_text(rules(TOKEN))
+    async with Broker(BrokerOptions(port=0, auth=file)) as running:
+        monkeypatch.setenv("CALLBOARD_URL", running.url)
+        yield running
+
+
+async def test_a_node_presents_its_token(broker: Broker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """CALLBOARD_TOKEN is enough."""
+    monkeypatch.setenv("CALLBOARD_TOKEN", TOKEN)
+    async with Node("n") as node:
+        assert node.connected
+        assert broker.stats().endpoints == 1
+
+
+@pytest.mark.parametrize("token", ["", OTHER])
+async def test_a_node_without_a_valid_token_ends(
+    broker: Broker, monkeypatch: pytest.MonkeyPatch, token: str
+) -> None:
+    """It does not try for ever: the error says what to set, and not what was set."""
+    monkeypatch.setenv("CALLBOARD_TOKEN", token)
+    with pytest.raises(NotAuthorized, match="CALLBOARD_TOKEN_FILE") as caught:
+        async with asyncio.timeout(10), Node("n"):
+            pass
+    assert OTHER not in str(caught.value)
+
+
+async def test_a_running_node_waits_for_credentials_that_are_valid_again(
+    broker: Broker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """After a lost session it keeps trying, reads the token's file again, and has logged the refusal once."""
+    token = tmp_path / "token"
+    token.write_text(TOKEN)
+    monkeypatch.setenv("CALLBOARD_TOKEN_FILE", str(token))
+    port = int(broker.url.rpartition(":")[2])
+    file = tmp_path / "access.toml"
+    async with Node("n") as node:
+        await broker.stop()
+        file.write_text(rules(OTHER))
+        async with Broker(BrokerOptions(port=port, auth=file)) as again, asyncio.timeout(20):
+            while again.stats().unauthorized_connections < 3:
+                await asyncio.sleep(0.01)
+            assert not node.connected
+            token.write_text(OTHER)
+            while not node.connected:
+                await asyncio.sleep(0.01)
+    refusals = [record for record in caplog.records if "refuses this client" in record.getMessage()]
+    assert len(refusals) == 1
+
+
+async def test_an_inspector_presents_the_token(broker: Broker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without one it is refused with the same typed error as a node."""
+
+    def count() -> int:
+        with Inspector(broker.url) as inspector:
+            return len(inspector.graph().nodes())
+
+    with pytest.raises(NotAuthorized):
+        await asyncio.to_thread(count)
+    monkeypatch.setenv("CALLBOARD_TOKEN", TOKEN)
+    assert await asyncio.to_thread(count) == 0
+
+
+@pytest.mark.parametrize("command", [["node", "list"], ["topic", "echo", "/x"], ["doctor"]])
+async def test_a_command_without_a_token_fails(
+    broker: Broker, command: list[str], capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 1 and the reason, from queries and from hidden nodes."""
+    assert await asyncio.to_thread(main, command) == 1
+    shown = capfd.readouterr()
+    assert "refuses this client" in shown.out + shown.err
