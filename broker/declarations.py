@@ -6,7 +6,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from broker.deliveries import Send
-from broker.graph import Definitions, Graph, is_type_text
+from broker.graph import Graph, is_type_text
 from broker.latched import latched_depth
 from broker.records import (
     ClientRecord,
@@ -35,6 +35,7 @@ from proto.qos import Refusal, parse_qos
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from broker.definitions import Definitions
     from broker.deliveries import Delivery
     from broker.services import Services
 
@@ -45,6 +46,7 @@ class Declarations:
     Args:
         emit: Takes each delivery.
         max_endpoints: Nodes and endpoints that one peer may declare.
+        definitions: Keeps the definitions of their types.
         topics, services, graph: The parts that match and publish endpoints.
         replace_peer: Removes a suspended peer whose node's name another node takes; with the reason.
         report: See `Router`.
@@ -55,6 +57,7 @@ class Declarations:
         emit: Callable[[Delivery], None],
         *,
         max_endpoints: int,
+        definitions: Definitions,
         topics: Topics,
         services: Services,
         graph: Graph,
@@ -70,7 +73,7 @@ class Declarations:
         self._report = report
         self._keys = count(1)
         self._names: dict[str, NodeRecord] = {}
-        self.definitions = Definitions()
+        self.definitions = definitions
 
     def declare(self, peer: Peer, frame: Any) -> None:
         """Take a declaration, or refuse it.
@@ -85,6 +88,8 @@ class Declarations:
                 text = f"one connection may declare {self._max_endpoints} endpoints"
                 raise Refusal(ErrorCode.LIMIT, text)
             endpoint = self._make(peer, frame)
+            if isinstance(frame, frames.Publisher | frames.Service) and frame.type_hash and frame.definition:
+                endpoint.described = self.definitions.add(peer, frame.type_hash, frame.definition)
         except (Refusal, InvalidNameError) as error:
             code = error.code if isinstance(error, Refusal) else ErrorCode.INVALID_NAME
             self._emit(Send(peer.id, frames.Refused(frame.id, code, str(error))))
@@ -120,7 +125,6 @@ class Declarations:
             return self._make_on_topic(frame, common)
         validate_full_service_name(frame.name)
         if isinstance(frame, frames.Service):
-            self.definitions.learn(frame.type_hash, frame.definition)
             return ServiceRecord(kind=EntryKind.SERVICE, name=frame.name, **common)
         return ClientRecord(kind=EntryKind.CLIENT, name=frame.name, **common)
 
@@ -158,7 +162,6 @@ class Declarations:
         qos = parse_qos(frame.qos)
         common |= {"name": frame.topic, "qos": qos.to_map(), "wants": qos}
         if isinstance(frame, frames.Publisher):
-            self.definitions.learn(frame.type_hash, frame.definition)
             return PublisherRecord(
                 kind=EntryKind.PUBLISHER,
                 gid=public_gid(common["peer"].token, frame.gid),
@@ -222,6 +225,8 @@ class Declarations:
         if endpoint.peer.endpoints.pop(endpoint.id, None) is None:
             return
         self._report(endpoint, reason)
+        if endpoint.described:
+            self.definitions.release(endpoint.peer, endpoint.type_hash)
         if isinstance(endpoint, NodeRecord):
             for child in tuple(endpoint.endpoints.values()):
                 self.remove(child, reason)

@@ -122,6 +122,8 @@ class Dispatcher:
                 domain=domain,
                 max_endpoints=self.options.max_endpoints,
                 max_pending_calls=self.options.max_pending_calls,
+                max_definitions=self.options.max_definitions,
+                max_definition_bytes=self.options.max_definition_bytes,
                 max_message_bytes=self.options.max_message_bytes,
                 max_queue_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
                 max_queued_call_bytes=self.options.max_queued_call_bytes,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import OrderedDict
 from typing import TYPE_CHECKING, Final
 
 from broker.deliveries import Send
@@ -26,10 +25,6 @@ MAX_WATCHES: Final = 100
 """Kept watches of one link."""
 
 _TYPE_TEXT: Final = re.compile(rf"[A-Za-z0-9_/.-]{{0,{limits.MAX_TYPE_NAME}}}")
-
-MAX_DEFINITIONS: Final = 10_000
-MAX_DEFINITION_BYTES: Final = 16 * 1024 * 1024
-"""Definitions are kept by hash; beyond either limit the oldest are dropped."""
 
 
 class Graph:
@@ -121,31 +116,6 @@ class Graph:
             more = number < len(pieces)
             silent = tuple(key for key in gone if removed[key])
             self._emit(Send(key[0], frames.Graph(key[1], more, new, gone, silent)))
-
-
-class Definitions:
-    """Definitions of types, by hash, as declarations brought them; `size_bytes` is their total size."""
-
-    def __init__(self) -> None:
-        self._known: OrderedDict[str, bytes] = OrderedDict()
-        self.size_bytes = 0
-
-    def __len__(self) -> int:
-        return len(self._known)
-
-    def learn(self, type_hash: str, definition: bytes | None) -> None:
-        """Keep the first definition seen for a hash."""
-        if definition is None or not type_hash or type_hash in self._known:
-            return
-        self._known[type_hash] = definition
-        self.size_bytes += len(definition)
-        while len(self._known) > MAX_DEFINITIONS or self.size_bytes > MAX_DEFINITION_BYTES:
-            _, oldest = self._known.popitem(last=False)
-            self.size_bytes -= len(oldest)
-
-    def get(self, type_hash: str) -> bytes | None:
-        """Return the definition, if it is known."""
-        return self._known.get(type_hash)
 
 
 def is_type_text(text: str) -> bool:

@@ -78,6 +78,8 @@ class BrokerOptions:
         20_000, "nodes, publishers, subscriptions, services and clients of one connection", 1, 10_000_000
     )
     max_pending_calls: int = _option(200_000, "unanswered calls of one connection", 1, 100_000_000)
+    max_definitions: int = _option(2000, "types that one connection may define", 0, 1_000_000)
+    max_definition_bytes: int = _option(4 * _MIB, "bytes of type definitions of one connection", 0, 64 * _MIB)
     max_queue_bytes: int = _option(
         64 * _MIB, "bytes of small replies and control frames that may wait for one connection", 65_536, 2**40
     )

@@ -37,6 +37,10 @@ class Peer:
     """Requests that wait for its servers; None before the first one."""
     latched_bytes: int = 0
     """Bytes kept for late joiners of its publishers."""
+    definitions: dict[str, int] = field(default_factory=dict[str, int])
+    """By the hash of each type that it has defined, its endpoints that declared the definition."""
+    definition_bytes: int = 0
+    """Size of these definitions."""
     matched: int = 0
     """Endpoints with counterparts, which must learn soon when this peer is gone."""
     relied_on: set[int] = field(default_factory=set[int])
@@ -62,6 +66,8 @@ class Endpoint:
     peers: int = 0
     total: int = 0
     """Number of counterparts it has had since its declaration."""
+    described: bool = False
+    """Whether the broker keeps the definition of its type because of it."""
 
     @property
     def node_name(self) -> str:

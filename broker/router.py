@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from broker.calls import NO_SERVER, Calls, answer
 from broker.declarations import Declarations
+from broker.definitions import MAX_DEFINITION_BYTES, MAX_DEFINITIONS, Definitions
 from broker.deliveries import Close, Delivery, Send
 from broker.graph import Graph
 from broker.notices import Notices
@@ -42,6 +43,8 @@ class Router:
         domain: The graph's number.
         max_endpoints: Nodes and endpoints that one peer may declare.
         max_pending_calls: Unanswered calls of one peer.
+        max_definitions: Different type definitions that one peer may declare.
+        max_definition_bytes: Their size.
         max_message_bytes: Size of one frame that a peer takes.
         max_queue_bytes: Bytes that may wait in one queue for a KEEP_ALL subscription that granted credit.
         max_queued_call_bytes: Bytes of requests from one peer that may wait for one server's peer.
@@ -62,6 +65,8 @@ class Router:
         domain: int = 0,
         max_endpoints: int = MAX_ENDPOINTS,
         max_pending_calls: int = MAX_PENDING_CALLS,
+        max_definitions: int = MAX_DEFINITIONS,
+        max_definition_bytes: int = MAX_DEFINITION_BYTES,
         max_queue_bytes: int = MAX_LINK_QUEUE_BYTES,
         max_queued_call_bytes: int = MAX_QUEUED_CALL_BYTES,
         max_bulk_bytes: int = MAX_BULK_BYTES,
@@ -89,6 +94,7 @@ class Router:
         self.declarations = Declarations(
             self._emit,
             max_endpoints=max_endpoints,
+            definitions=Definitions(max_definitions, max_definition_bytes),
             topics=self.topics,
             services=self.services,
             graph=self.graph,

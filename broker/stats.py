@@ -119,6 +119,7 @@ def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
         late_replies=sum(each.late for each in calls),
         definitions=sum(len(router.declarations.definitions) for router in graphs),
         definition_bytes=sum(router.declarations.definitions.size_bytes for router in graphs),
+        refused_definitions=sum(router.declarations.definitions.refused for router in graphs),
     )
 
 

@@ -133,6 +133,8 @@ class BrokerStats:
     definitions: int = 0
     """Type definitions kept."""
     definition_bytes: int = 0
+    refused_definitions: int = 0
+    """Definitions that were not kept: not of their hash, or over a limit."""
     bytes_received: int = 0
     """From all connections, including those that have ended."""
     bytes_sent: int = 0

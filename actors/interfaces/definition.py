@@ -7,7 +7,6 @@ so ROS tools and clients in any language compute the same value from the definit
 
 from __future__ import annotations
 
-import hashlib
 import json
 from typing import Any, Final
 
@@ -180,8 +179,3 @@ def action_definition(name: str, goal: MessageType, result: MessageType, feedbac
     )
     types += _service_types(send) + _service_types(get) + _closure(goal, result, feedback)
     return _canonical(action, types)
-
-
-def hash_of(definition: bytes) -> str:
-    """Return the RIHS01 hash of a canonical definition."""
-    return f"RIHS01_{hashlib.sha256(definition).hexdigest()}"

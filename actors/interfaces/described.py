@@ -27,7 +27,7 @@ def texts_of(definition: bytes) -> dict[str, str]:
     try:
         whole: Any = json.loads(definition)
         described = [whole["type_description"], *whole["referenced_type_descriptions"]]
-        texts = {str(each["type_name"]): _text(each["fields"]) for each in described}
+        texts = {_name(each["type_name"]): _text(each["fields"]) for each in described}
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise InvalidMessageError(f"A definition that cannot be read: {error!r}") from None
     for name in list(texts):
@@ -38,14 +38,25 @@ def texts_of(definition: bytes) -> dict[str, str]:
 
 
 def _text(fields: list[dict[str, Any]]) -> str:
-    lines = [f"{_type(field['type'])} {field['name']}\n" for field in fields if field["name"] != EMPTY_MEMBER]
+    lines = [
+        f"{_type(field['type'])} {_name(field['name'])}\n"
+        for field in fields
+        if field["name"] != EMPTY_MEMBER
+    ]
     return "".join(lines)
+
+
+def _name(name: str) -> str:
+    """Return a name of a definition; raise ValueError if it could be taken for something else in a text."""
+    if not name.replace("/", "_").isidentifier():
+        raise ValueError(f"the name {name!r}")
+    return name
 
 
 def _type(field_type: dict[str, Any]) -> str:
     array, number = array_kind(int(field_type["type_id"]))
-    if nested := str(field_type["nested_type_name"]):
-        base = nested.replace("/msg/", "/")
+    if nested := field_type["nested_type_name"]:
+        base = _name(nested).replace("/msg/", "/")
     elif number in _STRINGS:
         base = f"{_STRINGS[number]}<={int(field_type['string_capacity'])}"
     else:

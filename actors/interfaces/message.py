@@ -25,8 +25,9 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import msgspec
 
-from actors.interfaces.definition import action_definition, hash_of, message_definition, service_definition
+from actors.interfaces.definition import action_definition, message_definition, service_definition
 from actors.interfaces.naming import TYPE_NAME, MessageType, message_name, package_of
+from proto.type_hash import hash_of
 
 if TYPE_CHECKING:
     from actors.interfaces.service_event import ServiceEvent

@@ -9,8 +9,10 @@ installed here can therefore be shown, without its comments, constants and defau
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Final
 
+from actors.errors import BrokerUnreachable
 from actors.interfaces.catalog import KINDS, source_file
 from actors.interfaces.described import texts_of
 from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
@@ -22,7 +24,8 @@ if TYPE_CHECKING:
     from actors.graph.inspector import Inspector
 
 MAX_ASKED: Final = 1000
-"""Definitions requested in search of a type that only occurs inside others."""
+SEARCH_SEC: Final = 5.0
+"""Definitions requested in search of a type that only occurs inside others, and the time for that."""
 
 
 def full_name(name: str) -> str:
@@ -74,12 +77,15 @@ def texts_in_graph(inspector: Inspector, name: str) -> dict[str, str]:
         Texts by type name; empty if nobody publishes or serves the type, alone or inside another one.
 
     Raises:
-        BrokerUnreachable: The link broke.
+        BrokerUnreachable: The link broke, or the answers take more than 5 s in all.
     """
+    deadline = time.monotonic() + SEARCH_SEC
     entries = [entry for entry in inspector.graph().entries.values() if entry.type_hash]
     entries.sort(key=lambda entry: (entry.type_name != name, entry.key))
     hashes = list(dict.fromkeys(entry.type_hash for entry in entries))
     for type_hash in hashes[:MAX_ASKED]:
+        if time.monotonic() > deadline:
+            raise BrokerUnreachable(f"The broker at {inspector.url} answers too slowly")
         definition = inspector.definition(type_hash)
         try:
             texts = {} if definition is None else texts_of(definition)

@@ -16,6 +16,7 @@ from proto.codec import encode
 from proto.codes import Op
 from proto.errors import ErrorCode
 from proto.frames import SPECS
+from proto.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import GREETING_BYTES as GREETING
 from tests.broker.rawclient import RawClient, hello, link, read_error, stream, until
@@ -203,12 +204,14 @@ async def test_questions_without_reading_the_answers_close_the_link() -> None:
     """Control frames are never dropped, so a peer that does not read them is closed at the limit."""
     options = BrokerOptions(port=0, max_queue_bytes=2**20, drain_timeout_sec=0.2)
     async with Broker(options) as small, link(small, "/n") as deaf:
-        deaf.send(make.publisher(1)._replace(definition=bytes(60_000)))
+        definition = bytes(60_000)
+        defined = hash_of(definition)
+        deaf.send(make.publisher(1, type_hash=defined)._replace(definition=definition))
         await deaf.synchronise()
         deaf.stop_reading()
         async with asyncio.timeout(30):
             while small.stats().endpoints:
-                deaf.send(*[frames.Describe(make.HASH)] * 20)
+                deaf.send(*[frames.Describe(defined)] * 20)
                 await asyncio.sleep(0)
 
 

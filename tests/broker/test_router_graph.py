@@ -1,10 +1,9 @@
-"""The graph in the router: snapshots, changes, watchers and definitions."""
+"""The graph in the router: snapshots, changes and watchers."""
 
 from __future__ import annotations
 
 import pytest
 
-from broker.graph import MAX_DEFINITION_BYTES, MAX_DEFINITIONS, Definitions
 from proto import frames, limits
 from proto.codec import encode
 from proto.codes import EntryKind
@@ -122,36 +121,6 @@ def test_watches_are_limited_and_their_ids_are_single() -> None:
     with pytest.raises(ProtocolError) as caught:
         switch.send(viewer, *too_many)
     assert caught.value.code is ErrorCode.LIMIT
-
-
-def test_the_first_definition_of_a_hash_stays() -> None:
-    """Nobody can replace a definition that others may have read."""
-    switch = Switch()
-    node = switch.join("/n")
-    for number, definition in enumerate((b"first", b"second"), 1):
-        switch.send(node, make.publisher(number)._replace(definition=definition))
-    switch.send(node, frames.Describe(make.HASH), frames.Describe("unknown"))
-    assert switch.read(node, frames.Definition) == [
-        frames.Definition(make.HASH, b"first"),
-        frames.Definition("unknown", None),
-    ]
-
-
-@pytest.mark.parametrize(
-    ("count", "size", "kept"),
-    [
-        (MAX_DEFINITIONS + 3, 1, MAX_DEFINITIONS),
-        (MAX_DEFINITION_BYTES // 2**16 + 3, 2**16, MAX_DEFINITION_BYTES // 2**16),
-    ],
-)
-def test_definitions_are_kept_up_to_a_number_and_a_size(count: int, size: int, kept: int) -> None:
-    """Beyond either limit the oldest are dropped; the rest is known and counted."""
-    definitions = Definitions()
-    for number in range(count):
-        definitions.learn(f"RIHS01_{number}", bytes(size))
-    assert [definitions.get(f"RIHS01_{number}") is None for number in range(4)] == [True] * 3 + [False]
-    assert definitions.get(f"RIHS01_{count - 1}") == bytes(size)
-    assert (len(definitions), definitions.size_bytes) == (kept, kept * size)
 
 
 def test_matched_and_watched_peers_are_relied_on() -> None:
