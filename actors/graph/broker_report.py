@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.graph.snapshot import require_few
 from proto import frames
 from proto.stats import BrokerRates, BrokerStats, LinkStats, TopicStats, increase
 
@@ -111,6 +112,7 @@ class ReportParts:
         self.totals = {**self.totals, **frame.totals}
         self.topics.update((topic.name, topic) for topic in frame.topics)
         self.links.update((link.session, link) for link in frame.links)
+        require_few(len(self.totals) + len(self.topics) + len(self.links))
         self.complete = not frame.more
 
     def report(self) -> BrokerReport:

@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 AGENT: Final = agent("callboard-inspector")
 _QUERY: Final = 1
 """The id of each query: there is one at a time."""
+MAX_ANSWER_BYTES: Final = 64 * 1024 * 1024
+"""Bytes received for one query: enough for a graph of 200,000 endpoints."""
 
 FrameT = TypeVar("FrameT", bound="Frame")
 
@@ -50,17 +52,19 @@ class Inspector:
         url: The broker: one URL, or several separated by commas, tried in order.
         domain: Which of the broker's graphs, 0 to 232.
         credentials: What to present to the broker; None for what the environment names.
-        timeout_sec: How long connecting may take, and each answer, in seconds. Each URL has an equal share of
-            the time that is left for connecting.
+        timeout_sec: How long connecting may take, and each complete answer, in seconds. Each URL has an equal
+            share of the time that is left for connecting.
 
     Raises:
         InvalidUrlError: The URL cannot be read.
         InvalidEnvironmentError: CALLBOARD_INSECURE is invalid.
 
     Entering and every query raise BrokerUnreachable if no broker answers in time, and ProtocolError if the
-    broker refuses (NotAuthorized: it requires other credentials) or violates the protocol. A query without a
-    complete answer ends the connection, since a late answer would be taken for the next query's: make another
-    inspector.
+    broker refuses (NotAuthorized: it requires other credentials), violates the protocol, or sends more than
+    64 MiB for one query.
+
+    A query without a complete answer ends the connection, since a late answer would be taken for the next
+    query's: make another inspector.
 
     Attributes:
         urls: The brokers to try.
@@ -197,12 +201,14 @@ class Inspector:
             type_hash: The type's RIHS01 hash.
 
         Returns:
-            The definition; None if the broker does not know it.
+            The definition; None if the broker does not know it, or has one with another hash.
 
         Raises:
             BrokerUnreachable: No answer within `timeout_sec`, or the link broke.
             ProtocolError: The broker refuses, or violates the protocol.
         """
+        from proto.type_hash import hash_of  # noqa: PLC0415 - takes time, and few queries need it
+
         found: list[bytes | None] = []
 
         def take(frame: frames.Definition) -> bool:
@@ -211,11 +217,13 @@ class Inspector:
             return bool(found)
 
         self._ask(frames.Describe(type_hash), frames.Definition, take)
-        return found[0]
+        definition = found[0]
+        return definition if definition is None or hash_of(definition) == type_hash else None
 
     # The wire
 
     def _start_session(self) -> None:
+        self._answer_bytes = 0
         self._session = Session(Role.CLIENT)
         self._receiver = Receiver(self._session, self._scratch, Decoder())
 
@@ -252,13 +260,16 @@ class Inspector:
         if self._socket is None:
             raise BrokerUnreachable("The inspector is not connected: use `with Inspector(url) as inspector:`")
         deadline = time.monotonic() + self._timeout_sec
+        self._answer_bytes = 0
+        started = False
         try:
             self._send(query)
             while not take(self._next(kind, deadline)):
-                pass
+                started = True
         except OSError as error:
             self._disconnect()
-            text = "No answer from" if isinstance(error, TimeoutError) else "The link broke to"
+            late = f"No {'complete ' * started}answer from"
+            text = late if isinstance(error, TimeoutError) else "The link broke to"
             raise BrokerUnreachable(f"{text} the broker at {self.url}") from error
         except BaseException:
             self._disconnect()
@@ -290,6 +301,8 @@ class Inspector:
     def _next_frame(self, deadline: float) -> Frame:
         sock, receiver = cast("socket.socket", self._socket), self._receiver
         while True:
+            if time.monotonic() > deadline:  # a stream of frames never waits for the socket
+                raise TimeoutError
             frame = receiver.next_frame()
             if frame is not None:
                 return frame
@@ -298,6 +311,10 @@ class Inspector:
             if not received:
                 raise ConnectionResetError("the broker has closed the connection")
             receiver.received(received)
+            self._answer_bytes += received
+            if self._answer_bytes > MAX_ANSWER_BYTES:
+                text = f"the broker's answer has more than {MAX_ANSWER_BYTES} bytes"
+                raise ProtocolError(ErrorCode.LIMIT, text)
 
 
 def _known(code: int) -> ErrorCode:

@@ -14,17 +14,19 @@ if TYPE_CHECKING:
 QUERY_TIMEOUT_SEC: Final = 5.0
 
 
-async def connected(context: NodeContext, timeout_sec: float) -> None:
-    """Wait until there is a session.
+async def connected(context: NodeContext, timeout_sec: float) -> float:
+    """Wait until there is a session; return how much of `timeout_sec` is left for the answer.
 
     Raises:
         BrokerUnreachable: There is none within `timeout_sec`.
     """
     link = context.link
+    deadline = context.require_loop().time() + timeout_sec
     try:
         await context.wait_until(lambda: link.connected, "Connecting", timeout_sec)
     except WaitTimeout as error:
         raise BrokerUnreachable(f"No broker at {link.broker_urls}") from error
+    return deadline - context.require_loop().time()
 
 
 async def answered(

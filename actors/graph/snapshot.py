@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from actors.qos.profile import UNLIMITED, HistoryPolicy, QoSProfile
 from actors.time.types import INFINITE
 from proto.codes import EntryKind
+from proto.errors import ErrorCode, ProtocolError
 from proto.frames import GraphEntry
 from proto.names import split_node_name
 
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from proto import frames
 
 NamesAndTypes = list[tuple[str, list[str]]]
+
+MAX_ENTRIES: Final = 500_000
+"""Entries of a graph, or of a report about a broker; more than any broker has."""
 
 _ENDPOINT_TYPES: Final = {
     EntryKind.NODE: "INVALID",
@@ -84,6 +88,9 @@ class GraphSnapshot:
 
         Args:
             frame: The frame that the broker has sent.
+
+        Raises:
+            ProtocolError: The graph has more than 500,000 entries.
         """
         silent = set(frame.suspended)
         for key in frame.removed:
@@ -94,6 +101,7 @@ class GraphSnapshot:
         for entry in frame.added:
             self.entries[entry.key] = entry
             self.suspended.pop(entry.key, None)
+        require_few(len(self.entries) + len(self.suspended))
 
     def nodes(self) -> list[str]:
         """Return the full names of all nodes.
@@ -154,6 +162,12 @@ class GraphSnapshot:
         """
         found = [_endpoint(entry) for entry in self.of_kind(kind) if entry.name == name]
         return sorted(found, key=lambda endpoint: endpoint.endpoint_id)
+
+
+def require_few(entries: int) -> None:
+    """Raise ProtocolError if a broker's answer has too many entries."""
+    if entries > MAX_ENTRIES:
+        raise ProtocolError(ErrorCode.LIMIT, f"the broker's answer has more than {MAX_ENTRIES} entries")
 
 
 _SEND_GOAL: Final = "/_action/send_goal"

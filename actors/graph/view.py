@@ -14,6 +14,7 @@ from actors.graph.broker_report import ReportParts
 from actors.graph.queries import QUERY_TIMEOUT_SEC, answered, connected
 from actors.graph.snapshot import GraphSnapshot
 from proto import frames
+from proto.type_hash import hash_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,10 +41,10 @@ class BrokerView:
         link = self._context.link
         watch = _Watch(self._context, keep=False)
         try:
-            await connected(self._context, timeout_sec)
+            left = await connected(self._context, timeout_sec)
             if watch.session != link.connections:
                 watch.ask()
-            await answered(self._context, lambda: watch.complete, watch.session, timeout_sec)
+            await answered(self._context, lambda: watch.complete, watch.session, left)
         finally:
             watch.close()
         return watch.snapshot
@@ -80,9 +81,9 @@ class BrokerView:
                 watch.close()
 
     async def describe(self, type_hash: str, timeout_sec: float = QUERY_TIMEOUT_SEC) -> bytes | None:
-        """Return the definition of a type hash; None if the broker does not know it."""
+        """Return the definition with a type hash; None if the broker does not know it."""
         context, link = self._context, self._context.link
-        await connected(context, timeout_sec)
+        left = await connected(context, timeout_sec)
         assert link.channel is not None
         waiter: asyncio.Future[bytes | None] = context.require_loop().create_future()
         waiters = self._definitions.setdefault(type_hash, [])
@@ -90,13 +91,14 @@ class BrokerView:
         link.answers[type_hash] = self._described
         try:
             link.channel.send(frames.Describe(type_hash))
-            await answered(context, waiter.done, link.connections, timeout_sec)
+            await answered(context, waiter.done, link.connections, left)
         finally:
             waiters.remove(waiter)
             if not waiters:
                 self._definitions.pop(type_hash, None)
                 link.answers.pop(type_hash, None)
-        return waiter.result()
+        definition = waiter.result()
+        return definition if definition is None or hash_of(definition) == type_hash else None
 
     def _described(self, frame: frames.Definition) -> None:
         for waiter in self._definitions.get(frame.type_hash, ()):
@@ -106,13 +108,13 @@ class BrokerView:
     async def report(self, timeout_sec: float = QUERY_TIMEOUT_SEC) -> BrokerReport:
         """Return the broker's numbers."""
         link, parts = self._context.link, ReportParts()
-        await connected(self._context, timeout_sec)
+        left = await connected(self._context, timeout_sec)
         assert link.channel is not None
         query = link.new_id()
         link.answers[query] = parts.add
         try:
             link.channel.send(frames.Inspect(query))
-            await answered(self._context, lambda: parts.complete, link.connections, timeout_sec)
+            await answered(self._context, lambda: parts.complete, link.connections, left)
         finally:
             del link.answers[query]
         return parts.report()

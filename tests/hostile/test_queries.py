@@ -1,0 +1,102 @@
+"""Queries end in time and within bounds, whatever the broker sends."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.cli.main import main
+from actors.errors import BrokerUnreachable
+from actors.graph import inspector as inspector_module
+from actors.graph import snapshot as snapshot_module
+from actors.graph.broker_report import ReportParts
+from actors.graph.inspector import Inspector
+from actors.graph.snapshot import GraphSnapshot
+from proto import frames, limits
+from proto.codec import encode
+from proto.errors import ProtocolError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+WELCOME = encode(frames.Welcome(limits.PROTOCOL_VERSION, {}))
+ENTRIES = tuple(frames.GraphEntry(key, 0, f"/n{key}", f"/n{key}", "", "", {}) for key in range(100))
+
+
+@contextmanager
+def endless(frame: frames.Frame) -> Iterator[str]:
+    """A broker that answers a query with the same frame until the client closes."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            connection, _ = server.accept()
+            with connection, suppress(OSError):  # the client closes
+                connection.recv(4096)
+                connection.sendall(WELCOME)
+                connection.recv(4096)
+                while True:
+                    connection.sendall(encode(frame) * 20)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        yield f"callboard://127.0.0.1:{server.getsockname()[1]}"
+        thread.join()
+
+
+@pytest.mark.parametrize(
+    ("frame", "query"),
+    [
+        (frames.Graph(1, True, ENTRIES, (), ()), Inspector.graph),
+        (frames.Stats(1, True, {}, (), ()), Inspector.report),
+        (frames.Definition("other", b"x"), lambda inspector: inspector.definition("RIHS01_0")),
+        (frames.Ping(1), Inspector.graph),
+    ],
+)
+def test_an_answer_without_an_end_ends_at_the_deadline(
+    frame: frames.Frame, query: Callable[[Inspector], object]
+) -> None:
+    """Case 58: the time is for the whole answer, not for each frame."""
+    with endless(frame) as url, Inspector(url, timeout_sec=0.1) as inspector:
+        began = time.monotonic()
+        with pytest.raises(BrokerUnreachable, match=r"No (complete )?answer from the broker at"):
+            query(inspector)
+        assert time.monotonic() - began < 2.0
+
+
+@pytest.mark.parametrize("verb", [("topic", "list"), ("node", "list"), ("graph",)])
+def test_commands_end_with_the_code_for_no_broker(
+    verb: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Case 58: `topic list` of a broker that never finishes its answer exits with 3."""
+    monkeypatch.setattr("actors.cli.broker_target.CONNECT_TIMEOUT_SEC", 0.1)
+    with endless(frames.Graph(1, True, ENTRIES, (), ())) as url:
+        assert main([*verb, "--url", url]) == 3
+    assert "No complete answer from the broker" in capsys.readouterr().err
+
+
+def test_an_answer_is_bounded_in_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 58: a fast broker cannot fill the memory before the deadline."""
+    monkeypatch.setattr(inspector_module, "MAX_ANSWER_BYTES", 100_000)
+    with (
+        endless(frames.Graph(1, True, ENTRIES, (), ())) as url,
+        Inspector(url, timeout_sec=60) as inspector,
+        pytest.raises(ProtocolError, match="more than 100000 bytes"),
+    ):
+        inspector.graph()
+
+
+def test_a_graph_and_a_report_are_bounded_in_entries(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 58: those of a node's watch, too, which lasts as long as the node."""
+    monkeypatch.setattr(snapshot_module, "MAX_ENTRIES", 150)
+    snapshot, more = GraphSnapshot(), tuple(entry._replace(key=entry.key + 100) for entry in ENTRIES)
+    snapshot.apply(frames.Graph(1, True, ENTRIES, (), ()))
+    snapshot.apply(frames.Graph(1, True, ENTRIES, (), ()))  # the same entries again
+    with pytest.raises(ProtocolError, match="more than 150 entries"):
+        snapshot.apply(frames.Graph(1, True, more, (), ()))
+    with pytest.raises(ProtocolError, match="more than 150 entries"):
+        ReportParts().add(frames.Stats(1, True, {str(key): key for key in range(151)}, (), ()))
