@@ -11,6 +11,7 @@ from actors.cli.parsing import import_from_working_directory
 from actors.interfaces.convert import message_from_fields
 from actors.interfaces.message import Message, Service, type_hash, type_name
 from actors.interfaces.registry import find_interface
+from actors.interfaces.yaml_reader import YamlError, load_yaml
 from actors.qos.profile import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -19,7 +20,6 @@ from actors.qos.profile import (
     QoSProfile,
     ReliabilityPolicy,
 )
-from actors.tools.nesting import deeper_than
 from actors.tools.stamps import Stamps
 from proto.codes import EntryKind
 
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
 M = TypeVar("M", bound=Message)
 _DONE_BY: Final = {EntryKind.PUBLISHER: "published", EntryKind.SERVICE: "served"}
-_MAX_DEPTH: Final = 1000
-"""The deepest nesting of values."""
 
 
 def named_interface(name: str) -> type[Any]:
@@ -88,24 +86,16 @@ def stamped_message_from_text(msg_type: type[M], text: str) -> tuple[M, Stamps]:
 def _filled(msg_type: type[M], values: dict[str, Any]) -> M:
     try:
         return message_from_fields(msg_type, values)
-    except (AttributeError, TypeError, ValueError, RecursionError) as error:
+    except (AttributeError, OverflowError, TypeError, ValueError, RecursionError) as error:
         reason = "nested too deeply" if isinstance(error, RecursionError) else shortened(str(error))
         raise CommandError(f"Failed to populate a message: {reason}") from None
 
 
 def _fields(text: str) -> dict[str, Any]:
-    import yaml  # noqa: PLC0415 - slow to import, and only values need it
-
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        may_be_deep = sum(map(text.count, "[{-?")) > _MAX_DEPTH
-        if may_be_deep and deeper_than(_MAX_DEPTH, yaml.parse(text, Loader=loader)) is not None:
-            raise RecursionError
-        values: Any = yaml.load(text, Loader=loader)  # noqa: S506
-    except (yaml.YAMLError, ValueError) as error:
-        raise CommandError(f"The values are not YAML: {shortened(str(error))}") from None
-    except RecursionError:
-        raise CommandError("The values are not YAML: nested too deeply") from None
+        values = load_yaml(text)
+    except YamlError as error:
+        raise CommandError(f"The values are not YAML: {error}") from None
     if values is None:
         return {}
     if not isinstance(values, dict):

@@ -156,7 +156,7 @@ class Contexts:
             raise ContextError(f"{file} is longer than {MAX_FILE_BYTES} bytes")
         try:
             return cls(*_read(content))
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise ContextError(f"{file}: {escape(str(error))}") from error
 
     def save(self) -> None:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
+from actors.interfaces.yaml_reader import load_yaml
 from actors.parameters.errors import InvalidParameterFileError
 from actors.parameters.types import ParameterType, ParameterValue, parameter_value_from_string
 from proto.names import validate_node_name
@@ -95,8 +96,6 @@ def load_parameter_file(path: str | Path) -> tuple[ParameterOverride, ...]:
         InvalidParameterFileError: It cannot be read, is over `MAX_FILE_SIZE`, is not YAML, or does not have
             the form in this module's docstring; the text gives the reason.
     """
-    import yaml  # noqa: PLC0415 - only needed where there is a file
-
     try:
         with Path(path).open("rb") as file:
             data = file.read(MAX_FILE_SIZE + 1)
@@ -105,11 +104,8 @@ def load_parameter_file(path: str | Path) -> tuple[ParameterOverride, ...]:
     if len(data) > MAX_FILE_SIZE:
         raise InvalidParameterFileError(str(path), f"larger than {MAX_FILE_SIZE} bytes")
     try:
-        document: object = yaml.safe_load(data)
-        return tuple(_limited(_entries(document, ""), MAX_FILE_PARAMETERS))
-    except RecursionError:
-        raise InvalidParameterFileError(str(path), "nested too deeply") from None
-    except (yaml.YAMLError, ValueError) as error:
+        return tuple(_limited(_entries(load_yaml(data), ""), MAX_FILE_PARAMETERS))
+    except ValueError as error:
         raise InvalidParameterFileError(str(path), " ".join(str(error).split())) from None
 
 

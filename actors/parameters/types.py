@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final, cast
 
+from actors.interfaces.yaml_reader import YamlError, load_yaml
+
 if TYPE_CHECKING:
     from actors.interfaces.rcl_interfaces import msg as rcl_interfaces
 
@@ -285,11 +287,9 @@ def parameter_value_from_string(text: str) -> ParameterValue:
     Args:
         text: The text.
     """
-    import yaml  # noqa: PLC0415 - only needed where somebody types parameters
-
     try:
-        value: object = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError):
+        value = load_yaml(text)
+    except YamlError:
         return text
     try:
         ParameterType.from_parameter_value(value)

@@ -9,8 +9,8 @@ from __future__ import annotations
 import tomllib
 from typing import Any, Final, cast
 
+from actors.interfaces.yaml_reader import YamlError, parse_yaml, yaml_error
 from actors.launch.documents.errors import DocumentError, Spot
-from actors.tools.nesting import deeper_than
 from proto.errors import escape
 
 MAX_DEPTH: Final = 50
@@ -61,11 +61,11 @@ def yaml_data(source: bytes) -> object:
 
     try:
         return _Builder(source).data()
+    except YamlError as error:
+        raise DocumentError(error.problem, Spot(), error.line) from None
     except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        problem = getattr(error, "problem", None) or " ".join(str(error).split())
-        line = None if mark is None else mark.line + 1
-        raise DocumentError(f"it is not YAML: {problem}", Spot(), line) from None
+        found = yaml_error(error)
+        raise DocumentError(f"it is not YAML: {found.problem}", Spot(), found.line) from None
 
 
 def yaml_line(source: bytes, spot: Spot) -> int | None:
@@ -77,15 +77,7 @@ class _Builder:
     """A YAML file, and what has been made of it."""
 
     def __init__(self, source: bytes) -> None:
-        import yaml  # noqa: PLC0415 - see above
-
-        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-        # PyYAML recurses for each level, and would crash.
-        deep = deeper_than(MAX_DEPTH, yaml.parse(source, Loader=loader))
-        if deep is not None:
-            raise _error(_TOO_DEEP, deep, Spot())
-        self._loader: Any = loader(source)
-        self._root: Any = self._loader.get_single_node()
+        self._loader, self._root = parse_yaml(source, max_depth=MAX_DEPTH)
         self._values = 0
 
     def data(self) -> object:
@@ -96,8 +88,6 @@ class _Builder:
         self._values += 1
         if self._values > MAX_VALUES:
             raise DocumentError(f"the file has more than {MAX_VALUES} values", Spot())
-        if len(spot.steps) > MAX_DEPTH:  # an alias within its own value
-            raise _error(_TOO_DEEP, node, spot)
         if node.id == "scalar":
             return self._scalar(node, spot)
         if node.tag != f"{_YAML}{'map' if node.id == 'mapping' else 'seq'}":
@@ -113,8 +103,8 @@ class _Builder:
             raise _error(f"the tag {escape(node.tag)} is not known here", node, spot)
         try:
             return self._loader.construct_object(node)
-        except (ValueError, KeyError):  # a tag that does not fit, such as !!int x
-            raise _error(f"'{escape(node.value)}' is not what its tag says", node, spot) from None
+        except YamlError as error:
+            raise _error(error.problem, node, spot) from None
 
     def _mapping(self, node: Any, spot: Spot) -> dict[str, object]:
         made: dict[str, object] = {}
@@ -138,7 +128,8 @@ class _Builder:
         for each in cast("list[object]", value) if isinstance(value, list) else [value]:
             if not isinstance(each, dict):
                 raise _error("<< takes mappings only", node, spot)
-            found = {**cast("dict[str, object]", each), **found}
+            for name, merged in cast("dict[str, object]", each).items():
+                found.setdefault(name, merged)
         return found
 
     def line(self, spot: Spot) -> int | None:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from actors.launch.documents.errors import DocumentError, Spot
-from actors.launch.documents.parsing import MAX_DEPTH, MAX_VALUES, toml_data, yaml_data, yaml_line
+from actors.launch.documents.parsing import MAX_DEPTH, toml_data, yaml_data, yaml_line
 
 
 def yaml(text: str) -> object:
@@ -53,9 +53,9 @@ def test_yaml_is_plain_data(text: str, meant: object) -> None:
         ("a: 1\nb: !!int x", 2, "'x' is not what its tag says"),
         ("a: !!bool x", 1, "'x' is not what its tag says"),
         ("<<: 3", 1, "<< takes mappings only"),
-        ("a: &x [*x]", 1, f"it is nested deeper than {MAX_DEPTH}"),
+        ("a: &x [*x]", 1, "an alias stands within its own value"),
         ("[" * 100_000, 1, f"it is nested deeper than {MAX_DEPTH}"),
-        ("a: " + "9" * 10_000, 1, "'99"),
+        ("a: " + "9" * 10_000, 1, "a number of more than 100 characters"),
     ],
 )
 def test_what_is_no_such_yaml_is_an_error(text: str, line: int, error: str) -> None:
@@ -78,11 +78,11 @@ def test_aliases_cannot_stand_for_any_number_of_values() -> None:
     """Ten lists of ten times the one before are refused long before memory is."""
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 10)]
-    with pytest.raises(DocumentError, match=f"the file has more than {MAX_VALUES} values"):
+    with pytest.raises(DocumentError, match="aliases add more than 100000 values"):
         yaml("\n".join(lines))
     merged = ["a0: &a0 {x: 1}"]
     merged += [f"a{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 10)}]}}" for i in range(1, 10)]
-    with pytest.raises(DocumentError, match=f"the file has more than {MAX_VALUES} values"):
+    with pytest.raises(DocumentError, match="aliases add more than 100000 values"):
         yaml("\n".join(merged))
 
 
