@@ -11,7 +11,7 @@ from broker.deliveries import Send
 from broker.link import CATCH_UP, Link, logger
 from proto import frames, limits
 from proto.aio.budgeted_channel import BudgetedChannel
-from proto.errors import ErrorCode, ProtocolError, escape
+from proto.errors import ErrorCode, ProtocolError, escape, peer_text
 from proto.identity import agent
 from proto.session import Role
 
@@ -58,6 +58,7 @@ class Connection:
         self._statistics = statistics
         self._instance = instance
         self._sessions = sessions
+        self._warnings = dispatcher.presence_log.warnings
         options = dispatcher.options
         self.channel = BudgetedChannel(
             Role.BROKER, self, loop=loop, budget=budget, max_message_bytes=options.max_message_bytes
@@ -98,11 +99,13 @@ class Connection:
         if isinstance(frame, frames.Ping):
             self.channel.send(frames.Pong(frame.token))
         elif isinstance(frame, frames.Goodbye):
-            self._dispatcher.note_ending(self._link, escape(frame.text), left=True)
+            self._dispatcher.note_ending(self._link, peer_text(frame.text), left=True)
             self._dispatcher.leave(self._link)
         elif isinstance(frame, frames.Error):
-            logger.warning("%s closed its link: %s", self._link, escape(frame.text))
-            self._dispatcher.note_ending(self._link, f"it closed its link: {escape(frame.text)}")
+            text = peer_text(frame.text)
+            if self._warnings.admits("links closed by their clients"):
+                logger.warning("%s closed its link: %s", self._link, text)
+            self._dispatcher.note_ending(self._link, f"it closed its link: {text}")
             self.channel.close()
         elif isinstance(frame, frames.Inspect):
             self._inspects.append(frame.id)
@@ -156,9 +159,10 @@ class Connection:
 
     def failed(self, error: ProtocolError) -> None:
         """ChannelHandler: the peer broke the protocol or a limit."""
-        reason = escape(str(error))
+        reason = peer_text(str(error))
         level = logging.DEBUG if error.code is ErrorCode.NAME_TAKEN else logging.WARNING  # it tries again
-        logger.log(level, "Closing %s: %s: %s", self._link, error.code.name, reason)
+        if self._warnings.admits(f"links closed with {error.code.name}"):
+            logger.log(level, "Closing %s: %s: %s", self._link, error.code.name, reason)
         self._dispatcher.note_ending(self._link, f"{error.code.name}: {reason}")
         # The connection may last until the peer has read the reason, but its nodes leave the graph before.
         # Not at once: this may be called during deliveries.

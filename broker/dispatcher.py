@@ -161,7 +161,8 @@ class Dispatcher:
 
     def suspend(self, link: Link, router: Router, now: float) -> None:
         """Remove a silent link's endpoints from the graph until something arrives on it again."""
-        logger.warning("%s has been silent for %.1f s: suspended", link, now - link.liveness.last_seen_at)
+        if self.presence_log.warnings.admits("suspended links"):
+            logger.warning("%s has been silent for %.1f s: suspended", link, now - link.liveness.last_seen_at)
         link.suspended_at = now
         self.deliver(router, router.suspend(link.peer))
 
@@ -169,7 +170,8 @@ class Dispatcher:
         """Put the endpoints of a suspended link back into the graph, because something has arrived on it."""
         link.suspended_at = None
         if link.router is not None:
-            logger.warning("%s is back", link)
+            if self.presence_log.warnings.admits("links that are back"):
+                logger.warning("%s is back", link)
             self.deliver(link.router, link.router.restore(link.peer))
 
     def caught_up(self, link: Link) -> None:

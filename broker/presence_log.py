@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import logging
-from collections import deque
 from typing import TYPE_CHECKING, Final
 
 from broker.link import logger
 from broker.records import NodeRecord
+from proto.limited_log import LimitedLog
 from proto.names import is_hidden
 
 if TYPE_CHECKING:
@@ -24,19 +24,21 @@ and closes nodes in a loop cannot fill the log."""
 class PresenceLog:
     """Logs which nodes and endpoints come and go, in one run of a broker.
 
-    Changes beyond `MAX_LINES_PER_SEC` are counted, and the count is logged as soon as the limit allows a line
-    again. Lines at debug level are not limited.
+    Changes beyond `MAX_LINES_PER_SEC` are counted, and the count is logged once a second. Lines at debug
+    level are not limited.
 
     Args:
         level: Level for nodes that are not hidden; everything else is logged at debug.
         clock: Returns the time in seconds.
+
+    Attributes:
+        warnings: Limits the warnings about links.
     """
 
     def __init__(self, level: int, clock: Callable[[], float]) -> None:
         self._level = level
-        self._clock = clock
-        self._logged_at: deque[float] = deque(maxlen=MAX_LINES_PER_SEC)
-        self._omitted = 0
+        self._limit = LimitedLog(self._log_omitted, clock, max_lines=MAX_LINES_PER_SEC, period_sec=1.0)
+        self.warnings = LimitedLog(_warn_of_omitted, clock)
 
     def log_change(self, domain: int, link: Link | None, endpoint: Endpoint, reason: str | None) -> None:
         """Log that an endpoint has come or gone.
@@ -51,11 +53,8 @@ class PresenceLog:
         level = logging.DEBUG if not is_node or is_hidden(endpoint.name) else self._level
         if not logger.isEnabledFor(level):
             return
-        if level > logging.DEBUG:
-            self.report_omitted()
-            if self._omitted or not self._may_log():
-                self._omitted += 1
-                return
+        if level > logging.DEBUG and not self._limit.admits("changes"):
+            return
         address = "?" if link is None else link.address
         place = f"{address}, domain {domain}" if domain else address
         if not is_node:
@@ -70,20 +69,18 @@ class PresenceLog:
             logger.log(level, "Node %s %s (%s): %s", endpoint.name, "died" if died else "left", place, reason)
 
     def report_omitted(self, *, at_once: bool = False) -> None:
-        """Log how many changes were not logged, if there are any.
+        """Log how many changes and warnings were not logged, if there are any.
 
         Args:
             at_once: Whether to ignore the limit, because the broker ends.
         """
-        if self._omitted and (at_once or self._may_log()):
-            text = "… and %d more changes: nodes come and go faster than they are logged"
-            logger.log(self._level, text, self._omitted)
-            self._omitted = 0
+        self._limit.report_omitted(at_once=at_once)
+        self.warnings.report_omitted(at_once=at_once)
 
-    def _may_log(self) -> bool:
-        """Return whether the limit allows a line now, and count the line if it does."""
-        now, logged_at = self._clock(), self._logged_at
-        if len(logged_at) == MAX_LINES_PER_SEC and now - logged_at[0] < 1.0:
-            return False
-        logged_at.append(now)
-        return True
+    def _log_omitted(self, omitted: int, _reason: str) -> None:
+        text = "… and %d more changes: nodes come and go faster than they are logged"
+        logger.log(self._level, text, omitted)
+
+
+def _warn_of_omitted(omitted: int, reason: str) -> None:
+    logger.warning("… and %d more like this: %s", omitted, reason)

@@ -19,6 +19,8 @@ import unicodedata
 from enum import IntEnum
 from typing import Final
 
+from proto.limits import MAX_ERROR_TEXT
+
 _QUOTED_NAME_LENGTH: Final = 512
 """Longest invalid name that an error text quotes completely; a hostile one may have megabytes."""
 _QUOTED_CONTEXT: Final = 40
@@ -38,6 +40,26 @@ def escape(text: str) -> str:
     if text.isascii() and text.isprintable():
         return text
     return "".join(char if _is_plain(char) else char.encode("unicode_escape").decode() for char in text)
+
+
+def peer_text(text: str) -> str:
+    """Return a peer's text for a log, a terminal, a file or an exception: in one line, and not too long.
+
+    Args:
+        text: The text of an ERROR, GOODBYE, REFUSED or NOTICE frame, or of an error in a reply.
+
+    Returns:
+        The text with control characters, line ends and invisible characters as Python escapes, cut at 500
+        characters. Letters of any language stay.
+    """
+    if len(text) <= MAX_ERROR_TEXT and text.isprintable():
+        return text
+    text = text[: MAX_ERROR_TEXT + 1]
+    if not text.isprintable():
+        text = "".join(
+            char if char.isprintable() else char.encode("unicode_escape").decode() for char in text
+        )
+    return text if len(text) <= MAX_ERROR_TEXT else f"{text[: MAX_ERROR_TEXT - 1]}…"
 
 
 def _is_plain(char: str) -> bool:

@@ -12,6 +12,8 @@ from actors.endpoints.publisher.departing import DepartingQueues
 from actors.errors import NodeDestroyed, WaitTimeout, error_text
 from actors.session.endpoint import LinkEndpoint
 from proto import frames
+from proto.codes import NoticeKind
+from proto.limited_log import PERIOD_SEC, LimitedLog
 from proto.names import full_node_name
 
 if TYPE_CHECKING:
@@ -36,6 +38,7 @@ class NodeContext(LinkEndpoint):
         declared: Whether the broker of this session has accepted or refused the node.
         endpoints: The node's publishers, subscriptions, services, clients and graph watches.
         departing: The queues of destroyed publishers.
+        warnings: Limits the warnings that other nodes can cause.
         stop: Ends the node with an error; set by the node.
     """
 
@@ -66,8 +69,10 @@ class NodeContext(LinkEndpoint):
         self.endpoints: dict[Endpoint, None] = {}
         self.timers: dict[TimerSource, None] = {}
         self.departing = DepartingQueues(link, log)
+        self.warnings = LimitedLog(self._warn_of_omitted, lambda: self._loop.time())  # noqa: PLW0108 - the loop comes later
         self.stop: Callable[[Exception], None] = _ignore
         self._stop_on_error = stop_on_error
+        self._sum_due: asyncio.TimerHandle | None = None
         link.add(self)
 
     def require_alive(self) -> None:
@@ -130,7 +135,36 @@ class NodeContext(LinkEndpoint):
 
     def notice(self, notice: frames.Notice) -> None:
         """Log a warning of the broker."""
-        self.log.warning(notice.text)
+        self.warn_of(notice)
+
+    def warn_of(self, notice: frames.Notice) -> None:
+        """Log a notice, unless there were many of its kind: other nodes can cause any number of them."""
+        kind = NoticeKind(notice.kind).name if notice.kind in set(NoticeKind) else str(notice.kind)
+        if self.warnings.admits(f"{kind} notices"):
+            self.log.warning(notice.text)
+        elif self._sum_due is None:
+            self._sum_due = self._loop.call_later(PERIOD_SEC, self._report_omitted)
+
+    @property
+    def _loop(self) -> asyncio.AbstractEventLoop:
+        assert self.link.loop is not None
+        return self.link.loop
+
+    def _report_omitted(self) -> None:
+        self._sum_due = None
+        self.warnings.report_omitted()
+        if self.warnings.omitting:
+            self._sum_due = self._loop.call_later(PERIOD_SEC, self._report_omitted)
+
+    def _warn_of_omitted(self, omitted: int, reason: str) -> None:
+        self.log.warning(f"… and {omitted} more like this: {reason}")
+
+    def end_warnings(self) -> None:
+        """Log how many warnings were not logged, as the node ends."""
+        self.warnings.report_omitted(at_once=True)
+        if self._sum_due is not None:
+            self._sum_due.cancel()
+            self._sum_due = None
 
     def session_ended(self) -> None:
         """Forget the declaration, and publishers that can send nothing more."""

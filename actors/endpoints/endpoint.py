@@ -74,7 +74,7 @@ class Endpoint(LinkEndpoint):
         if self.events is not None:
             self.events.notice(notice)
         else:
-            self.context.log.warning(notice.text)
+            self.context.warn_of(notice)
 
     def session_ended(self) -> None:
         """Forget the counterparts."""

@@ -282,7 +282,7 @@ class EndpointEvents:
         if event is not None:
             event.add(notice.peers)
         if event is None or (self._log_incompatible and not event.is_wanted):
-            self._context.log.warning(notice.text)
+            self._context.warn_of(notice)
 
     def diagnostics(self) -> tuple[CallbackDiagnostics, ...]:
         """Return how long each callback takes."""

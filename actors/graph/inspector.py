@@ -22,7 +22,7 @@ from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.graph.snapshot import GraphSnapshot
 from proto import frames, limits
 from proto.codec import Decoder, encode
-from proto.errors import ErrorCode, ProtocolError, escape
+from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.identity import agent
 from proto.receiver import SCRATCH_BYTES, Receiver
 from proto.session import Role, Session, State
@@ -292,9 +292,9 @@ class Inspector:
             if isinstance(frame, kind):
                 return frame
             if isinstance(frame, frames.Error):
-                raise ProtocolError(_known(frame.code), escape(frame.text))
+                raise ProtocolError(_known(frame.code), peer_text(frame.text))
             if isinstance(frame, frames.Goodbye):
-                raise ConnectionResetError(escape(frame.text))
+                raise ConnectionResetError(peer_text(frame.text))
             if isinstance(frame, frames.Ping):
                 self._send(frames.Pong(frame.token))
 

@@ -321,6 +321,7 @@ class Lifecycle:
             self._leaving = self._spawn(self._empty_queues())
 
     def _destroy_parts(self) -> None:
+        self._context.end_warnings()
         for timer in tuple(self._context.timers):
             timer.destroy()
         for endpoint in tuple(self._context.endpoints):

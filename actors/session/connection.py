@@ -15,7 +15,7 @@ from actors.session.keepalive import Keepalive
 from proto import frames, limits
 from proto.aio.channel import Channel
 from proto.aio.forks import drop_in_children
-from proto.errors import ErrorCode, ProtocolError
+from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.liveness import PeerState
 from proto.session import Role
 
@@ -152,13 +152,14 @@ class BrokerConnection:
 
     def turned_away(self, frame: frames.Error) -> None:
         """Handle ERROR: note the broker's reason, and close."""
-        self.refusal = f"The broker closed the link: {frame.text}"
+        text = peer_text(frame.text)
+        self.refusal = f"The broker closed the link: {text}"
         if frame.code == ErrorCode.NAME_TAKEN and self._link is not None:
             self._link.waits_for_name = True
         if frame.code == ErrorCode.VERSION:
-            self.fatal = ProtocolError(ErrorCode.VERSION, frame.text)
+            self.fatal = ProtocolError(ErrorCode.VERSION, text)
         elif frame.code == ErrorCode.UNAUTHORIZED:
-            self.fatal = refused_credentials(str(self.url), frame.text)
+            self.fatal = refused_credentials(str(self.url), text)
         self.close()
 
     def name_taken(self, text: str) -> None:
@@ -214,7 +215,7 @@ class BrokerConnection:
     def failed(self, error: ProtocolError) -> None:
         """ChannelHandler: the broker broke the protocol."""
         if self._link is not None:
-            self._log.warning(f"Closing the link: the broker violated the protocol: {error}")
+            self._log.warning(f"Closing the link: the broker violated the protocol: {peer_text(str(error))}")
 
     def closed(self, error: Exception | None) -> None:
         """ChannelHandler: the connection is closed."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.session.endpoint import LinkEndpoint
 from proto import frames
-from proto.errors import ErrorCode
+from proto.errors import ErrorCode, peer_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -26,9 +26,13 @@ def _endpoint(link: Link, number: int) -> LinkEndpoint:
 
 def _refused(connection: BrokerConnection, link: Link, frame: frames.Refused) -> None:
     if frame.code == ErrorCode.NAME_TAKEN:
-        connection.name_taken(frame.text)
+        connection.name_taken(peer_text(frame.text))
     else:
-        _endpoint(link, frame.id).refused(frame.code, frame.text)
+        _endpoint(link, frame.id).refused(frame.code, peer_text(frame.text))
+
+
+def _notice(_: BrokerConnection, link: Link, frame: frames.Notice) -> None:
+    _endpoint(link, frame.id).notice(frame._replace(text=peer_text(frame.text)))
 
 
 def _matched(_: BrokerConnection, link: Link, frame: frames.Matched) -> None:
@@ -49,7 +53,7 @@ DISPATCH: Final[Mapping[type[Any], Callable[[BrokerConnection, Link, Any], None]
     frames.Accepted: lambda _, link, frame: _endpoint(link, frame.id).accepted(frame.number),
     frames.Refused: _refused,
     frames.Matched: _matched,
-    frames.Notice: lambda _, link, frame: _endpoint(link, frame.id).notice(frame),
+    frames.Notice: _notice,
     frames.Request: lambda _, link, frame: _endpoint(link, frame.endpoint).requested(frame.entries),
     frames.Cancel: lambda _, link, frame: _endpoint(link, frame.endpoint).cancelled(frame.calls),
     frames.Reply: lambda _, link, frame: _endpoint(link, frame.endpoint).replied(frame.entries),

@@ -21,6 +21,7 @@ from actors.interfaces.message import Message, type_hash, type_name
 from proto import frames, limits
 from proto.codec import encode
 from proto.codes import Status
+from proto.errors import peer_text
 from proto.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
@@ -194,7 +195,7 @@ class ClientEndpoint(IntrospectedEndpoint):
     def _failure(self, entry: ReplyEntry) -> CallFailed:
         if entry.status in {Status.REMOTE_ERROR, Status.INVALID_REQUEST, Status.INVALID_REPLY}:
             return RemoteError(*_remote_error(entry.body))
-        text = entry.body.decode("utf-8", "replace")
+        text = peer_text(entry.body.decode("utf-8", "replace"))
         failure = _UNSERVED.get(entry.status)
         if failure is None:
             return RemoteError(f"Status {entry.status}", text)
@@ -288,6 +289,6 @@ def _remote_error(body: bytes) -> tuple[str, str]:
     """Return type and text of a remote error; a server in another language may send something else."""
     try:
         kind, text = msgpack.unpackb(body)
-        return str(kind), str(text)
-    except (ValueError, TypeError, msgpack.UnpackException):
+        return peer_text(str(kind)), peer_text(str(text))
+    except (ValueError, TypeError, RecursionError, msgpack.UnpackException):
         return "RemoteError", "the server sent an error that cannot be read"

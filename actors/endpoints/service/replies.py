@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import msgpack
 
 from actors.endpoints.entries import EntryBatch
 from actors.errors import error_text
 from actors.interfaces.codec import codec_for
-from proto import frames
+from proto import frames, limits
 from proto.codec import encode
 from proto.codes import Status
 from proto.frames import ReplyEntry
@@ -17,9 +17,6 @@ from proto.frames import ReplyEntry
 if TYPE_CHECKING:
     from actors.endpoints.endpoint import Endpoint
     from actors.session.link import Link
-
-MAX_ERROR_TEXT: Final = 4000
-"""Characters of an exception's text that are sent to the caller."""
 
 
 class Replies:
@@ -58,7 +55,7 @@ class Replies:
     def send_error(self, call: int, status: Status, error: BaseException) -> None:
         """Send an exception's type and text."""
         self.errors += 1
-        body = msgpack.packb([type(error).__name__, error_text(error)[:MAX_ERROR_TEXT]])
+        body = msgpack.packb([type(error).__name__, error_text(error)[: limits.MAX_ERROR_TEXT]])
         self._send(call, status, body)
 
     def send_text(self, call: int, status: Status, text: str) -> None:

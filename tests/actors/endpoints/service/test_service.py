@@ -187,7 +187,7 @@ class MuteError(Exception):
         (ExceptionGroup("many", [ValueError("a"), TypeError("b")]), "many (2 sub-exceptions)"),
         (BaseExceptionGroup("more", [Odd()]), "more (1 sub-exception)"),
         (MuteError(), "(an exception without a readable text)"),
-        (ValueError("x" * 100_000), "x" * 4000),
+        (ValueError("x" * 100_000), "x" * 500),
     ],
 )
 async def test_whatever_a_handler_raises_reaches_its_caller(
