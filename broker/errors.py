@@ -2,6 +2,7 @@
 
     CallboardError (proto.errors)
     ├── AccessFileError (ValueError)      the access rules are broken or cannot be read (broker.access.errors)
+    ├── ConfigurationError (ValueError)   the configuration file is wrong; the text names the key
     ├── InvalidOptionError (ValueError)   an option is out of range; the text names it and its range
     └── ListenError (OSError)             the broker cannot listen where it should
         ├── AddressInUseError             something else listens there
@@ -16,6 +17,10 @@ import errno
 import socket
 
 from proto.errors import CallboardError
+
+
+class ConfigurationError(CallboardError, ValueError):
+    """The configuration file cannot be read or is wrong."""
 
 
 class InvalidOptionError(CallboardError, ValueError):

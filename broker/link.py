@@ -52,8 +52,7 @@ class Link:
 
     def __init__(self, channel: BudgetedChannel, options: BrokerOptions, now: float) -> None:
         self.channel = channel
-        channel.outbox.max_held_bytes = options.max_link_bytes
-        self._options = options
+        self.reconfigure(options)
         self.router: Router | None = None
         self.peer = 0
         self.session = 0
@@ -70,6 +69,11 @@ class Link:
         self.left = False
         self.ending = ""
         self.liveness = Liveness(now)
+
+    def reconfigure(self, options: BrokerOptions) -> None:
+        """Apply the broker's limits from now on."""
+        self._options = options
+        self.channel.outbox.max_held_bytes = options.max_link_bytes
 
     def fail(self, code: ErrorCode, text: str) -> None:
         """Send ERROR with the reason, and close."""

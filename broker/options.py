@@ -16,10 +16,21 @@ if TYPE_CHECKING:
 _MIB: Final = 1024 * 1024
 
 
-def _option(default: object, text: str, least: float | None = None, most: float | None = None) -> Any:
-    """Return a dataclass field with its help text and its range."""
+LEVELS: Final = ("debug", "info", "warning", "error")
+"""Levels of the daemon's log."""
+
+
+def _option(
+    default: object,
+    text: str,
+    least: float | None = None,
+    most: float | None = None,
+    *,
+    reloads: bool = False,
+) -> Any:
+    """Return a dataclass field with its help, its range, and whether a running broker can change it."""
     span = {} if least is None else {"least": least, "most": most}
-    return field(default=default, metadata={"help": text, **span})
+    return field(default=default, metadata={"help": text, "reloads": reloads, **span})
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -54,19 +65,23 @@ class BrokerOptions:
         limits.DEFAULT_KEEPALIVE_SEC, "seconds of silence after which a peer counts as frozen", 0.1, 3600
     )
     idle_keepalive_sec: float = _option(
-        limits.IDLE_KEEPALIVE_SEC, "the same for a link without matched endpoints", 0.1, 86_400
+        limits.IDLE_KEEPALIVE_SEC,
+        "the same for a link without matched endpoints",
+        0.1,
+        86_400,
+        reloads=True,
     )
     handshake_timeout_sec: float = _option(
         limits.HANDSHAKE_TIMEOUT_SEC, "seconds a new connection has for its handshake", 0.1, 3600
     )
     suspend_close_sec: float = _option(
-        30.0, "seconds after which a frozen peer's link is closed", 0.1, 86_400
+        30.0, "seconds after which a frozen peer's link is closed", 0.1, 86_400, reloads=True
     )
     name_grace_sec: float = _option(
         5.0, "seconds after which another node may take a frozen node's name", 0, 86_400
     )
     drain_timeout_sec: float = _option(
-        5.0, "seconds a stopping broker waits for answers and unsent messages", 0, 3600
+        5.0, "seconds a stopping broker waits for answers and unsent messages", 0, 3600, reloads=True
     )
     max_connections: int = _option(
         20_000, "connections at the same time, as far as the limit of open files allows", 1, 1_000_000
@@ -89,6 +104,7 @@ class BrokerOptions:
         " queues are dropped, and if that is not enough, the connection is closed",
         65_536,
         2**40,
+        reloads=True,
     )
     max_bulk_bytes: int = _option(
         256 * _MIB,
@@ -96,6 +112,7 @@ class BrokerOptions:
         " may wait for it; beyond it they fail as OVERLOADED",
         65_536,
         2**40,
+        reloads=True,
     )
     max_queued_call_bytes: int = _option(
         8 * _MIB,
@@ -114,3 +131,14 @@ class BrokerOptions:
             least, most = option.metadata["least"], option.metadata["most"]
             if not isinstance(value, int | float) or not least <= value <= most:
                 raise InvalidOptionError(f"{option.name} must be from {least} to {most}, got {value!r}")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DaemonOptions:
+    """The options that only the daemon has: its log, and the file with its URL."""
+
+    url_file: Path | None = field(default=None, metadata={"help": "write the URL it listens on to this file"})
+    log_level: str = field(
+        default="info", metadata={"help": "what is logged", "choices": LEVELS, "reloads": True}
+    )
+    json_logs: bool = field(default=False, metadata={"help": "log one JSON object per line"})

@@ -13,6 +13,7 @@ from proto.liveness import PeerState
 if TYPE_CHECKING:
     from broker.dispatcher import Dispatcher
     from broker.link import Link
+    from broker.options import BrokerOptions
     from broker.router import Router
     from proto.loop_lag import LoopLag
 
@@ -34,9 +35,12 @@ class PeriodicCheck:
 
     def __init__(self, dispatcher: Dispatcher, lag: LoopLag) -> None:
         self._dispatcher = dispatcher
-        self._options = dispatcher.options
         self._lag = lag
         self._next_round = 0.0
+
+    @property
+    def _options(self) -> BrokerOptions:
+        return self._dispatcher.options  # a reload replaces them
 
     async def run(self) -> None:
         """Check until cancelled."""

@@ -12,6 +12,7 @@ import asyncio
 import logging
 import secrets
 import time
+from dataclasses import fields, replace
 from itertools import count
 from typing import TYPE_CHECKING, Self
 
@@ -115,6 +116,19 @@ class Broker:
 
     def _now(self) -> float:
         return 0.0 if self._loop is None else self._loop.time()
+
+    def reconfigure(self, options: BrokerOptions) -> None:
+        """Apply the options that can change while the broker runs; the others keep their values.
+
+        Args:
+            options: The new options. Those whose metadata has `reloads` are applied.
+        """
+        changed = {
+            each.name: getattr(options, each.name) for each in fields(options) if each.metadata.get("reloads")
+        }
+        self.options = self._dispatcher.options = replace(self.options, **changed)
+        for link in self._dispatcher.links:
+            link.reconfigure(self.options)
 
     async def __aenter__(self) -> Self:
         """Listen.

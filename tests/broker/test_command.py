@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from broker import command
+from broker import daemon
 from proto import frames
 from proto.errors import CallboardError
 from proto.url import parse_url
@@ -128,7 +128,7 @@ def test_a_url_file_that_cannot_be_written_leaves_nothing(
 
     monkeypatch.setattr(tempfile._TemporaryFileWrapper, "write", refuse, raising=False)
     with pytest.raises(CallboardError, match="No space left"):
-        command._write_atomically(tmp_path / "url", "callboard://x")
+        daemon.write_atomically(tmp_path / "url", "callboard://x")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -201,13 +201,13 @@ async def test_with_json_logs_an_error_at_the_start_is_an_object_too() -> None:
 
 
 async def test_sighup_without_a_terminal_does_not_stop_it() -> None:
-    """It requests a reload: the broker logs that there is nothing to reload, and continues."""
+    """It requests a reload: the broker logs that nothing has changed, and continues."""
     async with started("--port", "0", session=True) as process:
         await first_line(process)
         process.send_signal(signal.SIGHUP)
         assert process.stderr is not None
         async with asyncio.timeout(20):
-            assert b"nothing to reload" in await process.stderr.readline()
+            assert b"Reloaded: no option has changed" in await process.stderr.readline()
         process.terminate()
         assert (await end(process))[0] == 0
 

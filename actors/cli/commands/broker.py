@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 EXAMPLES: Final = {
     "callboard broker": "listen on callboard://127.0.0.1:7411, until Ctrl-C",
     "callboard broker --host 0.0.0.0 --port 7412": "for other machines, too",
+    "callboard broker --config broker.toml": "with the options in a file",
 }
 
 
@@ -27,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the daemon until SIGINT or SIGTERM."""
     # The daemon would import these itself, when a signal already raises.
-    import_module("broker.server")
+    import_module("broker.daemon")
     with suppress(ImportError):
         import_module("uvloop")
     raise_at_once()

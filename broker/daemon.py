@@ -1,0 +1,153 @@
+"""The daemon: a broker with its URL file and its signals."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import signal
+import sys
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from broker.configuration import SETTINGS
+from broker.server import Broker
+from proto.aio import process
+from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from broker.configuration import Configuration
+
+logger: Final = logging.getLogger("callboard.broker")
+
+
+class Daemon:
+    """A broker as a process of its own.
+
+    Args:
+        configuration: What it starts with.
+        load: Returns the configuration of now, for a reload.
+    """
+
+    def __init__(self, configuration: Configuration, load: Callable[[], Configuration]) -> None:
+        self._load = load
+        self._options = configuration.daemon_options
+        self._values = configuration.values()
+        self._broker = Broker(configuration.broker_options, node_log_level=logging.INFO)
+
+    async def serve(self) -> None:
+        """Serve until SIGINT or SIGTERM cancels it; SIGHUP reloads the configuration."""
+        task = asyncio.current_task()
+        assert task is not None
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            process.add_signal_handler(loop, number, task.cancel)
+        _handle_hangup(loop, stop=task.cancel, reload=self._reload)
+        async with self._broker as broker:
+            process.configure_process()
+            _announce(broker.url)
+            if self._options.json_logs:
+                logger.info("Listening on %s", broker.url)
+            with _url_file(self._options.url_file, broker.url + "\n"):
+                await broker.serve_forever()
+
+    def _reload(self) -> None:
+        """Apply the configuration anew. If it is wrong, everything remains as it was."""
+        try:
+            self._apply(self._load())
+        except CallboardError as error:
+            text = "Reload failed, everything remains as it was: %s"
+            logger.error(text, error)  # noqa: TRY400 - its text is complete
+
+    def _apply(self, new: Configuration) -> None:
+        """Apply the options that can change while the broker runs."""
+        values = new.values()
+        changed = [each for name, each in SETTINGS.items() if values[name] != self._values[name]]
+        self._broker.reconfigure(new.broker_options)
+        logging.getLogger().setLevel(new.daemon_options.log_level.upper())
+        applied = [each.name for each in changed if each.reloads]
+        self._values |= {name: values[name] for name in applied}
+        logger.info("Reloaded: %s", ", ".join(applied) or "no option has changed")
+        waiting = [each.name for each in changed if not each.reloads]
+        if waiting:
+            logger.warning("needs a restart: %s", ", ".join(waiting))
+
+
+def _announce(url: str) -> None:
+    """Print where the broker listens: scripts wait for this line."""
+    try:
+        print(f"callboard broker listening on {url}", flush=True)  # noqa: T201
+    except OSError as error:
+        # The interpreter would try to write the line again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        reason = error.strerror or str(error)
+        raise CallboardError(f"Cannot write to stdout: {reason}") from error
+
+
+@contextmanager
+def _url_file(path: Path | None, text: str) -> Generator[None]:
+    """Write the file with the broker's URL, if one is wanted, and remove it at the end."""
+    if path is None:
+        yield
+        return
+    write_atomically(path, text)
+    try:
+        yield
+    finally:
+        _remove(path, text)
+
+
+def _remove(path: Path, text: str) -> None:
+    """Remove the URL's file, unless it is gone or another broker has written its own URL there."""
+    try:
+        if path.read_bytes() == text.encode():
+            path.unlink()
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        logger.warning("Cannot remove %s: %s", path, error.strerror or error)
+
+
+def _handle_hangup(
+    loop: asyncio.AbstractEventLoop, *, stop: Callable[[], object], reload: Callable[[], object]
+) -> None:
+    """Let SIGHUP stop a broker that was started on a terminal, because the terminal is gone.
+
+    Without a terminal SIGHUP requests a reload. If it is ignored (nohup), it stays ignored.
+    """
+    number = getattr(signal, "SIGHUP", None)  # not on Windows
+    if number is None or signal.getsignal(number) is signal.SIG_IGN:
+        return
+    # Checked now: when the signal comes the terminal may be gone.
+    loop.add_signal_handler(number, stop if _has_terminal() else reload)
+
+
+def _has_terminal() -> bool:
+    try:
+        os.close(os.open("/dev/tty", os.O_RDWR | os.O_NOCTTY))
+    except OSError:
+        return False
+    return True
+
+
+def write_atomically(path: Path, text: str) -> None:
+    """Write a file so that readers see all of it or nothing.
+
+    Raises:
+        CallboardError: It cannot be written.
+    """
+    written: Path | None = None
+    try:
+        with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=path.name, delete=False) as file:
+            written = Path(file.name)
+            file.write(text)
+        written.replace(path)
+    except OSError as error:
+        if written is not None:
+            written.unlink(missing_ok=True)
+        reason = error.strerror or str(error)
+        raise CallboardError(f"Cannot write the URL to {path}: {reason}") from error
