@@ -6,6 +6,7 @@ import argparse
 import asyncio
 import json
 import logging
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -82,10 +83,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _serve(configuration: Configuration, load: Callable[[], Configuration]) -> None:
     from broker.daemon import Daemon  # noqa: PLC0415 - --help needs no server
+    from broker.service_manager import ServiceManager  # noqa: PLC0415
 
     process.raise_file_limit()
     with asyncio.Runner(loop_factory=process.new_event_loop) as runner:
-        runner.run(Daemon(configuration, load).serve())
+        runner.run(Daemon(configuration, load, ServiceManager(os.environ)).serve())
 
 
 def _check_health(options: BrokerOptions) -> int:

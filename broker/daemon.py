@@ -1,4 +1,4 @@
-"""The daemon: a broker with its URL file and its signals."""
+"""The daemon: a broker with its URL file, its signals and its service manager."""
 
 from __future__ import annotations
 
@@ -15,14 +15,19 @@ from typing import TYPE_CHECKING, Final
 from broker.configuration import SETTINGS
 from broker.server import Broker
 from proto.aio import process
+from proto.aio.tasks import cancel_and_wait
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from broker.configuration import Configuration
+    from broker.service_manager import ServiceManager
 
 logger: Final = logging.getLogger("callboard.broker")
+
+STOP_RESERVE_SEC: Final = 5.0
+"""Time that a stop may take beyond `drain_timeout_sec`, on a busy machine."""
 
 
 class Daemon:
@@ -31,10 +36,16 @@ class Daemon:
     Args:
         configuration: What it starts with.
         load: Returns the configuration of now, for a reload.
+        manager: The service manager that has started this process.
     """
 
-    def __init__(self, configuration: Configuration, load: Callable[[], Configuration]) -> None:
+    def __init__(
+        self, configuration: Configuration, load: Callable[[], Configuration], manager: ServiceManager
+    ) -> None:
         self._load = load
+        self._manager = manager
+        self._status = ""
+        """Where it listens; "" before and after that."""
         self._options = configuration.daemon_options
         self._values = configuration.values()
         self._broker = Broker(configuration.broker_options, node_log_level=logging.INFO)
@@ -47,34 +58,50 @@ class Daemon:
         for number in (signal.SIGINT, signal.SIGTERM):
             process.add_signal_handler(loop, number, task.cancel)
         _handle_hangup(loop, stop=task.cancel, reload=self._reload)
-        async with self._broker as broker:
-            process.configure_process()
-            _announce(broker.url)
-            if self._options.json_logs:
-                logger.info("Listening on %s", broker.url)
-            with _url_file(self._options.url_file, broker.url + "\n"):
-                await broker.serve_forever()
+        watchdog = loop.create_task(self._manager.keep_alive())
+        try:
+            async with self._broker as broker:
+                process.configure_process()
+                _announce(broker.url)
+                if self._options.json_logs:
+                    logger.info("Listening on %s", broker.url)
+                with _url_file(self._options.url_file, broker.url + "\n"):
+                    self._status = f"Listening on {broker.url}"
+                    self._manager.notify_ready(self._status)
+                    try:
+                        await broker.serve_forever()
+                    finally:
+                        self._status = ""
+                        self._manager.notify_stopping(broker.options.drain_timeout_sec + STOP_RESERVE_SEC)
+        finally:
+            await cancel_and_wait(watchdog)
 
     def _reload(self) -> None:
         """Apply the configuration anew. If it is wrong, everything remains as it was."""
+        if self._status:
+            self._manager.notify_reloading()
         try:
-            self._apply(self._load())
+            text = self._apply(self._load())
         except CallboardError as error:
-            text = "Reload failed, everything remains as it was: %s"
-            logger.error(text, error)  # noqa: TRY400 - its text is complete
+            text = f"Reload failed, everything remains as it was: {error}"
+            logger.error("%s", text)  # noqa: TRY400 - its text is complete
+        if self._status:
+            self._manager.notify_ready(f"{self._status}. {text}")
 
-    def _apply(self, new: Configuration) -> None:
-        """Apply the options that can change while the broker runs."""
+    def _apply(self, new: Configuration) -> str:
+        """Apply the options that can change while the broker runs; return what happened."""
         values = new.values()
         changed = [each for name, each in SETTINGS.items() if values[name] != self._values[name]]
         self._broker.reconfigure(new.broker_options)
         logging.getLogger().setLevel(new.daemon_options.log_level.upper())
         applied = [each.name for each in changed if each.reloads]
         self._values |= {name: values[name] for name in applied}
-        logger.info("Reloaded: %s", ", ".join(applied) or "no option has changed")
+        text = f"Reloaded: {', '.join(applied) or 'no option has changed'}"
+        logger.info("%s", text)
         waiting = [each.name for each in changed if not each.reloads]
         if waiting:
             logger.warning("needs a restart: %s", ", ".join(waiting))
+        return text
 
 
 def _announce(url: str) -> None:
