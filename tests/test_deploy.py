@@ -1,0 +1,136 @@
+"""The files in deploy/ fit the command line, and the tools that read them accept them."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from actors.cli.parsing import parser_of
+from actors.cli.table import VERBS, Verb
+from broker.configuration import load_configuration
+from proto.url import DEFAULT_PORT
+
+ROOT = Path(__file__).resolve().parent.parent
+DEPLOY = ROOT / "deploy"
+UNIT = (DEPLOY / "callboard.service").read_text(encoding="utf-8")
+DOCKERFILE = (DEPLOY / "Dockerfile").read_text(encoding="utf-8").replace("\\\n", " ")
+GUIDE = (ROOT / "docs" / "how-to" / "deploy.md").read_text(encoding="utf-8")
+
+
+def check_command(words: list[str]) -> None:
+    """Check that a command is `callboard broker` with options that exist."""
+    program, verb, *options = words
+    assert (Path(program).name, verb) == ("callboard", "broker")
+    broker = VERBS["broker"]
+    assert isinstance(broker, Verb)
+    parser_of("broker", broker).parse_args(options)
+    assert "--insecure" not in options
+
+
+def unit_values(key: str) -> list[str]:
+    """Return the values of a key of the unit."""
+    return re.findall(rf"^{key}=(.*)$", UNIT, re.MULTILINE)
+
+
+def test_the_unit_runs_the_broker_in_a_sandbox() -> None:
+    """Its command exists; it is watched, has no user of its own, no capabilities and a read-only system."""
+    (command,) = unit_values("ExecStart")
+    check_command(shlex.split(command))
+    wanted = {
+        "Type": "notify",
+        "DynamicUser": "yes",
+        "CapabilityBoundingSet": "",
+        "NoNewPrivileges": "yes",
+        "ProtectSystem": "strict",
+        "RestrictAddressFamilies": "AF_INET AF_INET6 AF_UNIX",
+        "ConfigurationDirectory": "callboard",
+        "LimitCORE": "0",
+    }
+    assert {key: unit_values(key) for key in wanted} == {key: [value] for key, value in wanted.items()}
+    assert unit_values("SystemCallFilter")[0] == "@system-service"
+    assert int(unit_values("WatchdogSec")[0]) > 0
+    assert "$MAINPID" in unit_values("ExecReload")[0]
+
+
+def test_systemd_accepts_the_unit(tmp_path: Path) -> None:
+    """`systemd-analyze verify` finds nothing, and the exposure is what the guide says."""
+    tool = shutil.which("systemd-analyze")
+    if tool is None:
+        pytest.skip("needs systemd-analyze")
+    path = tmp_path / "callboard.service"
+    path.write_text(re.sub(r"^ExecStart=\S+", f"ExecStart={sys.executable}", UNIT, flags=re.MULTILINE))
+    done = subprocess.run([tool, "verify", str(path)], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    done = subprocess.run(
+        [tool, "security", "--offline=true", "--no-pager", str(path)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if "--offline" in done.stderr:
+        pytest.skip("needs the option --offline of systemd 250")
+    (exposure,) = re.findall(r"exposure level for \S+: ([\d.]+)", done.stdout)
+    (documented,) = re.findall(r"systemd-analyze security callboard` gives it ([\d.]+) of 10", GUIDE)
+    assert float(exposure) <= float(documented)
+
+
+def test_the_container_runs_the_broker_without_rights() -> None:
+    """Its commands exist, its user is not root, and nothing in it opens the broker."""
+    commands = [
+        json.loads(each) for each in re.findall(r"(?:ENTRYPOINT|CMD) (\[.*\])$", DOCKERFILE, re.MULTILINE)
+    ]
+    health, entrypoint, options = commands
+    check_command(health)
+    check_command(entrypoint + options)
+    assert health[2:4] == options  # both at the same address
+    (user,) = re.findall(r"^USER (\d+):\d+$", DOCKERFILE, re.MULTILINE)
+    assert int(user) > 0
+    assert re.findall(r"^EXPOSE (\d+)$", DOCKERFILE, re.MULTILINE) == [str(DEFAULT_PORT)]
+    assert "insecure" not in DOCKERFILE
+
+
+def test_the_container_is_built_from_what_the_package_needs() -> None:
+    """.dockerignore lets through the packages and the files that pyproject.toml names, and nothing else."""
+    lines = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
+    kept = {line.removeprefix("!") for line in lines if line.startswith("!")}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    packages = {
+        each for each in project["tool"]["setuptools"]["packages"]["find"]["include"] if "." not in each
+    }
+    files = {project["project"]["readme"], *project["project"]["license-files"], "pyproject.toml"}
+    assert "*" in lines
+    assert kept == packages | files
+
+
+def test_the_example_configuration_shows_the_defaults(tmp_path: Path) -> None:
+    """It is accepted as it is; with its commented lines, too, it changes nothing."""
+    text = (DEPLOY / "broker.toml").read_text(encoding="utf-8")
+    path = tmp_path / "broker.toml"
+    path.write_text(re.sub(r"^#(?=\w)", "", text, flags=re.MULTILINE), encoding="utf-8")
+    shown = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert len(shown) > 8
+    for file in (DEPLOY / "broker.toml", path):
+        assert load_configuration({}, file).values() == load_configuration({}).values()
+
+
+def test_the_commands_of_the_guide_install_what_the_unit_uses() -> None:
+    """The files that it installs exist, and have the names, the group and the folders of the unit."""
+    commands = [shlex.split(line) for line in re.findall(r"^    (\S.*)$", GUIDE, re.MULTILINE)]
+    installed = {words[-1]: words[-2] for words in commands if words[0] == "install" and "-d" not in words}
+    assert all((ROOT / source).is_file() for source in installed.values())
+    assert set(installed) == {"/etc/callboard/broker.toml", "/etc/systemd/system/callboard.service"}
+    (command,) = unit_values("ExecStart")
+    assert "%E/callboard/broker.toml" in command
+    (program, *_) = shlex.split(command)
+    assert ["python3", "-m", "venv", str(Path(program).parent.parent)] in commands
+    assert ["groupadd", "--system", *unit_values("SupplementaryGroups")] in commands
+    (built,) = [words for words in commands if words[:2] == ["docker", "build"]]
+    assert (ROOT / built[built.index("--file") + 1]).is_file()
