@@ -15,9 +15,6 @@ from proto.type_hash import hash_of
 if TYPE_CHECKING:
     from broker.records import Peer
 
-MAX_DEFINITIONS: Final = 2000
-MAX_DEFINITION_BYTES: Final = 4 * 1024 * 1024
-"""Different definitions that one peer may declare, and their size."""
 
 MAX_TOTAL_BYTES: Final = 64 * 1024 * 1024
 """Size of all definitions of a graph. A further one is not kept; its endpoint is declared without it."""
@@ -35,7 +32,7 @@ class Definitions:
         refused: Definitions that were not kept, because of a limit or because their hash is another one.
     """
 
-    def __init__(self, max_number: int = MAX_DEFINITIONS, max_bytes: int = MAX_DEFINITION_BYTES) -> None:
+    def __init__(self, *, max_number: int, max_bytes: int) -> None:
         self._max_number = max_number
         self._max_bytes = max_bytes
         self._known: dict[str, bytes] = {}

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 from broker.access.errors import Unauthorized
 from broker.link import logger
 from broker.refusal_log import RefusalLog
 from broker.router import Router
+from broker.router_limits import RouterLimits
 from proto.errors import ErrorCode
 from proto.outbox import Outbox
 
@@ -47,6 +49,7 @@ class Dispatcher:
         self.capacity = capacity
         self.admission = admission
         self.presence_log = presence_log
+        self._limits = _router_limits(options)
         self.links: dict[Link, None] = {}
         self.strangers: dict[Link, None] = {}
         self.joined: dict[Router, dict[int, Link]] = {}
@@ -120,14 +123,7 @@ class Dispatcher:
             joined: dict[int, Link] = {}
             router = self._routers[domain] = Router(
                 domain=domain,
-                max_endpoints=self.options.max_endpoints,
-                max_pending_calls=self.options.max_pending_calls,
-                max_definitions=self.options.max_definitions,
-                max_definition_bytes=self.options.max_definition_bytes,
-                max_message_bytes=self.options.max_message_bytes,
-                max_queue_bytes=self.options.max_queue_bytes + self.options.max_message_bytes,
-                max_queued_call_bytes=self.options.max_queued_call_bytes,
-                max_bulk_bytes=self.options.max_bulk_bytes,
+                limits=self._limits,
                 report=lambda endpoint, reason: self.presence_log.log_change(
                     domain, joined.get(endpoint.peer.id), endpoint, reason
                 ),
@@ -220,3 +216,9 @@ class Dispatcher:
         """DescriptorOwner: the descriptors of all links."""
         for link in tuple(self.links):
             yield from link.channel.descriptors()
+
+
+def _router_limits(options: BrokerOptions) -> RouterLimits:
+    same = {each.name: getattr(options, each.name) for each in fields(RouterLimits)}
+    # One more message than may wait for a peer fits into its queues.
+    return replace(RouterLimits(**same), max_queue_bytes=options.max_queue_bytes + options.max_message_bytes)

@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 from broker.calls import NO_SERVER, Calls, answer
 from broker.declarations import Declarations
-from broker.definitions import MAX_DEFINITION_BYTES, MAX_DEFINITIONS, Definitions
+from broker.definitions import Definitions
 from broker.deliveries import Close, Delivery, Send
 from broker.graph import Graph
 from broker.notices import Notices
 from broker.records import ClientRecord, Endpoint, NodeRecord, Peer, ServiceRecord
+from broker.router_limits import RouterLimits
 from broker.routes import Routes
 from broker.services import Services
 from broker.topics import Topics
-from proto import frames, limits
+from proto import frames
 from proto.codes import NoticeKind, Status
 from proto.errors import ErrorCode
 
@@ -26,12 +27,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from proto.frames import Frame
-
-MAX_ENDPOINTS: Final = 20_000
-MAX_PENDING_CALLS: Final = 200_000
-MAX_LINK_QUEUE_BYTES: Final = 128 * 1024 * 1024
-MAX_QUEUED_CALL_BYTES: Final = 8 * 1024 * 1024
-MAX_BULK_BYTES: Final = 256 * 1024 * 1024
 
 WAS_SILENT: Final = "This node was silent for the keepalive limit; until now the graph was without it"
 
@@ -41,14 +36,7 @@ class Router:
 
     Args:
         domain: The graph's number.
-        max_endpoints: Nodes and endpoints that one peer may declare.
-        max_pending_calls: Unanswered calls of one peer.
-        max_definitions: Different type definitions that one peer may declare.
-        max_definition_bytes: Their size.
-        max_message_bytes: Size of one frame that a peer takes.
-        max_queue_bytes: Bytes that may wait in one queue for a KEEP_ALL subscription that granted credit.
-        max_queued_call_bytes: Bytes of requests from one peer that may wait for one server's peer.
-        max_bulk_bytes: Bytes of requests from all peers that may wait for one server's peer.
+        limits: What its peers may have and send; None for the defaults.
         report: For logs. Called with each endpoint and None when it is declared, and with the reason when it
             is removed; "" if its connection has ended.
 
@@ -63,16 +51,10 @@ class Router:
         self,
         *,
         domain: int = 0,
-        max_endpoints: int = MAX_ENDPOINTS,
-        max_pending_calls: int = MAX_PENDING_CALLS,
-        max_definitions: int = MAX_DEFINITIONS,
-        max_definition_bytes: int = MAX_DEFINITION_BYTES,
-        max_queue_bytes: int = MAX_LINK_QUEUE_BYTES,
-        max_queued_call_bytes: int = MAX_QUEUED_CALL_BYTES,
-        max_bulk_bytes: int = MAX_BULK_BYTES,
-        max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
+        limits: RouterLimits | None = None,
         report: Callable[[Endpoint, str | None], None] | None = None,
     ) -> None:
+        limits = limits or RouterLimits()
         self.domain = domain
         self.relied_on: set[int] = set()
         self._out: list[Delivery] = []
@@ -80,21 +62,21 @@ class Router:
         self._peers: dict[int, Peer] = {}
         self._instances: dict[bytes, Peer] = {}
         self._notices = Notices(self._emit)
-        self.routes = Routes(self._emit, max_queue_bytes=max_queue_bytes)
+        self.routes = Routes(self._emit, max_queue_bytes=limits.max_queue_bytes)
         self.topics = Topics(self._emit, self._notices, self.routes)
         self.calls = Calls(
             self._emit,
-            max_pending=max_pending_calls,
-            max_bytes=max_message_bytes,
-            max_share_bytes=max_queued_call_bytes,
-            max_queued_bytes=max_bulk_bytes,
+            max_pending=limits.max_pending_calls,
+            max_bytes=limits.max_message_bytes,
+            max_share_bytes=limits.max_queued_call_bytes,
+            max_queued_bytes=limits.max_bulk_bytes,
         )
         self.services = Services(self._notices, self.calls)
         self.graph = Graph(self._emit)
         self.declarations = Declarations(
             self._emit,
-            max_endpoints=max_endpoints,
-            definitions=Definitions(max_definitions, max_definition_bytes),
+            max_endpoints=limits.max_endpoints,
+            definitions=Definitions(max_number=limits.max_definitions, max_bytes=limits.max_definition_bytes),
             topics=self.topics,
             services=self.services,
             graph=self.graph,

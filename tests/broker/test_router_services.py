@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from broker.router import Router
+from broker.router_limits import RouterLimits
 from proto import frames
 from proto.codes import NoticeKind, Status
 from proto.errors import ErrorCode, ProtocolError
@@ -250,7 +251,7 @@ def test_a_live_call_id_cannot_be_used_again() -> None:
 
 def test_too_many_pending_calls_are_turned_away() -> None:
     """Calls beyond the limit end as overloaded; an answer frees a place."""
-    switch = Switch(Router(max_pending_calls=2))
+    switch = Switch(Router(limits=RouterLimits(max_pending_calls=2)))
     asker, server = pair(switch)
     switch.send(asker, make.request(1, 1, 2, 3))
     assert ends_of(switch, asker) == [(3, Status.OVERLOADED)]

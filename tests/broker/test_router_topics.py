@@ -7,6 +7,7 @@ import pytest
 
 from broker.deliveries import Discard, Enqueue
 from broker.router import Router
+from broker.router_limits import RouterLimits
 from proto import frames, limits
 from proto.codec import decode
 from proto.codes import DetachReason, NoticeKind, Op, PolicyKind
@@ -360,7 +361,7 @@ def test_an_impossible_qos_is_refused(qos: frames.Options) -> None:
 
 def test_an_unknown_node_and_the_limit_are_refused() -> None:
     """Endpoints need a node of this link, and a link may declare only so many."""
-    switch = Switch(Router(max_endpoints=2))
+    switch = Switch(Router(limits=RouterLimits(max_endpoints=2)))
     peer = switch.join("/n")
     switch.send(peer, make.publisher(5, node=77), make.publisher(6), make.publisher(7))
     refused = switch.read(peer, frames.Refused)

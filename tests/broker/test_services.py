@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from broker.router import Router
+from broker.router_limits import RouterLimits
 from proto import frames, limits
 from proto.codes import Status
 from proto.frames import ReplyEntry, RequestEntry
@@ -77,7 +78,7 @@ def test_large_answers_travel_alone() -> None:
 
 def test_a_call_that_is_too_large_does_not_cost_its_neighbours() -> None:
     """Beyond the message limit only the call itself, and only the answer itself, ends as unavailable."""
-    switch = Switch(Router(max_message_bytes=1000))
+    switch = Switch(Router(limits=RouterLimits(max_message_bytes=1000)))
     asker, server = pair(switch)
     switch.send(asker, ask(b"first", bytes(2000), b"third"))
     ends = [entry for frame in switch.read(asker, frames.Reply) for entry in frame.entries]

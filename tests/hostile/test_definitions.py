@@ -13,6 +13,7 @@ from actors.interfaces.message import definition
 from actors.interfaces.std_msgs.msg import Int64, String
 from broker import definitions
 from broker.router import Router
+from broker.router_limits import RouterLimits
 from proto import frames
 from proto.errors import ErrorCode
 from proto.type_hash import hash_of
@@ -52,7 +53,7 @@ def test_a_definition_with_another_hash_is_refused() -> None:
 
 def test_junk_does_not_push_out_definitions_in_use() -> None:
     """Case 57: one link may define so many types; those of others stay."""
-    switch = Switch(Router(max_definitions=3))
+    switch = Switch(Router(limits=RouterLimits(max_definitions=3)))
     honest, junk = switch.join("/honest"), switch.join("/junk")
     switch.send(honest, declared(1, REAL))
     for number in range(5):
@@ -66,7 +67,7 @@ def test_junk_does_not_push_out_definitions_in_use() -> None:
 
 def test_definitions_of_one_link_are_limited_in_bytes() -> None:
     """Case 57: what several endpoints of a link declare counts once."""
-    switch = Switch(Router(max_definition_bytes=20))
+    switch = Switch(Router(limits=RouterLimits(max_definition_bytes=20)))
     node = switch.join("/n")
     switch.send(node, *(declared(number, REAL) for number in range(1, 5)), declared(5, b"more"))
     (refused,) = switch.read(node, frames.Refused)

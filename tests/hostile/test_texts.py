@@ -123,8 +123,8 @@ def test_texts_of_a_broker_are_escaped_where_they_arrive() -> None:
         endpoints = {1: Endpoint()}  # noqa: RUF012
 
     class Connection:
-        def fail(self, error: Exception) -> None:
-            seen.append(str(error))
+        def name_taken(self, text: str) -> None:
+            seen.append(text)
 
     for frame in (
         frames.Refused(1, ErrorCode.LIMIT, HOSTILE),

@@ -1,0 +1,32 @@
+"""The limits of one graph, which its router applies. `BrokerOptions` has the options that set them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from proto import limits
+
+_MIB: Final = 1024 * 1024
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RouterLimits:
+    """What the peers of one graph may have and send."""
+
+    max_endpoints: int = 20_000
+    """Nodes and endpoints that one peer may declare."""
+    max_pending_calls: int = 200_000
+    """Unanswered calls of one peer."""
+    max_definitions: int = 2000
+    """Different type definitions that one peer may declare."""
+    max_definition_bytes: int = 4 * _MIB
+    """Their size."""
+    max_queue_bytes: int = 128 * _MIB
+    """Bytes that may wait in one queue for a KEEP_ALL subscription that granted credit."""
+    max_queued_call_bytes: int = 8 * _MIB
+    """Bytes of requests from one peer that may wait for one server's peer."""
+    max_bulk_bytes: int = 256 * _MIB
+    """Bytes of requests from all peers that may wait for one server's peer."""
+    max_message_bytes: int = limits.MAX_MESSAGE_BYTES
+    """Size of one frame that a peer takes."""
