@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from broker.access.rules import Action
 from broker.deliveries import Enqueue, EnqueueLatched, Send
 from broker.latched import LatchedReplay
 from proto import frames
@@ -99,7 +100,7 @@ class AttachmentFrames:
             tuple(subscription.id for subscription in subscriptions),
             publisher.gid,
             first,
-            publisher.node_name,
+            publisher.node_name if route.peer.may(Action.SEE, publisher.node_name) else "",
             publisher.qos,
         )
         self._emit(Enqueue(route.peer.id, route.queue, encode(frame)))

@@ -149,7 +149,7 @@ class Connection:
         if self._inspects:
             inspects, self._inspects = self._inspects, []
             if link.router is not None:
-                answers = self._statistics.answer(self._loop.time(), link.router, inspects)
+                answers = self._statistics.answer(self._loop.time(), link.router, inspects, link)
                 self._dispatcher.deliver(link.router, [Send(link.peer, each) for each in answers])
         self._dispatcher.flush()
 

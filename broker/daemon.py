@@ -92,11 +92,13 @@ class Daemon:
         """Apply the options that can change while the broker runs; return what happened."""
         values = new.values()
         changed = [each for name, each in SETTINGS.items() if values[name] != self._values[name]]
+        self._broker.reload()  # first, as it may fail
         self._broker.reconfigure(new.broker_options)
         logging.getLogger().setLevel(new.daemon_options.log_level.upper())
         applied = [each.name for each in changed if each.reloads]
         self._values |= {name: values[name] for name in applied}
-        text = f"Reloaded: {', '.join(applied) or 'no option has changed'}"
+        rules = ["the access rules"] if self._broker.options.auth is not None else []
+        text = f"Reloaded: {', '.join(rules + applied) or 'no option has changed'}"
         logger.info("%s", text)
         waiting = [each.name for each in changed if not each.reloads]
         if waiting:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
+from broker.access.rules import Action
 from broker.deliveries import Send
 from broker.graph import Graph, is_type_text
 from broker.latched import latched_depth
@@ -33,11 +34,49 @@ from proto.names import (
 from proto.qos import Refusal, parse_qos
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from broker.definitions import Definitions
     from broker.deliveries import Delivery
     from broker.services import Services
+
+
+_ACTIONS: Final[Mapping[type[Any], Callable[[Any], tuple[Action, str]]]] = {
+    frames.Publisher: lambda frame: (Action.PUBLISH, frame.topic),
+    frames.Subscription: lambda frame: (Action.SUBSCRIBE, frame.topic),
+    frames.Service: lambda frame: (Action.SERVE, frame.name),
+    frames.Client: lambda frame: (Action.CALL, frame.name),
+}
+"""What a declaration needs the right to."""
+
+_KINDS: Final = {
+    EntryKind.NODE: Action.NODE,
+    EntryKind.PUBLISHER: Action.PUBLISH,
+    EntryKind.SUBSCRIPTION: Action.SUBSCRIBE,
+    EntryKind.SERVICE: Action.SERVE,
+    EntryKind.CLIENT: Action.CALL,
+}
+"""The same by the kind of what was declared."""
+
+_WORDS: Final = {
+    Action.NODE: "take the node name",
+    Action.PUBLISH: "publish on",
+    Action.SUBSCRIBE: "subscribe to",
+    Action.SERVE: "serve",
+    Action.CALL: "call",
+}
+
+
+def check_right(peer: Peer, action: Action, name: str) -> None:
+    """Check that a peer's user may do something.
+
+    Raises:
+        Refusal: The access rules deny it.
+    """
+    if not peer.may(action, name):
+        assert peer.principal is not None
+        text = f"the access rules do not allow '{peer.principal.user}' to {_WORDS[action]} '{name}'"
+        raise Refusal(ErrorCode.DENIED, text)
 
 
 class Declarations:
@@ -106,6 +145,8 @@ class Declarations:
     def _make(self, peer: Peer, frame: Any) -> Endpoint:
         if isinstance(frame, frames.Node):
             return self._make_node(peer, frame)
+        if peer.principal is not None:
+            check_right(peer, *_ACTIONS[type(frame)](frame))
         node = peer.endpoints.get(frame.node)
         if not isinstance(node, NodeRecord):
             raise Refusal(ErrorCode.UNKNOWN_ID, f"this link has no node with the id {frame.node}")
@@ -134,6 +175,7 @@ class Declarations:
         validate_node_name(name)
         if frame.name != full_node_name(namespace, name):
             raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
+        check_right(peer, Action.NODE, frame.name)  # before it is known whether somebody has the name
         holder = self._names.get(frame.name)
         if holder is not None:
             self._take_name(peer, holder)
@@ -202,6 +244,24 @@ class Declarations:
         elif isinstance(endpoint, ServiceRecord | ClientRecord):
             self._services.leave(endpoint)
 
+    def revoke(self, peer: Peer) -> None:
+        """Remove what a peer has declared and its user may not have any more; tell it with REFUSED."""
+        for endpoint in sorted(peer.endpoints.values(), key=lambda each: each.kind is not EntryKind.NODE):
+            try:
+                check_right(peer, _KINDS[endpoint.kind], endpoint.name)
+            except Refusal as refusal:
+                self._revoke(endpoint, str(refusal))
+
+    def _revoke(self, endpoint: Endpoint, text: str) -> None:
+        if isinstance(endpoint, NodeRecord):
+            for child in tuple(endpoint.endpoints.values()):
+                self._revoke(child, text)
+        if isinstance(endpoint, PublisherRecord):
+            endpoint.peer.revoked.add(endpoint.key)
+        if endpoint.id in endpoint.peer.endpoints:  # not if its node has been removed before
+            self._emit(Send(endpoint.peer.id, frames.Refused(endpoint.id, ErrorCode.DENIED, text)))
+            self.remove(endpoint, text)
+
     def undeclare(self, peer: Peer, frame: frames.Undeclare) -> None:
         """Remove what a peer declared under an id; ignore an unknown one."""
         endpoint = peer.endpoints.get(frame.id)
@@ -209,8 +269,9 @@ class Declarations:
             self.remove(endpoint, "undeclared")
 
     def describe(self, peer: Peer, frame: frames.Describe) -> None:
-        """Answer a peer's question for the definition of a type."""
-        definition = self.definitions.get(frame.type_hash)
+        """Answer a peer's question for the definition of a type, if it may see an endpoint of that type."""
+        visible = self._graph.is_type_visible(peer.rights, frame.type_hash)
+        definition = self.definitions.get(frame.type_hash) if visible else None
         self._emit(Send(peer.id, frames.Definition(frame.type_hash, definition)))
 
     def retire(self, peer: Peer, frame: frames.Retire) -> None:

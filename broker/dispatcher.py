@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from broker.access.admission import Admission
+    from broker.access.rules import AccessRules
     from broker.capacity import Capacity
     from broker.deliveries import Delivery
     from broker.link import Link
@@ -108,10 +109,27 @@ class Dispatcher:
             return False
         return True
 
+    def apply(self, rules: AccessRules) -> None:
+        """Let changed access rules hold for all connections, those with a session included."""
+        self.admission.rules = rules
+        for link in tuple(self.links):
+            router = link.router
+            if router is None or link.principal is None:
+                continue
+            link.principal = rules.renewed(link.principal, link.origin)
+            if link.principal is None:
+                link.fail(
+                    ErrorCode.UNAUTHORIZED,
+                    "the access rules do not know this user or its credentials any more",
+                )
+            else:
+                self.deliver(router, router.set_principal(link.peer, link.principal))
+        self.flush()
+
     def join(self, link: Link, domain: int, instance: bytes, token: bytes) -> None:
         """Add a link to the graph of its domain after its handshake."""
         router = self._router(domain)
-        link.peer, deliveries = router.connect(instance, token)
+        link.peer, deliveries = router.connect(instance, token, link.principal)
         link.router = router
         self.strangers.pop(link, None)
         self.joined[router][link.peer] = link

@@ -128,7 +128,8 @@ class Link:
         return self.liveness.silent_s(now, self.channel.bytes_received)
 
     def __str__(self) -> str:
-        nodes = [] if self.router is None else self.router.node_names(self.peer)
+        peer = None if self.router is None else self.router.peer(self.peer)
+        nodes = [] if peer is None else peer.node_names()
         where = ", ".join((*nodes, self.address))
         return f"link {self.peer or '(no handshake)'} [{self.agent}] ({where})"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from broker.access.rules import Action
 from broker.deliveries import Send
 from proto import frames, limits
 from proto.codes import NoticeKind
@@ -70,8 +71,12 @@ class Notices:
             f" and the {other_role} {other.node_name} ({other.type_name}):"
             f" {type_difference(one.type_name, other.type_name)}"
         )
-        for endpoint in (one, other):
-            self.report(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text)
+        for endpoint, counterpart, role in ((one, other, other_role), (other, one, one_role)):
+            visible = endpoint.peer.may(Action.SEE, counterpart.node_name)
+            hidden = (
+                f"'{one.name}' is not connected with a {role} that this user may not see: the types differ"
+            )
+            self.report(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text if visible else hidden)
 
     def end(self) -> None:
         """End the matching of the newcomer: report how many other mismatches there are."""

@@ -10,6 +10,7 @@ from broker.flow_control import PublisherCredit
 from proto.frames import GraphEntry, Matched, Options, Scalar
 
 if TYPE_CHECKING:
+    from broker.access.rules import Action, Principal, Rights
     from broker.pool import Pool
     from proto.codes import EntryKind
     from proto.frames import Batch
@@ -45,6 +46,23 @@ class Peer:
     """Endpoints with counterparts, which must learn soon when this peer is gone."""
     relied_on: set[int] = field(default_factory=set[int])
     """Ids of the peers that others rely on or have asked about; one set, shared by all peers of the graph."""
+    principal: Principal | None = None
+    """Whose it is; None if there are no access rules."""
+    revoked: set[int] = field(default_factory=set[int])
+    """Ids of its publishers that changed rules have removed; what it still sends for them is ignored."""
+
+    @property
+    def rights(self) -> Rights | None:
+        """What it may do; None for everything."""
+        return None if self.principal is None else self.principal.rights
+
+    def node_names(self) -> list[str]:
+        """Return the full names of its nodes."""
+        return [each.name for each in self.endpoints.values() if isinstance(each, NodeRecord)]
+
+    def may(self, action: Action, name: str) -> bool:
+        """Return whether its user may do something with a name."""
+        return self.principal is None or self.principal.rights.may(action, name)
 
 
 @dataclass(slots=True, eq=False, kw_only=True)

@@ -21,11 +21,12 @@ from broker.services import Services
 from broker.topics import Topics
 from proto import frames
 from proto.codes import NoticeKind, Status
-from proto.errors import ErrorCode
+from proto.errors import ErrorCode, ProtocolError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from broker.access.rules import Principal
     from proto.frames import Frame
 
 WAS_SILENT: Final = "This node was silent for the keepalive limit; until now the graph was without it"
@@ -120,21 +121,24 @@ class Router:
 
     # Peers
 
-    def connect(self, instance: bytes, token: bytes) -> tuple[int, list[Delivery]]:
+    def connect(
+        self, instance: bytes, token: bytes, principal: Principal | None = None
+    ) -> tuple[int, list[Delivery]]:
         """Add a peer.
 
         Args:
             instance: The client's identity.
             token: The client's secret. With both the client takes over from its earlier connection, which is
-                closed.
+                closed, unless it is another user's.
+            principal: Whose it is; None if there are no access rules.
 
         Returns:
             The new peer's id, and deliveries.
         """
-        peer = Peer(next(self._peer_ids), instance, token, relied_on=self.relied_on)
+        peer = Peer(next(self._peer_ids), instance, token, relied_on=self.relied_on, principal=principal)
         self._peers[peer.id] = peer
         old = self._instances.get(instance)
-        if old is None or old.token == token:
+        if old is None or (old.token == token and _user(old) == _user(peer)):
             if old is not None:
                 self._replace_peer(old, "the same node has connected again")
             self._instances[instance] = peer
@@ -166,10 +170,14 @@ class Router:
         """Return a peer's record; None if the peer has been replaced."""
         return self._peers.get(peer_id)
 
-    def node_names(self, peer_id: int) -> list[str]:
-        """Return the full names of a peer's nodes."""
+    def set_principal(self, peer_id: int, principal: Principal) -> list[Delivery]:
+        """Apply changed access rules to a peer, and remove what it may not have any more."""
         peer = self._peers.get(peer_id)
-        return [] if peer is None else [e.name for e in peer.endpoints.values() if isinstance(e, NodeRecord)]
+        if peer is not None:
+            before, peer.principal = peer.rights, principal
+            self.graph.reassess(peer, before)
+            self.declarations.revoke(peer)
+        return self._finish()
 
     def refuse_calls(self) -> None:
         """Take no new calls, as the broker stops, except those that pending ones need for their answers."""
@@ -220,7 +228,12 @@ class Router:
             return []
         handler = self._handlers.get(type(frame))
         if handler is not None:
-            handler(peer, frame)
+            try:
+                handler(peer, frame)
+            except ProtocolError as error:
+                unknown = error.code is ErrorCode.UNKNOWN_ID
+                if not (unknown and getattr(frame, "publisher", None) in peer.revoked):
+                    raise
         return self._finish()
 
     def _request(self, peer: Peer, frame: frames.Request) -> None:
@@ -248,6 +261,10 @@ class Router:
     def _watch(self, peer: Peer, frame: frames.Watch) -> None:
         self.relied_on.update(self._peers)
         self.graph.watch(peer, frame)
+
+
+def _user(peer: Peer) -> str | None:
+    return None if peer.principal is None else peer.principal.user
 
 
 def _ignore(_endpoint: Endpoint, _reason: str | None) -> None:

@@ -166,6 +166,17 @@ class Broker:
         """Stop."""
         await self.stop()
 
+    def reload(self) -> None:
+        """Read the file of access rules again, and let it hold for all connections.
+
+        Sessions whose user or token is gone are closed; endpoints that are not allowed any more are removed.
+
+        Raises:
+            AccessFileError: The file is broken, or cannot be read; the rules of before still hold.
+        """
+        if self.options.auth is not None and self._listener is not None:
+            self._dispatcher.apply(load_rules(self.options.auth))
+
     async def serve_forever(self) -> None:
         """Wait until cancelled."""
         await asyncio.get_running_loop().create_future()

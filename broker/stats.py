@@ -10,7 +10,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from broker.records import NodeRecord
+from broker.access.rules import Action
 from proto import frames
 from proto.loop_lag import LoopLag
 from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
@@ -20,10 +20,14 @@ if TYPE_CHECKING:
 
     from broker.dispatcher import Dispatcher
     from broker.link import Link
+    from broker.records import Peer
     from broker.router import Router
 
 
 EntryT = TypeVar("EntryT")
+
+WHOLE_BROKER: Final = "/"
+"""The name under which the rules know what belongs to no node and no topic; `/**` matches it."""
 
 TOPICS_PER_FRAME: Final = 500
 LINKS_PER_FRAME: Final = 40
@@ -79,12 +83,26 @@ class Statistics:
         joined = self._dispatcher.joined
         return [link for router in joined for link in link_stats(now, router, joined[router])]
 
-    def answer(self, now: float, router: Router, inspects: Iterable[int]) -> Iterator[frames.Stats]:
-        """Return the frames that answer INSPECTs with these ids from a link of this graph."""
+    def answer(
+        self, now: float, router: Router, inspects: Iterable[int], link: Link
+    ) -> Iterator[frames.Stats]:
+        """Return the frames that answer INSPECTs with these ids from a link of this graph.
+
+        Of what the link's user may not administer they have nothing; always the numbers of the link itself.
+        """
         totals, topics = self.totals(now), tuple(topic_stats(router))
         links = tuple(link_stats(now, router, self._dispatcher.joined[router]))
+        peer = router.peer(link.peer)
+        if peer is not None and peer.rights is not None:
+            totals = totals if peer.may(Action.ADMINISTER, WHOLE_BROKER) else BrokerStats()
+            topics = tuple(topic for topic in topics if peer.may(Action.ADMINISTER, topic.name))
+            links = tuple(each for each in links if each.session == link.session or _may_inspect(peer, each))
         for inspect in inspects:
             yield from answer(inspect, totals, topics, links)
+
+
+def _may_inspect(peer: Peer, link: LinkStats) -> bool:
+    return all(peer.may(Action.ADMINISTER, name) for name in link.nodes or (WHOLE_BROKER,))
 
 
 def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
@@ -160,14 +178,13 @@ def link_stats(now: float, router: Router, joined: Mapping[int, Link]) -> Iterat
         queued_bytes[number] += queue.pending_bytes
     for number, link in joined.items():
         peer, channel = router.peer(number), link.channel
-        endpoints = () if peer is None else tuple(peer.endpoints.values())
-        nodes = [endpoint.name for endpoint in endpoints if isinstance(endpoint, NodeRecord)]
+        nodes = [] if peer is None else peer.node_names()
         yield LinkStats(
             domain=router.domain,
             session=link.session,
             agent=link.agent,
             nodes=tuple(nodes[:MAX_NODE_NAMES]),
-            endpoints=len(endpoints),
+            endpoints=0 if peer is None else len(peer.endpoints),
             suspended=link.suspended_at is not None,
             silent_ms=round(1000 * link.silent_sec(now)),
             queued=queued[number],

@@ -170,6 +170,7 @@ class AccessRules:
     users: Mapping[str, User]
     roles: Mapping[str, Role]
     local_user: str = ""
+    _owners: Mapping[str, str] = field(init=False, repr=False, compare=False)
     _tokens: TokenIndex = field(init=False, repr=False, compare=False)
     _certificates: Mapping[str, str] = field(init=False, repr=False, compare=False)
     _rights: dict[tuple[Role, ...], Rights] = field(
@@ -179,6 +180,7 @@ class AccessRules:
     def __post_init__(self) -> None:
         tokens = {token: user.name for user in self.users.values() for token in user.tokens}
         certificates = {name: user.name for user in self.users.values() for name in user.certificates}
+        object.__setattr__(self, "_owners", tokens)
         object.__setattr__(self, "_tokens", TokenIndex(tokens))
         object.__setattr__(self, "_certificates", certificates)
 
@@ -214,8 +216,7 @@ class AccessRules:
         """
         if not principal.token:
             return self.authenticate(origin, None)
-        owners = (user.name for user in self.users.values() if principal.token in user.tokens)
-        return self.principal(next(owners, ""), origin, token=principal.token)
+        return self.principal(self._owners.get(principal.token, ""), origin, token=principal.token)
 
     def principal(self, user: str, origin: Origin, *, token: str = "") -> Principal | None:
         """Return a user as connected from somewhere; None if there is no such user."""

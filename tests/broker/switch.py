@@ -13,6 +13,7 @@ from proto.outbox import Outbox
 from tests.broker import frame_makers as make
 
 if TYPE_CHECKING:
+    from broker.access.rules import Principal
     from broker.deliveries import Delivery
     from proto.errors import ErrorCode, ProtocolError
 
@@ -35,12 +36,17 @@ class Switch:
         self._hellos = 0
 
     def join(
-        self, node: str | None = None, *, instance: bytes | None = None, token: bytes = b"t" * 16
+        self,
+        node: str | None = None,
+        *,
+        instance: bytes | None = None,
+        token: bytes = b"t" * 16,
+        principal: Principal | None = None,
     ) -> int:
         """Connect a peer; with a name, declare that node under id 0 and forget the answer."""
         self._hellos += 1
         identity = instance or self._hellos.to_bytes(limits.INSTANCE_BYTES, "big")
-        peer, deliveries = self.router.connect(identity, token)
+        peer, deliveries = self.router.connect(identity, token, principal)
         self._outboxes[peer] = Outbox()
         self._reassemblers[peer] = Reassembler()
         self._carry(deliveries)
@@ -73,6 +79,10 @@ class Switch:
     def suspend(self, peer: int) -> None:
         """A peer has been silent for too long."""
         self._carry(self.router.suspend(peer))
+
+    def set_principal(self, peer: int, principal: Principal) -> None:
+        """The access rules have changed."""
+        self._carry(self.router.set_principal(peer, principal))
 
     def restore(self, peer: int) -> None:
         """A peer has been heard of again."""

@@ -212,6 +212,26 @@ async def test_sighup_without_a_terminal_does_not_stop_it() -> None:
         assert (await end(process))[0] == 0
 
 
+async def test_sighup_reads_the_access_rules_again(tmp_path: Path) -> None:
+    """A good file is read, a bad one is named in one line; either way the broker continues."""
+    file = tmp_path / "access.toml"
+    file.write_text("[users.a]\n")
+    async with started("--port", "0", "--auth", str(file), session=True) as process:
+        await first_line(process)
+        assert process.stderr is not None
+        async with asyncio.timeout(20):
+            process.send_signal(signal.SIGHUP)
+            assert b"Reloaded: the access rules" in await process.stderr.readline()
+            file.write_text("")
+            process.send_signal(signal.SIGHUP)
+            line = await process.stderr.readline()
+            assert b"[ERROR]" in line
+            assert b"everything remains as it was" in line
+            assert b"has no users" in line
+        process.terminate()
+        assert (await end(process))[0] == 0
+
+
 async def test_sighup_on_a_terminal_stops_it() -> None:
     """The terminal is closed: the broker stops cleanly."""
     window, inside = pty.openpty()

@@ -11,9 +11,11 @@ import pytest
 from broker import Broker, BrokerOptions
 from broker.access.admission import MAX_FAILURES, NOT_AUTHORIZED, PLAIN_TOKEN
 from broker.access.credentials import hash_token
+from broker.access.errors import AccessFileError
 from broker.access.origin import Origin
 from proto import frames
 from proto.errors import ErrorCode
+from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
 
 if TYPE_CHECKING:
@@ -170,6 +172,93 @@ async def test_case_8_connections_of_one_address_are_limited(
         await until(lambda: broker.stats().connections == 0)
         assert await greet(broker) is None, "the ended ones do not count any more"
     assert "--max-connections-per-address, the last from" in caplog.text
+
+
+FULL = "".join(
+    f'allow.{word} = ["/**"]\n' for word in ("publish", "subscribe", "serve", "call", "see", "administer")
+)
+OTHER = "cbt_" + "o" * 43
+
+
+@pytest.mark.parametrize("rules", [RULES + FULL], indirect=True)
+async def test_case_23_a_reload_reaches_existing_sessions(rules: Path) -> None:
+    """Case 23: a right that is revoked while subscribed ends the subscription, not the session."""
+    async with (
+        Broker(BrokerOptions(port=0, auth=rules)) as broker,
+        link(broker, "/n", auth=TOKEN) as client,
+        link(broker, "/talker", auth=TOKEN) as talker,
+    ):
+        client.send(make.subscription(1, "/t"), make.subscription(2, "/u"))
+        talker.send(make.publisher(1, "/t"))
+        publisher = (await talker.next(frames.Accepted)).number
+        await client.next(frames.Attached)
+        rules.write_text(RULES + FULL + 'deny.subscribe = ["/t"]\n')  # noqa: ASYNC240
+        broker.reload()
+        refused = await client.next(frames.Refused)
+        assert (refused.id, refused.code) == (1, ErrorCode.DENIED)
+        talker.send(make.batch(publisher, 0))
+        await talker.synchronise()
+        await client.synchronise()
+        assert client.waiting(frames.Batch) == []
+        assert broker.stats().endpoints == 4
+
+
+@pytest.mark.parametrize("left", ["token", "user"])
+@pytest.mark.parametrize("rules", [RULES + FULL], indirect=True)
+async def test_case_23_a_session_whose_credentials_are_gone_ends(rules: Path, left: str) -> None:
+    """Case 23: neither a removed token nor a removed user keeps a session; others stay."""
+    two = RULES.replace("tokens = [", f'tokens = ["{hash_token(OTHER)}", ')
+    rules.write_text(two + FULL)  # noqa: ASYNC240
+    async with (
+        Broker(BrokerOptions(port=0, auth=rules)) as broker,
+        link(broker, "/n", auth=TOKEN) as client,
+        link(broker, "/o", auth=OTHER) as other,
+    ):
+        changed = two.replace(f', "{hash_token(TOKEN)}"', "")
+        rules.write_text((changed if left == "token" else changed.replace("robot", "new")) + FULL)  # noqa: ASYNC240
+        broker.reload()
+        assert (await client.next(frames.Error)).code == ErrorCode.UNAUTHORIZED
+        await client.gone()
+        await other.synchronise()
+        assert broker.stats().endpoints == 1
+
+
+@pytest.mark.parametrize("content", ["", "users = 1", "[users.x]\nroles = ['none']", None])
+@pytest.mark.parametrize("rules", [RULES + FULL], indirect=True)
+async def test_case_34_a_bad_reload_keeps_the_old_rules(rules: Path, content: str | None) -> None:
+    """Case 34: an empty, broken or missing file changes nothing, neither for sessions nor for newcomers."""
+    async with Broker(BrokerOptions(port=0, auth=rules)) as broker, link(broker, "/n", auth=TOKEN) as client:
+        rules.unlink()  # noqa: ASYNC240
+        if content is not None:
+            rules.write_text(content)  # noqa: ASYNC240
+        with pytest.raises(AccessFileError):
+            broker.reload()
+        await client.synchronise()
+        assert await greet(broker, auth=TOKEN) is None
+        assert await greet(broker) is not None
+
+
+@pytest.mark.parametrize(
+    "rules", [RULES + 'allow.administer = ["/a/**"]\nallow.publish = ["/**"]'], indirect=True
+)
+async def test_statistics_need_a_right(rules: Path) -> None:
+    """Case 22: INSPECT shows nothing of what a user may not administer, except its own link."""
+    async with (
+        Broker(BrokerOptions(port=0, auth=rules)) as broker,
+        link(broker, "/a/n", auth=TOKEN) as one,
+        link(broker, "/b/n", auth=TOKEN) as two,
+    ):
+        one.send(make.publisher(1, "/a/t"))
+        two.send(make.publisher(1, "/b/t"), frames.Inspect(1))
+        stats = [await two.next(frames.Stats)]
+        while stats[-1].more:
+            stats.append(await two.next(frames.Stats))
+        assert {topic.name for each in stats for topic in each.topics} == {"/a/t"}
+        assert {node for each in stats for link_ in each.links for node in link_.nodes} == {
+            "/a/n",
+            "/b/n",
+        }
+        assert not stats[0].totals["connections"]
 
 
 @pytest.mark.parametrize("content", ["", "# empty", "users", "[users.a]\nroles = ['x']", None])

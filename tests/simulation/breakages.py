@@ -298,7 +298,7 @@ def remembers_suspensions() -> Iterator[None]:
     remove = Graph.remove
 
     def keeping(graph: Graph, endpoint: Endpoint, *, suspended: bool = False) -> None:
-        before = graph._suspended & {endpoint.key}
+        before = {key: entry for key, entry in graph._suspended.items() if key == endpoint.key}
         remove(graph, endpoint, suspended=suspended)
         graph._suspended |= before
 

@@ -27,6 +27,7 @@ from proto.session import State
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
+    from broker.access.rules import Principal
     from broker.deliveries import Delivery
     from broker.link import Link
     from proto.publisher_queue import PublisherQueue
@@ -99,8 +100,10 @@ class FrameChecks:
             self._check_detach_reasons(router, out)
             return out
 
-        def recording_connect(router: Router, instance: bytes, token: bytes) -> tuple[int, list[Delivery]]:
-            peer, out = connect(router, instance, token)
+        def recording_connect(
+            router: Router, instance: bytes, token: bytes, principal: Principal | None = None
+        ) -> tuple[int, list[Delivery]]:
+            peer, out = connect(router, instance, token, principal)
             if sum((each.instance, each.token) == (instance, token) for each in router._peers.values()) > 1:
                 self._world.complain(f"link {peer} does not take over from its node's earlier one")
             self._check_detach_reasons(router, out)
