@@ -11,6 +11,7 @@ from broker.access.parse import parse_rules
 from proto import frames
 from proto.codes import NoticeKind, Status
 from proto.errors import ErrorCode, ProtocolError
+from proto.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
 
@@ -182,20 +183,21 @@ def test_a_definition_needs_a_visible_endpoint_of_its_type() -> None:
     """Case 22: DESCRIBE is answered as for an unknown type, until the user may see an endpoint of it."""
     switch = Switch()
     one = switch.join("/robot1/arm")
-    declaration = make.publisher(1, "/robot1/t")._replace(definition=b"secret")
+    secret = hash_of(b"secret")
+    declaration = make.publisher(1, "/robot1/t")._replace(type_hash=secret, definition=b"secret")
     switch.send(one, declaration)
     limited = switch.join(principal=user(see="/robot2/**"))
     full = switch.join(principal=user(see="/robot1/**"))
 
     def described(peer: int) -> bytes | None:
-        switch.send(peer, frames.Describe(make.HASH))
+        switch.send(peer, frames.Describe(secret))
         [answer] = switch.read(peer, frames.Definition)
         return answer.definition
 
     assert described(full) == b"secret"
     assert described(limited) is None
     two = switch.join("/robot2/arm")
-    switch.send(two, make.subscription(1, "/robot2/t"))
+    switch.send(two, make.subscription(1, "/robot2/t")._replace(type_hash=secret))
     assert described(limited) == b"secret", "a change of the graph counts at once"
     switch.leave(two)
     assert described(limited) is None
