@@ -72,6 +72,15 @@ class ChannelHandler(Protocol):
         ...
 
 
+class _NoHandler:
+    """The handler of a channel that has ended."""
+
+    def ignore(self, *_event: object) -> None:
+        """Do nothing."""
+
+    opened = frame_received = read_finished = writable = failed = closed = ignore
+
+
 class Channel(asyncio.BufferedProtocol):
     """One framed connection.
 
@@ -162,7 +171,10 @@ class Channel(asyncio.BufferedProtocol):
         self.connected = False
         if self._linger is not None:
             self._linger.cancel()
-        self._handler.closed(exc)
+        handler, self._handler = self._handler, _NO_HANDLER
+        handler.closed(exc)
+        # Nothing refers to this channel in a circle now: its memory is free without the garbage collector.
+        self._receiver = None
 
     def eof_received(self) -> bool:
         """Called by asyncio; treat a half-closed connection as closed.
@@ -318,6 +330,9 @@ class Channel(asyncio.BufferedProtocol):
         self.connected = False
         if self._transport is not None:
             self._transport.abort()
+
+
+_NO_HANDLER: Final = _NoHandler()
 
 
 def _set_socket_options(sock: socket.socket | None) -> None:

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import gc
+import logging
+import weakref
 from contextlib import AsyncExitStack
+from typing import TYPE_CHECKING, Any
+
+import pytest
 
 from broker import Broker, BrokerOptions
 from proto import frames, limits
@@ -11,8 +17,18 @@ from proto.outbox import REPLAY_AHEAD_BYTES
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, link, until
 
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
 KIB = 1024
 MANY: frames.Options = {**make.LATCHED, "depth": 100}
+
+
+@pytest.fixture
+async def broker() -> AsyncIterator[Broker]:
+    """A broker on a free port."""
+    async with Broker(BrokerOptions(port=0, drain_timeout_sec=0.2)) as running:
+        yield running
 
 
 async def serve(stack: AsyncExitStack, broker: Broker) -> RawClient:
@@ -159,3 +175,47 @@ async def test_latched_messages_that_are_replaced_meanwhile_are_skipped() -> Non
         late.go_on_reading()
         live = [(await late.next(frames.Batch)).first_sequence for _ in range(3)]
         assert live == [3, 4, 5]
+
+
+async def test_an_ended_connection_is_freed_without_the_garbage_collector(
+    broker: Broker, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Case 48: nothing that a connection held stays in a circle of references, however it ends."""
+    caplog.set_level(logging.CRITICAL, "callboard.broker")  # records keep their arguments
+    async with link(broker, "/partner") as partner:
+        partner.send(make.subscription(1), make.service(2), make.client(3, "/own"), make.publisher(4))
+        await partner.synchronise()
+        gc.collect()
+        gc.disable()
+        try:
+            for ending in (frames.Goodbye("done"), frames.Ping(2**64 - 1), frames.Accepted(1, 1)):
+                held = await _use_and_end(broker, partner, ending)
+                await until(lambda: broker.stats().connections == 1)
+                await partner.synchronise()
+                assert [kind for kind, reference in held.items() if reference() is not None] == []
+        finally:
+            gc.enable()
+
+
+async def _use_and_end(
+    broker: Broker, partner: RawClient, ending: frames.Frame
+) -> dict[str, weakref.ref[Any]]:
+    """Use a link in every way, and end it; return references to what the broker held for it."""
+    async with link(broker, "/guilty") as guilty:
+        guilty.stop_reading()
+        declared = [make.publisher(1, qos=make.LATCHED), make.subscription(2), make.client(3)]
+        guilty.send(*declared, make.service(4, "/own"), make.request(3, 1), frames.Watch(1, True))
+        partner.send(make.request(3, 1))
+        guilty.send(frames.Fragment(1, 10**6, True, bytes(100_000)))
+        await partner.synchronise()
+        await until(lambda: broker.stats().pending_calls == 2)
+        last = list(broker._dispatcher.links)[-1]
+        channel = last.channel
+        held: dict[str, Any] = {"link": last, "connection": channel._handler}
+        if isinstance(ending, frames.Ping):
+            guilty.channel.abort()
+        else:
+            guilty.go_on_reading()
+            guilty.send(ending)
+            await guilty.gone() if isinstance(ending, frames.Accepted) else guilty.channel.close()
+        return {kind: weakref.ref(each) for kind, each in held.items()}
