@@ -12,6 +12,7 @@ from broker.link import CATCH_UP, Link, logger
 from proto import frames, limits
 from proto.aio.budgeted_channel import BudgetedChannel
 from proto.errors import ErrorCode, ProtocolError, escape, peer_text
+from proto.fragments import Reassembler
 from proto.identity import agent
 from proto.session import Role
 
@@ -61,7 +62,13 @@ class Connection:
         self._warnings = dispatcher.presence_log.warnings
         options = dispatcher.options
         self.channel = BudgetedChannel(
-            Role.BROKER, self, loop=loop, budget=budget, max_message_bytes=options.max_message_bytes
+            Role.BROKER,
+            self,
+            loop=loop,
+            budget=budget,
+            reassembler=Reassembler(
+                options.max_message_bytes, dispatcher.max_reassembly_bytes, dispatcher.reassembly
+            ),
         )
         self._link = Link(self.channel, options, loop.time())
         self._inspects: list[int] = []
@@ -134,6 +141,7 @@ class Connection:
             "session": link.session,
             "keepalive_ms": round(self._dispatcher.options.keepalive_sec * 1000),
             "max_message_bytes": self._dispatcher.options.max_message_bytes,
+            "max_reassembly_bytes": self._dispatcher.max_reassembly_bytes,
             "wall_time_ns": time.time_ns(),
         }
         self.channel.send(frames.Welcome(limits.PROTOCOL_VERSION, welcome))
@@ -151,6 +159,8 @@ class Connection:
             if link.router is not None:
                 answers = self._statistics.answer(self._loop.time(), link.router, inspects, link)
                 self._dispatcher.deliver(link.router, [Send(link.peer, each) for each in answers])
+        if self.channel.reassembler.held_bytes:
+            self._dispatcher.note_partial(link)
         self._dispatcher.flush()
 
     def writable(self) -> None:

@@ -11,6 +11,7 @@ from broker.refusal_log import RefusalLog
 from broker.router import Router
 from broker.router_limits import RouterLimits
 from proto.errors import ErrorCode
+from proto.fragments import ReassemblyTotal
 from proto.outbox import Outbox
 
 if TYPE_CHECKING:
@@ -38,6 +39,9 @@ class Dispatcher:
         links: All links.
         strangers: Links that have not finished their handshake.
         joined: By router, the links of its graph, by peer.
+        reassembly: The bytes of incomplete messages of all links.
+        partial: Links that have, or had, incomplete messages.
+        max_reassembly_bytes: Bytes of incomplete messages of one link.
         draining: Whether the broker is stopping: no peer may join any more.
         on_progress: Called after each delivery, write and end of a link; set while draining.
         closed_bytes_received, closed_bytes_sent: Bytes of the closed links.
@@ -54,6 +58,9 @@ class Dispatcher:
         self.links: dict[Link, None] = {}
         self.strangers: dict[Link, None] = {}
         self.joined: dict[Router, dict[int, Link]] = {}
+        self.reassembly = ReassemblyTotal(options.max_total_reassembly_bytes)
+        self.partial: dict[Link, None] = {}
+        self.max_reassembly_bytes = max(options.max_reassembly_bytes, options.max_message_bytes)
         self.draining = False
         self.on_progress: Callable[[], None] | None = None
         self.closed_bytes_received = self.closed_bytes_sent = 0
@@ -84,6 +91,7 @@ class Dispatcher:
         self.closed_bytes_sent += link.channel.bytes_sent
         self.links.pop(link, None)
         self.strangers.pop(link, None)
+        self.partial.pop(link, None)
         self._unflushed.pop(link, None)
         self.note_progress()
 
@@ -198,6 +206,19 @@ class Dispatcher:
         if self.on_progress is not None:
             self.on_progress()
 
+    def note_partial(self, link: Link) -> None:
+        """Note that a link has sent a part of a message; close the links with most if all hold too much."""
+        self.partial[link] = None
+        total = self.reassembly
+        while total.bytes > total.max_bytes:
+            most = max(self.partial, key=_held_partly)
+            text = (
+                f"all links have sent more than {total.max_bytes} bytes of incomplete messages, and this link"
+                f" {_held_partly(most)} (the broker's --max-total-reassembly-bytes)"
+            )
+            most.fail(ErrorCode.LIMIT, text)
+            most.channel.reassembler.clear()
+
     def deliver(self, router: Router, deliveries: list[Delivery]) -> None:
         """Put deliveries into the outboxes of their links; `flush` sends them."""
         joined, unflushed = self.joined[router], self._unflushed
@@ -240,3 +261,7 @@ def _router_limits(options: BrokerOptions) -> RouterLimits:
     same = {each.name: getattr(options, each.name) for each in fields(RouterLimits)}
     # One more message than may wait for a peer fits into its queues.
     return replace(RouterLimits(**same), max_queue_bytes=options.max_queue_bytes + options.max_message_bytes)
+
+
+def _held_partly(link: Link) -> int:
+    return link.channel.reassembler.held_bytes

@@ -114,6 +114,24 @@ class BrokerOptions:
         2**40,
         reloads=True,
     )
+    max_reassembly_bytes: int = _option(
+        128 * _MIB,
+        "bytes of incomplete messages that one connection may have sent; at least max_message_bytes",
+        65_536,
+        2**40,
+    )
+    max_total_reassembly_bytes: int = _option(
+        1024 * _MIB,
+        "bytes of incomplete messages of all connections; beyond it the one with most of them is closed",
+        65_536,
+        2**40,
+    )
+    reassembly_timeout_sec: float = _option(
+        30.0,
+        "seconds without a further part after which an incomplete message ends its connection",
+        0.1,
+        3600,
+    )
     max_queued_call_bytes: int = _option(
         8 * _MIB,
         "bytes of one connection's calls that may wait for one server's connection; beyond it calls fail as"

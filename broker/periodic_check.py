@@ -70,12 +70,25 @@ class PeriodicCheck:
             shortest = min(options.idle_keepalive_sec, options.suspend_close_sec)
             self._next_round = now + shortest / CHECKS_PER_KEEPALIVE
             due.update((each, None) for each in dispatcher.links if all_due or each.check_at <= now)
+        self._check_partial(now)
         for link in due:
             try:
                 self.check_link(link, now, all_due=all_due)
             except Exception:  # noqa: BLE001 - a bug; the other links must be checked all the same
                 logger.exception("Closing %s: its periodic check failed", link)
                 link.channel.abort()
+
+    def _check_partial(self, now: float) -> None:
+        """Close the links that do not complete a message that they have begun to send."""
+        limit = self._options.reassembly_timeout_sec
+        for link in tuple(self._dispatcher.partial):
+            reassembler = link.channel.reassembler
+            if not reassembler.held_bytes:
+                del self._dispatcher.partial[link]
+            elif reassembler.idle_sec(now) > limit:
+                text = f"a message is incomplete, and no part of it has arrived for {limit:g} s"
+                link.fail(ErrorCode.TIMEOUT, f"{text} (the broker's --reassembly-timeout-sec)")
+                reassembler.clear()
 
     def check_link(self, link: Link, now: float, *, all_due: bool) -> None:
         """Check one link's handshake, keepalive and suspension.

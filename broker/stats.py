@@ -70,6 +70,7 @@ class Statistics:
             queued_bytes=sum(outbox.held_bytes for outbox in outboxes),
             urgent_bytes=sum(outbox.urgent_bytes for outbox in outboxes),
             ordered_bytes=sum(outbox.ordered_bytes for outbox in outboxes),
+            reassembly_bytes=dispatcher.reassembly.bytes,
             bytes_received=dispatcher.closed_bytes_received + sum(each.bytes_received for each in channels),
             bytes_sent=dispatcher.closed_bytes_sent + sum(each.bytes_sent for each in channels),
         )

@@ -1,9 +1,12 @@
 """Large frames in fragments: split by the sender, reassembled by the receiver (docs/protocol.md §6.8).
 
-A reassembly buffer grows with the bytes received, not with the total that a peer announces.
+A reassembly buffer grows with the bytes received, not with the total that a peer announces. What a receiver
+holds of incomplete frames is limited for each link, for all links together, and in time.
 """
 
 from __future__ import annotations
+
+import sys
 
 from proto import limits
 from proto.codec import encode_head
@@ -25,18 +28,19 @@ class Transfer:
         head: What precedes `raw` in the frame, if the two are not joined.
     """
 
-    __slots__ = ("_head", "_offset", "_raw", "id")
+    __slots__ = ("_head", "_offset", "_raw", "id", "size")
 
     def __init__(self, transfer_id: int, raw: Buffer, head: bytes = b"") -> None:
         self.id = transfer_id
         self._raw = memoryview(raw)
+        self.size = len(head) + len(raw)
         self._head = head
         self._offset = 0
 
     def next(self) -> tuple[bytes, Buffer, bool]:
         """Return the head of the next FRAGMENT frame, its payload, and whether it is the last."""
         start, end, head = self._offset, len(self._raw), self._head
-        total = None if start else len(head) + end
+        total = None if start else self.size
         stop = min(start + limits.FRAGMENT_BYTES - len(head), end)
         payload: Buffer = self._raw[start:stop]
         if head:
@@ -50,19 +54,28 @@ class Transfers:
 
     Attributes:
         full: Whether `limits.MAX_TRANSFERS` are open.
+        max_bytes: Size of the open transfers together, if there is more than one; set by the owner.
     """
 
-    __slots__ = ("_next_id", "_open", "full")
+    __slots__ = ("_bytes", "_next_id", "_open", "full", "max_bytes")
 
     def __init__(self) -> None:
         self.full = False
+        self.max_bytes = sys.maxsize
         self._next_id = 0
         self._open: set[int] = set()
+        self._bytes = 0
 
     def start(self, raw: Buffer, head: bytes = b"") -> Transfer | None:
-        """Open a transfer of an encoded frame, possibly without its head; return None if `full`."""
-        if self.full:
+        """Open a transfer of an encoded frame, possibly without its head.
+
+        Returns:
+            None if `full`, or if the frame would exceed `max_bytes`.
+        """
+        size = len(head) + len(raw)
+        if self.full or (self._open and self._bytes + size > self.max_bytes):
             return None
+        self._bytes += size
         self._next_id = (self._next_id + 1) & limits.MAX_U32
         while self._next_id in self._open:
             self._next_id = (self._next_id + 1) & limits.MAX_U32
@@ -73,42 +86,99 @@ class Transfers:
     def end(self, transfer: Transfer) -> None:
         """Remove a transfer that is finished or aborted."""
         self._open.discard(transfer.id)
+        self._bytes -= transfer.size
         self.full = False
 
 
+class ReassemblyTotal:
+    """What several receivers hold of incomplete frames.
+
+    Args:
+        max_bytes: How much that may be; the owner sees to it.
+
+    Attributes:
+        bytes: How much that is.
+    """
+
+    __slots__ = ("bytes", "max_bytes")
+
+    def __init__(self, max_bytes: int = sys.maxsize) -> None:
+        self.max_bytes = max_bytes
+        self.bytes = 0
+
+
+class _Partial:
+    """An incomplete frame."""
+
+    __slots__ = ("buffer", "checked_bytes", "grown_at", "total")
+
+    def __init__(self, total: int) -> None:
+        self.buffer = bytearray()
+        self.total = total
+        self.checked_bytes = -1
+        """The size at the last check."""
+        self.grown_at = 0.0
+        """Time of the last check that found it larger than before."""
+
+
 class Reassembler:
-    """Joins a peer's fragments: up to `limits.MAX_TRANSFERS` frames at a time, of up to `max_bytes`."""
+    """Joins a peer's fragments: up to `limits.MAX_TRANSFERS` frames at a time.
 
-    __slots__ = ("_max_bytes", "_open")
+    Args:
+        max_bytes: Size of one frame.
+        max_held_bytes: Bytes of incomplete frames.
+        total: Counts the bytes of several reassemblers.
 
-    def __init__(self, max_bytes: int = limits.MAX_MESSAGE_BYTES) -> None:
+    Attributes:
+        held_bytes: Bytes of incomplete frames.
+    """
+
+    __slots__ = ("_max_bytes", "_max_held_bytes", "_open", "_total", "held_bytes")
+
+    def __init__(
+        self,
+        max_bytes: int = limits.MAX_MESSAGE_BYTES,
+        max_held_bytes: int = sys.maxsize,
+        total: ReassemblyTotal | None = None,
+    ) -> None:
         self._max_bytes = max_bytes
-        self._open: dict[int, tuple[bytearray, int]] = {}
-        """By transfer id: the bytes received so far, and the total size."""
+        self._max_held_bytes = max_held_bytes
+        self._total = total or ReassemblyTotal()
+        self._open: dict[int, _Partial] = {}
+        self.held_bytes = 0
 
     def add(self, fragment: Fragment) -> bytearray | None:
         """Add one fragment; return the whole encoded frame if it was the last one.
 
         Raises:
-            ProtocolError: The frame is too large, too many transfers are open, or the fragments are
-                inconsistent.
+            ProtocolError: The frame is too large, too many transfers are open or bytes are held, or the
+                fragments are inconsistent.
         """
-        found = self._open.pop(fragment.transfer, None)
-        if (found is None) == (fragment.total is None):
+        partial = self._open.get(fragment.transfer)
+        if (partial is None) == (fragment.total is None):
             raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: exactly the first one has the total size")
-        if found is None:
+        if partial is None:
             assert fragment.total is not None
             self._check_start(fragment.total)
-            found = bytearray(), fragment.total
-        buffer, total = found
-        end = len(buffer) + len(fragment.payload)
-        if not fragment.payload or end > total or fragment.more == (end == total):
+            partial = self._open[fragment.transfer] = _Partial(fragment.total)
+        size = len(fragment.payload)
+        end = len(partial.buffer) + size
+        if not size or end > partial.total or fragment.more == (end == partial.total):
             raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: they do not add up to the total size")
-        buffer += fragment.payload
+        partial.buffer += fragment.payload
+        self._count(size)
         if not fragment.more:
-            return buffer
-        self._open[fragment.transfer] = found
+            del self._open[fragment.transfer]
+            self._count(-end)
+            return partial.buffer
+        if self.held_bytes > self._max_held_bytes:
+            text = f"more than {self._max_held_bytes} bytes of incomplete messages (max_reassembly_bytes)"
+            raise ProtocolError(ErrorCode.LIMIT, text)
         return None
+
+    def _count(self, size: int) -> None:
+        self.held_bytes += size
+        self._total.bytes += size
 
     def _check_start(self, total: int) -> None:
         if total > self._max_bytes:
@@ -120,4 +190,20 @@ class Reassembler:
 
     def abort(self, abort: Abort) -> None:
         """Forget a transfer; ignore an unknown one, since its last fragment may have been sent already."""
-        self._open.pop(abort.transfer, None)
+        partial = self._open.pop(abort.transfer, None)
+        if partial is not None:
+            self._count(-len(partial.buffer))
+
+    def clear(self) -> None:
+        """Forget all transfers, because the link ends."""
+        self._open.clear()
+        self._count(-self.held_bytes)
+
+    def idle_sec(self, now: float) -> float:
+        """Return the longest time for which an incomplete frame has not grown, as of the calls of this."""
+        longest = 0.0
+        for partial in self._open.values():
+            if partial.checked_bytes != len(partial.buffer):
+                partial.checked_bytes, partial.grown_at = len(partial.buffer), now
+            longest = max(longest, now - partial.grown_at)
+        return longest

@@ -73,6 +73,8 @@ class Outbox:
     """Estimated memory of the messages in all publisher queues, as of the last `trim`."""
     max_held_bytes: int = field(default=sys.maxsize, init=False)
     """Limit of `held_bytes`; set by the owner."""
+    transfers: Transfers = field(default_factory=Transfers, init=False)
+    """The large frames that are partly sent."""
     dropped: int = field(default=0, init=False)
     """Messages dropped in all because the link was slow."""
     _control: deque[bytes] = field(default_factory=deque[bytes], init=False)
@@ -88,7 +90,6 @@ class Outbox:
     )
     _after_calls: dict[int, bytes] = field(default_factory=dict[int, bytes], init=False)
     """By endpoint, the frame that waits until the endpoint's large calls are sent."""
-    _transfers: Transfers = field(default_factory=Transfers, init=False)
 
     @property
     def undroppable_bytes(self) -> int:
@@ -160,7 +161,7 @@ class Outbox:
         if queue is None:
             return False
         self._subtract_large_call(queue, queue.control_bytes)
-        abort = queue.discard(self._transfers)
+        abort = queue.discard(self.transfers)
         if abort is not None:
             self.put_control(abort)
         self._release_after_calls(key[0])
@@ -222,7 +223,7 @@ class Outbox:
         pending = queue.pending
         self.ordered_bytes -= queue.control_bytes
         self.replay_bytes -= queue.bulk_bytes
-        abort = queue.discard(self._transfers)
+        abort = queue.discard(self.transfers)
         self._recount(queue)
         if abort is not None:
             self.put_control(abort)
@@ -278,7 +279,7 @@ class Outbox:
             if not queue.sendable:
                 continue
             control, bulk, count = queue.control_bytes, queue.bulk_bytes, len(parts)
-            size = queue.take_next(self._transfers, parts)
+            size = queue.take_next(self.transfers, parts)
             if len(parts) - count > 1:  # the head and the payload of a fragment
                 self.large_budget -= size
             if queue.counted_bytes:

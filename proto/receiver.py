@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Final
 from proto import frames, limits
 from proto.codec import BIN_32
 from proto.errors import ErrorCode, ProtocolError
-from proto.fragments import Reassembler
 
 if TYPE_CHECKING:
     from proto.codec import Decoder
+    from proto.fragments import Reassembler
     from proto.frames import Buffer, Frame
     from proto.session import Session
 
@@ -51,7 +51,7 @@ class Receiver:
         session: Decides which frames the peer may send and how large they may be.
         scratch: `SCRATCH_BYTES` bytes to read into, possibly shared with other receivers.
         decoder: Decodes the frames, possibly shared with other receivers.
-        max_message_bytes: The largest message that the peer may send in fragments.
+        reassembler: Joins the peer's fragments.
     """
 
     __slots__ = (
@@ -72,13 +72,12 @@ class Receiver:
         session: Session,
         scratch: memoryview,
         decoder: Decoder,
-        *,
-        max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
+        reassembler: Reassembler,
     ) -> None:
         self._session = session
         self._scratch = scratch
         self._decoder = decoder
-        self._reassembler = Reassembler(max_message_bytes)
+        self._reassembler = reassembler
         self._source = scratch
         """Where the frames are read from: the scratch buffer, or a buffer made by `keep`."""
         self._start = self._end = 0

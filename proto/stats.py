@@ -115,6 +115,8 @@ class BrokerStats:
     """Control frames and calls that wait, large calls included."""
     ordered_bytes: int = 0
     """Control frames and latched messages that wait in order with messages."""
+    reassembly_bytes: int = 0
+    """Parts of large messages that links have not sent completely."""
     latched: int = 0
     """Messages kept for late joiners."""
     latched_bytes: int = 0

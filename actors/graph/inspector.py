@@ -23,6 +23,7 @@ from actors.graph.snapshot import GraphSnapshot
 from proto import frames, limits
 from proto.codec import Decoder, encode
 from proto.errors import ErrorCode, ProtocolError, peer_text
+from proto.fragments import Reassembler
 from proto.identity import agent
 from proto.receiver import SCRATCH_BYTES, Receiver
 from proto.session import Role, Session, State
@@ -225,7 +226,7 @@ class Inspector:
     def _start_session(self) -> None:
         self._answer_bytes = 0
         self._session = Session(Role.CLIENT)
-        self._receiver = Receiver(self._session, self._scratch, Decoder())
+        self._receiver = Receiver(self._session, self._scratch, Decoder(), Reassembler())
 
     def _greet(self, url: BrokerUrl, deadline: float) -> None:
         self._start_session()

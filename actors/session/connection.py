@@ -145,6 +145,9 @@ class BrokerConnection:
         keepalive_ms = frame.options.get("keepalive_ms")
         if isinstance(keepalive_ms, int) and keepalive_ms > 0:
             self._keepalive_sec = keepalive_ms / 1000
+        partial = frame.options.get("max_reassembly_bytes")
+        if isinstance(partial, int):
+            self.channel.outbox.transfers.max_bytes = partial
         most = frame.options.get("max_message_bytes")
         if self._link is not None:
             self._link.url = str(self.url)  # first: whoever waits for the session may read it

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from proto import limits
 from proto.aio.channel import Channel
 from proto.aio.read_budget import SHARE_FRAMES, SHARE_SEC
 from proto.receiver import PARTS
@@ -14,6 +13,7 @@ if TYPE_CHECKING:
 
     from proto.aio.channel import ChannelHandler
     from proto.aio.read_budget import ReadBudget
+    from proto.fragments import Reassembler
     from proto.session import Role
 
 CONTENDED_READ_BYTES: Final = 64 * 1024
@@ -31,7 +31,7 @@ class BudgetedChannel(Channel):
         handler: Gets the received frames and the events of the connection.
         loop: The event loop that owns the transport.
         budget: The budget.
-        max_message_bytes: The largest message that the peer may send in fragments.
+        reassembler: Joins the fragments of the peer's large messages.
 
     Attributes:
         waiting: Whether received bytes wait for the budget.
@@ -46,9 +46,9 @@ class BudgetedChannel(Channel):
         *,
         loop: asyncio.AbstractEventLoop,
         budget: ReadBudget,
-        max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
+        reassembler: Reassembler | None = None,
     ) -> None:
-        super().__init__(role, handler, loop=loop, max_message_bytes=max_message_bytes)
+        super().__init__(role, handler, loop=loop, reassembler=reassembler)
         self.waiting = False
         self._budget = budget
         self._until = 0.0

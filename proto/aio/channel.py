@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 from proto import frames, limits
 from proto.codec import Decoder, encode
 from proto.errors import ProtocolError
+from proto.fragments import Reassembler
 from proto.outbox import Outbox
 from proto.receiver import PARTS, SCRATCH_BYTES, Receiver
 from proto.session import Role, Session, State
@@ -88,9 +89,10 @@ class Channel(asyncio.BufferedProtocol):
         role: Which end of the link this is.
         handler: Gets the received frames and the events of the connection.
         loop: The event loop that owns the transport.
-        max_message_bytes: The largest message that the peer may send in fragments.
+        reassembler: Joins the fragments of the peer's large messages; None for one with the default limits.
 
     Attributes:
+        reassembler: As given, or made.
         outbox: The frames to send; put frames in, then call `flush` or `flush_soon`.
         session: The state of the session.
         connected: Whether there is a connection that this end has not ended.
@@ -107,7 +109,6 @@ class Channel(asyncio.BufferedProtocol):
         "_joins",
         "_linger",
         "_loop",
-        "_max_message_bytes",
         "_offered",
         "_reading_paused",
         "_receiver",
@@ -118,6 +119,7 @@ class Channel(asyncio.BufferedProtocol):
         "connected",
         "outbox",
         "reading",
+        "reassembler",
         "session",
     )
 
@@ -127,9 +129,10 @@ class Channel(asyncio.BufferedProtocol):
         handler: ChannelHandler,
         *,
         loop: asyncio.AbstractEventLoop,
-        max_message_bytes: int = limits.MAX_MESSAGE_BYTES,
+        reassembler: Reassembler | None = None,
     ) -> None:
         self.outbox = Outbox()
+        self.reassembler = reassembler or Reassembler()
         self.session = Session(role)
         self.connected = False
         self.reading = False
@@ -140,7 +143,6 @@ class Channel(asyncio.BufferedProtocol):
         # writelines of asyncio's own transports does not call pause_writing before Python 3.12.9 and 3.13.2
         # (CVE-2024-12254), and in 3.11 it joins the parts anyway.
         self._joins = isinstance(loop, asyncio.BaseEventLoop)
-        self._max_message_bytes = max_message_bytes
         self._receiver: Receiver | None = None
         self._transport: asyncio.Transport | None = None
         self.busy = False
@@ -156,9 +158,7 @@ class Channel(asyncio.BufferedProtocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Called by asyncio."""
-        self._receiver = Receiver(
-            self.session, _scratch.view, _scratch.decoder, max_message_bytes=self._max_message_bytes
-        )
+        self._receiver = Receiver(self.session, _scratch.view, _scratch.decoder, self.reassembler)
         self._transport = cast("asyncio.Transport", transport)
         self.connected = True
         self._transport.set_write_buffer_limits(high=limits.HIGH_WATER_BYTES, low=limits.LOW_WATER_BYTES)
@@ -175,6 +175,7 @@ class Channel(asyncio.BufferedProtocol):
         handler.closed(exc)
         # Nothing refers to this channel in a circle now: its memory is free without the garbage collector.
         self._receiver = None
+        self.reassembler.clear()
 
     def eof_received(self) -> bool:
         """Called by asyncio; treat a half-closed connection as closed.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 from proto import frames, limits
 from proto.aio.channel import Channel
 from proto.codec import decode, encode
+from proto.fragments import Reassembler
 from proto.session import Role
 from proto.url import parse_url
 
@@ -33,7 +34,7 @@ class RawClient:
 
     def __init__(self, *, max_message_bytes: int = limits.MAX_MESSAGE_BYTES) -> None:
         loop = asyncio.get_running_loop()
-        self.channel = Channel(Role.CLIENT, self, loop=loop, max_message_bytes=max_message_bytes)
+        self.channel = Channel(Role.CLIENT, self, loop=loop, reassembler=Reassembler(max_message_bytes))
         self.ended = loop.create_future()
         self.problem: ProtocolError | None = None
         self._received: asyncio.Queue[frames.Frame] = asyncio.Queue()

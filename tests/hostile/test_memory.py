@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import gc
 import logging
 import weakref
@@ -10,9 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import actors
+from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
 from proto import frames, limits
 from proto.codes import Status
+from proto.errors import ErrorCode
+from proto.fragments import Reassembler, ReassemblyTotal
 from proto.outbox import REPLAY_AHEAD_BYTES
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, link, until
@@ -121,6 +126,15 @@ async def test_one_larger_call_is_allowed_if_no_other_waits() -> None:
         assert len((await server.next(frames.Request)).entries[0].body) == len(large)
 
 
+async def latch(broker: Broker, talker: RawClient, number: int, count: int, size: int) -> None:
+    """Publish large latched messages; several at once could overtake each other."""
+    for first in range(count):
+        latched = broker.stats().latched
+        talker.send(make.batch(number, first, 1, size=size))
+        while broker.stats().latched == latched:
+            await talker.synchronise()
+
+
 async def test_a_late_joiner_gets_large_latched_messages_page_by_page() -> None:
     """Case 53: however much is latched, a reader gets all of it, in order, and little waits for it."""
     size, count = 3 * KIB * KIB, 6
@@ -132,10 +146,7 @@ async def test_a_late_joiner_gets_large_latched_messages_page_by_page() -> None:
         for index in range(2):
             talker.send(make.publisher(index + 1, f"/t{index}", qos=MANY))
             numbers.append((await talker.next(frames.Accepted)).number)
-            for first in range(count):
-                talker.send(make.batch(numbers[index], first, 1, size=size))
-        await talker.synchronise()
-        await until(lambda: broker.stats().latched == 2 * count)
+            await latch(broker, talker, numbers[index], count, size)
         late.stop_reading()
         late.send(*(make.subscription(index + 1, f"/t{index}", qos=MANY) for index in range(2)))
         late.send(*(make.subscription(index + 3, f"/t{index}", qos=MANY) for index in range(2)))
@@ -163,8 +174,7 @@ async def test_latched_messages_that_are_replaced_meanwhile_are_skipped() -> Non
         late = await stack.enter_async_context(link(broker, "/late"))
         talker.send(make.publisher(1, qos={**make.LATCHED, "depth": 3}))
         number = (await talker.next(frames.Accepted)).number
-        talker.send(*(make.batch(number, first, 1, size=size) for first in range(3)))
-        await talker.synchronise()
+        await latch(broker, talker, number, 3, size)
         late.stop_reading()
         late.send(*(make.subscription(index, qos=MANY) for index in range(1, 21)))
         await until(lambda: broker.stats().endpoints == 23)
@@ -203,7 +213,11 @@ async def _use_and_end(
     """Use a link in every way, and end it; return references to what the broker held for it."""
     async with link(broker, "/guilty") as guilty:
         guilty.stop_reading()
-        declared = [make.publisher(1, qos=make.LATCHED), make.subscription(2), make.client(3)]
+        declared: list[frames.Frame] = [
+            make.publisher(1, qos=make.LATCHED),
+            make.subscription(2),
+            make.client(3),
+        ]
         guilty.send(*declared, make.service(4, "/own"), make.request(3, 1), frames.Watch(1, True))
         partner.send(make.request(3, 1))
         guilty.send(frames.Fragment(1, 10**6, True, bytes(100_000)))
@@ -219,3 +233,94 @@ async def _use_and_end(
             guilty.send(ending)
             await guilty.gone() if isinstance(ending, frames.Accepted) else guilty.channel.close()
         return {kind: weakref.ref(each) for kind, each in held.items()}
+
+
+def part(transfer: int, size: int, total: int | None = 16 * KIB * KIB) -> list[frames.Fragment]:
+    """Return fragments that begin, or (without a total) continue, a large message, `size` bytes in all."""
+    whole = bytes(100 * KIB)
+    pieces = [frames.Fragment(transfer, None, True, whole) for _ in range(size // len(whole))]
+    return [pieces[0]._replace(total=total), *pieces[1:]]
+
+
+async def test_incomplete_messages_of_a_link_are_limited() -> None:
+    """Case 47: the link that sends more than max_reassembly_bytes of incomplete messages is closed."""
+    options = BrokerOptions(
+        port=0, max_message_bytes=16 * KIB * KIB, max_reassembly_bytes=65_536, drain_timeout_sec=0.2
+    )
+    async with Broker(options) as broker, link(broker) as guilty, link(broker, "/other") as other:
+        for transfer in range(3):
+            guilty.send(*part(transfer, 6 * KIB * KIB))
+        error = await guilty.next(frames.Error)
+        assert (error.code, "max_reassembly_bytes" in error.text) == (ErrorCode.LIMIT, True)
+        await until(lambda: broker.stats().connections == 1)
+        assert broker.stats().reassembly_bytes == 0
+        await other.synchronise()
+
+
+async def test_incomplete_messages_of_all_links_are_limited() -> None:
+    """Case 47: beyond max_total_reassembly_bytes the link with most of them is closed, and no other."""
+    options = BrokerOptions(port=0, max_total_reassembly_bytes=4 * KIB * KIB, drain_timeout_sec=0.2)
+    async with AsyncExitStack() as stack:
+        broker = await stack.enter_async_context(Broker(options))
+        modest, guilty, other = [await stack.enter_async_context(link(broker)) for _ in range(3)]
+        modest.send(*part(1, KIB * KIB))
+        guilty.send(*part(1, 2 * KIB * KIB))
+        await guilty.synchronise()
+        other.send(*part(1, 1800 * KIB))
+        error = await guilty.next(frames.Error)
+        assert (error.code, "--max-total-reassembly-bytes" in error.text) == (ErrorCode.LIMIT, True)
+        await until(lambda: broker.stats().connections == 2)
+        await modest.synchronise()
+        await other.synchronise()
+        assert 2 * KIB * KIB < broker.stats().reassembly_bytes < 3 * KIB * KIB
+        modest.send(frames.Abort(1))
+        other.send(frames.Abort(1))
+        await modest.synchronise()
+        await other.synchronise()
+        assert broker.stats().reassembly_bytes == 0
+
+
+def test_a_reassembler_knows_for_how_long_a_message_has_not_grown() -> None:
+    """Case 47: each incomplete message has a time of its own; completing one, or giving it up, ends it."""
+    total = ReassemblyTotal()
+    reassembler = Reassembler(total=total)
+    reassembler.add(frames.Fragment(1, 10, True, b"ab"))
+    assert reassembler.idle_sec(100.0) == 0
+    reassembler.add(frames.Fragment(2, 10, True, b"ab"))
+    assert reassembler.idle_sec(110.0) == 10
+    reassembler.add(frames.Fragment(1, None, True, b"c"))
+    assert (reassembler.idle_sec(115.0), total.bytes) == (5, 5)
+    reassembler.abort(frames.Abort(2))
+    assert (reassembler.idle_sec(116.0), total.bytes, reassembler.held_bytes) == (1, 3, 3)
+    assert bytes(reassembler.add(frames.Fragment(1, None, False, b"defghij")) or b"") == b"abcdefghij"
+    assert (reassembler.idle_sec(200.0), total.bytes, reassembler.held_bytes) == (0, 0, 0)
+
+
+async def test_a_link_with_an_idle_incomplete_message_is_closed() -> None:
+    """Case 47: the periodic check closes the link that does not go on, and no other."""
+    options = BrokerOptions(port=0, reassembly_timeout_sec=0.2, keepalive_sec=0.6, drain_timeout_sec=0.2)
+    async with Broker(options) as broker, link(broker) as guilty, link(broker) as other:
+        guilty.send(*part(1, 200 * KIB))
+        error = await guilty.next(frames.Error)
+        assert (error.code, "--reassembly-timeout-sec" in error.text) == (ErrorCode.TIMEOUT, True)
+        await other.synchronise()
+        await until(lambda: broker.stats().connections == 1)
+
+
+async def test_large_messages_wait_at_the_client_for_the_limit_of_the_broker() -> None:
+    """Eight transfers at once are no attack: the client keeps the limit that WELCOME has announced."""
+    options = BrokerOptions(
+        port=0, max_message_bytes=2**21, max_reassembly_bytes=2**22, drain_timeout_sec=0.2
+    )
+    async with Broker(options) as broker, actors.Node("writer", url=broker.url) as node:
+        channel = node._context.link.channel
+        assert channel is not None
+        for index in range(8):
+            publisher = node.create_publisher(String, f"t{index}", 10)
+            publisher.publish(String(data="x" * 2_000_000))
+        most = 0
+        while sum(topic.messages for topic in broker.topic_stats()) < 8:
+            await asyncio.sleep(0)
+            most = max(most, broker.stats().reassembly_bytes)
+        assert most <= 2**22
+        assert broker.stats().connections == 1

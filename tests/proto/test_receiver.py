@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from proto import frames, limits
 from proto.codec import Decoder, encode
 from proto.errors import ErrorCode, ProtocolError
-from proto.fragments import Transfer
+from proto.fragments import Reassembler, Transfer
 from proto.receiver import PARTS, SCRATCH_BYTES, Receiver
 from proto.session import Role, Session
 from tests.proto.outboxes import make_batch
@@ -20,7 +20,12 @@ def open_receiver(scratch: memoryview | None = None) -> Receiver:
     session = Session(Role.BROKER)
     session.received(frames.Hello(limits.PROTOCOL_VERSION, {}))
     session.sent(frames.Welcome(1, {}))
-    return Receiver(session, memoryview(bytearray(SCRATCH_BYTES)) if scratch is None else scratch, Decoder())
+    return Receiver(
+        session,
+        memoryview(bytearray(SCRATCH_BYTES)) if scratch is None else scratch,
+        Decoder(),
+        Reassembler(),
+    )
 
 
 def feed(receiver: Receiver, data: bytes) -> list[frames.Frame]:

@@ -274,7 +274,7 @@ def _check_outboxes_empty(world: World) -> None:
             outbox.bulk_bytes,
             outbox.replay_bytes,
             len(outbox._large_calls),
-            len(outbox._transfers._open),
+            len(outbox.transfers._open),
         )
         if any(held):
             world.complain(f"an outbox at rest holds {held}")

@@ -9,6 +9,7 @@ from proto import frames, limits
 from proto.aio.budgeted_channel import BudgetedChannel
 from proto.aio.channel import Channel
 from proto.codec import decode
+from proto.fragments import Reassembler
 from proto.session import Role, State
 
 if TYPE_CHECKING:
@@ -149,7 +150,7 @@ class Bench:
     ) -> None:
         self.loop = loop or FakeLoop()
         self.handler = Recorder()
-        on: Any = {"loop": self.loop, "max_message_bytes": most}
+        on: Any = {"loop": self.loop, "reassembler": Reassembler(most)}
         self.channel = Channel(role, self.handler, **on)
         if budget is not None:
             self.channel = BudgetedChannel(role, self.handler, budget=budget, **on)
