@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from proto import frames
-from proto.batches import message_bytes, slice_batch
+from proto import frames, limits
+from proto.batches import held_bytes, slice_batch
 from proto.message_queue import ReplaySource
 from proto.qos import KEEP_ALL, Qos
 
@@ -16,11 +16,12 @@ if TYPE_CHECKING:
 LATCHED_MESSAGES: Final = 1000
 """Messages kept of a KEEP_ALL + TRANSIENT_LOCAL publisher."""
 
-LATCHED_BYTES: Final = 64 * 1024 * 1024
-"""Bytes kept of one publisher; beyond it the oldest messages are dropped, whatever the depth."""
+LATCHED_BYTES: Final = limits.MAX_MESSAGE_BYTES + 64 * 1024
+"""Estimated memory of what is kept of one publisher: one message of any size, or smaller ones. Beyond it the
+oldest messages are dropped, whatever the depth."""
 
 LATCHED_BYTES_PER_LINK: Final = 256 * 1024 * 1024
-"""Bytes kept of all publishers of one link; beyond it the one that publishes loses its oldest messages."""
+"""The same for all publishers of one link; beyond it the one that publishes loses its oldest messages."""
 
 
 def latched_depth(qos: Qos) -> int:
@@ -39,7 +40,7 @@ def latch(publisher: PublisherRecord, batch: Batch) -> int:
     keep = publisher.keep
     publisher.latched.append(batch)
     publisher.latched_messages += batch.length
-    _count(publisher, message_bytes(batch))
+    _count(publisher, held_bytes(batch))
     while publisher.latched_messages > keep:
         _unlatch_oldest(publisher, publisher.latched_messages - keep)
     missed = 0
@@ -55,11 +56,11 @@ def _unlatch_oldest(publisher: PublisherRecord, most: int) -> int:
     oldest = publisher.latched.popleft()
     gone = min(oldest.length, most)
     publisher.latched_messages -= gone
-    _count(publisher, -message_bytes(oldest))
+    _count(publisher, -held_bytes(oldest))
     if gone < oldest.length:
         rest = slice_batch(oldest, gone, oldest.length)
         publisher.latched.appendleft(rest)
-        _count(publisher, message_bytes(rest))
+        _count(publisher, held_bytes(rest))
     else:
         publisher.unlatched += 1
     return gone

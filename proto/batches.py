@@ -12,7 +12,7 @@ from typing import Final
 
 from proto import limits
 from proto.codec import ARRAY_HEAD_BYTES, array_head, batch_head, encode, ends_from_bytes, ends_to_bytes
-from proto.frames import Batch, Replay
+from proto.frames import Batch, Options, Replay, Scalar
 
 MAX_HEAD_BYTES: Final = 64
 """Maximum size of everything before the message in a batch of one: prefix, header and array head."""
@@ -141,6 +141,23 @@ def split_messages(batch: Batch | Replay) -> list[memoryview]:
         return [body]
     offsets = ends_from_bytes(batch.ends).tolist()
     return [body[start:end] for start, end in zip([0, *offsets[:-1]], offsets, strict=True)]
+
+
+def held_bytes(batch: Batch) -> int:
+    """Return the estimated memory of a batch that is kept."""
+    size = len(batch.payload) + limits.BATCH_OVERHEAD_BYTES + limits.MESSAGE_OVERHEAD_BYTES * batch.length
+    return size if batch.attributes is None else size + attributes_bytes(batch.attributes)
+
+
+def attributes_bytes(attributes: Options) -> int:
+    """Return the estimated memory of attributes: encoded, and as objects."""
+    return sum(140 + _text_bytes(key) + _text_bytes(value) for key, value in attributes.items())
+
+
+def _text_bytes(value: Scalar) -> int:
+    if not isinstance(value, str | bytes):
+        return 0
+    return 2 * len(value) if value.isascii() or isinstance(value, bytes) else 8 * len(value)
 
 
 def message_bytes(batch: Batch | Replay) -> int:

@@ -6,11 +6,15 @@ The codec checks every field of every received header.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, cast
+
+import msgpack
 
 from proto import limits
 
 Check: TypeAlias = Callable[[Any], bool]
+
+_pack: Final = cast("Callable[[object], bytes]", msgpack.Packer(autoreset=True).pack)
 
 
 def _is_uint(limit: int) -> Check:
@@ -34,6 +38,10 @@ def _is_flat_map(value: Any) -> bool:
     )
 
 
+def _is_attributes(value: Any) -> bool:
+    return _is_flat_map(value) and len(_pack(value)) <= limits.MAX_ATTRIBUTES_BYTES
+
+
 def _is_definition(value: Any) -> bool:
     return type(value) is bytes and len(value) <= limits.MAX_DEFINITION_BYTES
 
@@ -52,7 +60,7 @@ def _is_request(value: Any) -> bool:
         and type(call) is int
         and call >= 0
         and (remaining is None or _is_u32(remaining))
-        and (attributes is None or _is_flat_map(attributes))
+        and (attributes is None or _is_attributes(attributes))
     )
 
 
@@ -66,7 +74,7 @@ def _is_reply(value: Any) -> bool:
         and call >= 0
         and _is_u32(status)
         and more is False
-        and (attributes is None or _is_flat_map(attributes))
+        and (attributes is None or _is_attributes(attributes))
     )
 
 
@@ -113,7 +121,7 @@ KINDS: Mapping[str, Check] = {
     "bin16": lambda value: type(value) is bytes and len(value) == limits.INSTANCE_BYTES,
     "definition?": _optional(_is_definition),
     "map": _is_flat_map,
-    "map?": _optional(_is_flat_map),
+    "attributes?": _optional(_is_attributes),
     "requests": _sequence_of(_is_request),
     "replies": _sequence_of(_is_reply),
     "graph": _sequence_of(_is_graph_entry),

@@ -38,8 +38,14 @@ BATCH_FLUSH_COUNT: Final = 4096
 MAX_QUEUE_BYTES: Final = 64 * 1024 * 1024
 """Messages waiting in one KEEP_LAST publisher queue, whatever its depth; beyond it the oldest are dropped."""
 
-BATCH_OVERHEAD_BYTES: Final = 512
-"""Estimated memory of a waiting batch beside its messages; only the limit of a link counts it."""
+BATCH_OVERHEAD_BYTES: Final = 576
+"""Estimated memory of a waiting or latched batch beside its messages (measured)."""
+
+MESSAGE_OVERHEAD_BYTES: Final = 8
+"""Estimated memory of each message in such a batch beside its bytes: two copies of its end."""
+
+MAX_ATTRIBUTES_BYTES: Final = 4 * 1024
+"""The encoded attributes of a batch or call, which nobody counts as messages."""
 
 FRAME_OVERHEAD_BYTES: Final = 64
 """Estimated memory of any other waiting frame beside its bytes, which counts most for tiny ones."""

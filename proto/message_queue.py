@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias, cast
 
 from proto import limits
-from proto.batches import message_bytes, slice_batch
+from proto.batches import attributes_bytes, message_bytes, slice_batch
 from proto.fragments import is_large
 from proto.frames import Batch, Replay
 
@@ -65,6 +65,8 @@ class MessageQueue:
     _queue: deque[Batch | Ordered] = field(default_factory=deque["Batch | Ordered"], init=False)
     _batches: int = field(default=0, init=False)
     """Number of batches in `_queue`."""
+    _attributes_bytes: int = field(default=0, init=False)
+    """Estimated memory of their attributes."""
     _skip: int = field(default=0, init=False)
     """Number of dropped messages at the start of the first batch in `_queue`."""
     _next_sequence: int | None = field(default=None, init=False)
@@ -82,6 +84,8 @@ class MessageQueue:
             self._batches += 1
             self.pending += item.length
             self.pending_bytes += message_bytes(item)
+            if item.attributes is not None:
+                self._attributes_bytes += attributes_bytes(item.attributes)
             if self._next_sequence is None:
                 self._next_sequence = item.first_sequence
         else:
@@ -103,6 +107,8 @@ class MessageQueue:
         self._batches += 1
         self.pending += item.length
         self.pending_bytes += message_bytes(item)
+        if item.attributes is not None:
+            self._attributes_bytes += attributes_bytes(item.attributes)
         if self._next_sequence is None or item.first_sequence < self._next_sequence:
             self._next_sequence = item.first_sequence
         self._queue.appendleft(item)
@@ -117,12 +123,17 @@ class MessageQueue:
 
     @property
     def held_bytes(self) -> int:
-        """Estimated memory of the queued batches: their messages and an overhead for each batch.
+        """Estimated memory of the queued batches: their messages, and overheads for batches and messages.
 
         Other frames count only in `control_bytes`, since nothing compares them with the limit of a link when
         they are queued.
         """
-        return self.pending_bytes + limits.BATCH_OVERHEAD_BYTES * self._batches
+        return (
+            self.pending_bytes
+            + self._attributes_bytes
+            + limits.BATCH_OVERHEAD_BYTES * self._batches
+            + limits.MESSAGE_OVERHEAD_BYTES * self.pending
+        )
 
     def trim(self) -> None:
         """Drop the oldest messages beyond the depth and beyond `limits.MAX_QUEUE_BYTES`.
@@ -164,6 +175,8 @@ class MessageQueue:
         if count == left:
             self._batches -= 1
             self.pending_bytes -= message_bytes(head)
+            if head.attributes is not None:
+                self._attributes_bytes -= attributes_bytes(head.attributes)
             self._skip = 0
         else:
             self._skip += count
@@ -195,6 +208,8 @@ class MessageQueue:
                 self._batches -= 1
                 self.pending -= item.length
                 self.pending_bytes -= message_bytes(item)
+                if item.attributes is not None:
+                    self._attributes_bytes -= attributes_bytes(item.attributes)
                 self.dropped += item.length
             else:
                 kept.append(item)

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from itertools import chain
 from typing import TYPE_CHECKING, cast
 
-from proto.batches import fitting_stop, message_bytes, slice_batch, with_publisher
+from proto.batches import attributes_bytes, fitting_stop, message_bytes, slice_batch, with_publisher
 from proto.codec import encode, encode_head
 from proto.fragments import is_large
 from proto.frames import Abort, Batch, Buffer, Replay
@@ -162,6 +162,8 @@ class PublisherQueue(MessageQueue):
                 rest = slice_batch(head, stop, head.length)
                 self._batches += 1
                 self.pending_bytes += message_bytes(rest)
+                if rest.attributes is not None:
+                    self._attributes_bytes += attributes_bytes(rest.attributes)
                 self._queue.appendleft(rest)
             self._queue.appendleft(batch)
             self._skip = 0
@@ -187,6 +189,8 @@ class PublisherQueue(MessageQueue):
             self._batches -= 1
             self.pending -= item.length
             self.pending_bytes -= message_bytes(item)
+            if item.attributes is not None:
+                self._attributes_bytes -= attributes_bytes(item.attributes)
 
     def _finish_leaving(self) -> None:
         item = self._leaving
@@ -256,4 +260,4 @@ class PublisherQueue(MessageQueue):
         self._queue.clear()
         self._leaving = self._transfer = None
         self.pending = self.pending_bytes = self.control_bytes = self.bulk_bytes = 0
-        self._skip = self._batches = 0
+        self._skip = self._batches = self._attributes_bytes = 0

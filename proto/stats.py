@@ -120,6 +120,7 @@ class BrokerStats:
     latched: int = 0
     """Messages kept for late joiners."""
     latched_bytes: int = 0
+    """Their estimated memory."""
     latched_dropped: int = 0
     """Messages no longer kept for late joiners because too many bytes were latched."""
     unmatched: int = 0

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from broker import latched
 from proto import frames
+from proto.batches import held_bytes
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
 
@@ -38,7 +39,7 @@ def test_the_depth_counts_messages_and_misses_none() -> None:
 
 def test_the_bytes_of_a_publisher_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     """The oldest batches are dropped, and each message within the depth is counted."""
-    monkeypatch.setattr(latched, "LATCHED_BYTES", 100)
+    monkeypatch.setattr(latched, "LATCHED_BYTES", 2 * held_bytes(make.batch(1, 0, 4)))
     switch = Switch()
     talker = switch.join("/talker")
     number = switch.publisher(talker, make.publisher(1, qos=MANY))
@@ -47,13 +48,13 @@ def test_the_bytes_of_a_publisher_have_a_limit(monkeypatch: pytest.MonkeyPatch) 
     routes = switch.router.routes
     assert [topic.latched_dropped for topic in switch.router.topics.records()] == [4]
     assert routes.latched_dropped == 4
-    switch.send(talker, make.batch(number, 12, 11))
+    switch.send(talker, make.batch(number, 12, 11, size=200))
     assert (heard_late(switch, node="/later"), routes.latched_dropped) == ([], 4 + 8 + 11)
 
 
 def test_the_bytes_of_a_link_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     """A publisher beyond it loses its oldest messages; bytes that another frees can be used again."""
-    monkeypatch.setattr(latched, "LATCHED_BYTES_PER_LINK", 100)
+    monkeypatch.setattr(latched, "LATCHED_BYTES_PER_LINK", 2 * held_bytes(make.batch(1, 0, 7)))
     switch = Switch()
     talker = switch.join("/talker")
     first = switch.publisher(talker, make.publisher(1, "/a", qos=MANY))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import gc
 import logging
+import tracemalloc
 import weakref
 from contextlib import AsyncExitStack
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
@@ -15,10 +16,13 @@ import actors
 from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
 from proto import frames, limits
+from proto.batches import with_raw
+from proto.codec import Decoder, encode
 from proto.codes import Status
 from proto.errors import ErrorCode
 from proto.fragments import Reassembler, ReassemblyTotal
-from proto.outbox import REPLAY_AHEAD_BYTES
+from proto.outbox import REPLAY_AHEAD_BYTES, Outbox
+from proto.publisher_queue import PublisherQueue
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, link, until
 
@@ -324,3 +328,60 @@ async def test_large_messages_wait_at_the_client_for_the_limit_of_the_broker() -
             most = max(most, broker.stats().reassembly_bytes)
         assert most <= 2**22
         assert broker.stats().connections == 1
+
+
+@pytest.mark.parametrize("kind", ["batch", "request"])
+async def test_attributes_have_a_limit(broker: Broker, kind: str) -> None:
+    """Case 46: attributes of more than 4 KiB end the link; those within the limit are forwarded."""
+    async with link(broker, "/guilty") as guilty:
+        guilty.send(make.publisher(1), make.client(2), make.service(3))
+        number = (await guilty.next(frames.Accepted)).number
+
+        def carrying(size: int) -> frames.Frame:
+            attributes = {f"key{index}": bytes(1000) for index in range(size // KIB)}
+            if kind == "batch":
+                return with_raw(make.batch(number, 0)._replace(attributes=attributes))
+            return frames.Request(2, (frames.RequestEntry(1, None, attributes, b"q"),))
+
+        guilty.send(carrying(4 * KIB))
+        await guilty.synchronise()
+        guilty.send(carrying(5 * KIB))
+        error = await guilty.next(frames.Error)
+        assert error.code == ErrorCode.MALFORMED
+        assert "attributes?" in error.text or "requests" in error.text
+        await until(lambda: broker.stats().connections == 0)
+
+
+@pytest.mark.parametrize(
+    ("length", "attributes"),
+    [(1, None), (100, None), (1, {"a": b"x" * 3900}), (1, {f"k{index}": "x" * 50 for index in range(60)})],
+)
+def test_waiting_batches_count_what_they_hold(length: int, attributes: frames.Options | None) -> None:
+    """Case 46: what a limit counts for tiny batches, many messages and attributes is their memory."""
+    outbox, queue, decoder = Outbox(), PublisherQueue(5, None), Decoder()
+    queue.sequence_limit = 0
+    count = 3000
+    decoder.decode(make.batch(5, 0).raw)  # it keeps a buffer
+    tracemalloc.start()
+    try:
+        for index in range(count):
+            raw = with_raw(make.batch(5, 1000 + index * length, length)._replace(attributes=attributes)).raw
+            outbox.enqueue(queue, cast("frames.Batch", decoder.decode(bytes(raw))))
+        outbox.trim()
+        held, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert 0.7 < held / outbox.held_bytes < 1.2
+
+
+def test_tiny_control_frames_count_what_they_hold() -> None:
+    """Case 46: unread PONGs count their objects, not only their bytes."""
+    outbox = Outbox()
+    tracemalloc.start()
+    try:
+        for token in range(10_000):
+            outbox.put_control(encode(frames.Pong(token)))
+        held, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert held < 1.1 * outbox.undroppable_bytes

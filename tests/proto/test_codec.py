@@ -45,7 +45,7 @@ KIND_STRATEGIES: dict[str, st.SearchStrategy[Any]] = {
     "bin16": st.binary(min_size=16, max_size=16),
     "definition?": st.none() | SMALL_BIN,
     "map": FLAT_MAP,
-    "map?": st.none() | FLAT_MAP,
+    "attributes?": st.none() | FLAT_MAP,
     "requests": st.lists(
         st.builds(RequestEntry, U64, st.none() | U32, st.none() | FLAT_MAP, SMALL_BIN), max_size=4
     ).map(tuple),
@@ -76,7 +76,7 @@ GOOD: dict[str, object] = {
     "bin16": bytes(16),
     "definition?": b"{}",
     "map": {"agent": "test"},
-    "map?": None,
+    "attributes?": None,
     "requests": ((1, 1000, None, b"a"), (2, None, {"k": 1}, b"")),
     "replies": ((1, 0, False, None, b"a"),),
     "graph": ((1, 0, "/n", "", "", "", {}),),

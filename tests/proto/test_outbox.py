@@ -401,7 +401,8 @@ def test_only_batches_count_for_the_limit_of_a_link() -> None:
     outbox.enqueue(queue, make_batch(0, [b"x"]))
     outbox.trim()
     judged = outbox.held_bytes
-    assert judged == limits.BATCH_OVERHEAD_BYTES + queue.pending_bytes
+    overhead = limits.BATCH_OVERHEAD_BYTES + limits.MESSAGE_OVERHEAD_BYTES
+    assert judged == overhead + queue.pending_bytes
     for index in range(100):
         outbox.enqueue(queue, encode(Detached(1, (index,), 0)))
         outbox.enqueue(queue, encode(Detached(2, (index,), 0)), first=True)

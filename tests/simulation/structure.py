@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from broker.records import ClientRecord, PublisherRecord, ServiceRecord, SubscriptionRecord
 from proto import limits
-from proto.batches import message_bytes
+from proto.batches import held_bytes, message_bytes
 from proto.fragments import is_large
 from proto.frames import Batch, Replay
 from proto.message_queue import ReplaySource
@@ -84,7 +84,7 @@ def _of_endpoint(endpoint: Endpoint) -> Wrongs:
         if readers != routed:
             yield f"publisher {endpoint.key} is matched with {readers} and sends to {routed}"
         kept = endpoint.latched
-        held = sum(map(message_bytes, kept)), sum(batch.length for batch in kept)
+        held = sum(map(held_bytes, kept)), sum(batch.length for batch in kept)
         if held != (endpoint.latched_bytes, endpoint.latched_messages):
             yield f"publisher {endpoint.key} keeps {held}, not {endpoint.latched_bytes} bytes"
     if isinstance(endpoint, PublisherRecord | SubscriptionRecord):
