@@ -128,6 +128,15 @@ class Discard(Delivery):
 
 
 @dataclass(slots=True)
+class Shed(Discard):
+    """Drop the messages of a publisher queue because too many queues wait; still send its control frames."""
+
+    def deliver(self, channel: Recipient) -> None:
+        """Remove the messages from the outbox."""
+        channel.outbox.discard_queue(self.queue, shed=True)
+
+
+@dataclass(slots=True)
 class Close(Delivery):
     """Close a peer's connection with an error."""
 

@@ -17,8 +17,12 @@ if TYPE_CHECKING:
     from broker.records import TopicRecord
     from proto.publisher_queue import PublisherQueue
 
-FORGET_QUEUES: Final = 1000
-"""Departed queues that are kept before the empty ones are forgotten."""
+FORGET_QUEUES: Final = 100
+"""Departed queues that are kept before the empty ones are forgotten; the periodic check forgets them, too."""
+
+MAX_QUEUES_PER_PEER: Final = 1000
+"""Departed queues with messages for one peer; beyond it the oldest loses its messages. Their bytes count for
+the limit of the peer's link."""
 
 MAX_EARLIER_IDS: Final = 100
 """Earlier ids of a publisher that are remembered while its queue never gets empty: the latest."""
@@ -48,8 +52,12 @@ class DepartedQueues:
         self._forget_at = FORGET_QUEUES
         self._forgotten = Tally()
 
-    def add(self, gid: bytes, publisher: int, peer_queue: PeerQueue) -> None:
-        """Add a queue whose publisher, of this gid and id, is gone; its content is still delivered."""
+    def add(self, gid: bytes, publisher: int, peer_queue: PeerQueue) -> PublisherQueue | None:
+        """Add a queue whose publisher, of this gid and id, is gone; its content is still delivered.
+
+        Returns:
+            The oldest queue of the same peer if there are too many, for the caller to empty.
+        """
         peer = peer_queue.peer
         queues = self._resumable.setdefault(peer, {})
         key = gid, peer_queue.topic.name
@@ -58,6 +66,16 @@ class DepartedQueues:
         ids = (*(each for each in peer_queue.earlier_ids if each != publisher), publisher)
         queues[key] = peer_queue._replace(earlier_ids=ids[-MAX_EARLIER_IDS:])
         self._count += 1
+        if len(queues) <= MAX_QUEUES_PER_PEER:
+            return None
+        oldest = queues.pop(next(iter(queues)))
+        self._final.setdefault(peer, []).append(oldest)
+        return oldest.queue
+
+    def forget(self, peer_queue: PeerQueue) -> None:
+        """Keep only the counts of a queue that is empty and gets nothing any more."""
+        self._forgotten.add(peer_queue.queue)
+        peer_queue.topic.forgotten.add(peer_queue.queue)
 
     def add_unwanted(self, peer_queue: PeerQueue) -> None:
         """Add a queue whose reader is gone; the caller discards its content."""
@@ -90,9 +108,13 @@ class DepartedQueues:
             self._final[peer] = peer_queues
         return [peer_queue.queue for peer_queue in peer_queues]
 
-    def prune(self) -> None:
-        """Forget the empty queues if there are many. Not while a delivery to one may be under way."""
-        if self._count > self._forget_at:
+    def prune(self, *, at_least: int | None = None) -> None:
+        """Forget the empty queues if there are many. Not while a delivery to one may be under way.
+
+        Args:
+            at_least: How many are many; None: more than were kept the last time.
+        """
+        if self._count > (self._forget_at if at_least is None else at_least):
             self._forget_empty()
 
     def _forget_empty(self) -> None:
@@ -111,8 +133,7 @@ class DepartedQueues:
     def _drop_if_empty(self, peer_queue: PeerQueue) -> bool:
         if not peer_queue.queue.empty:
             return False
-        self._forgotten.add(peer_queue.queue)
-        peer_queue.topic.forgotten.add(peer_queue.queue)
+        self.forget(peer_queue)
         return True
 
     def all(self) -> Iterator[PeerQueue]:

@@ -69,6 +69,8 @@ class PeriodicCheck:
         if all_due or now >= self._next_round:
             shortest = min(options.idle_keepalive_sec, options.suspend_close_sec)
             self._next_round = now + shortest / CHECKS_PER_KEEPALIVE
+            for router in dispatcher.joined:
+                router.routes.prune(at_least=0)
             due.update((each, None) for each in dispatcher.links if all_due or each.check_at <= now)
         self._check_partial(now)
         for link in due:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from broker.attachment_frames import AttachmentFrames
-from broker.deliveries import Close, Discard, Enqueue, Send
+from broker.deliveries import Close, Discard, Enqueue, Send, Shed
 from broker.departed_queues import DepartedQueues, PeerQueue
 from broker.latched import latch, unlatch
 from broker.records import PublisherRecord, Route, SubscriptionRecord, Tally, TopicRecord
@@ -119,10 +119,17 @@ class Routes:
     def detach_all(self, publisher: PublisherRecord) -> None:
         """End the routes of a publisher that leaves; its readers get what is queued, and then DETACHED."""
         reason = DetachReason.SUSPENDED if publisher.peer.suspended else DetachReason.GONE
+        pending = self._attachments.pending  # an ATTACHED that is not in the queue yet
         for route in publisher.routes.values():
-            self._attachments.detach(publisher.key, route.peer.id, route.subscriptions, reason, route.queue)
             peer_queue = PeerQueue(route.queue, route.topic, route.peer.id, route.earlier_ids)
-            self._departed.add(publisher.gid, publisher.key, peer_queue)
+            empty = route.queue.empty and not pending
+            queue = None if empty else route.queue
+            self._attachments.detach(publisher.key, route.peer.id, route.subscriptions, reason, queue)
+            if empty:
+                self._departed.forget(peer_queue)
+            elif excess := self._departed.add(publisher.gid, publisher.key, peer_queue):
+                self._attachments.flush()
+                self._emit(Shed(route.peer.id, excess))
         publisher.routes.clear()
 
     def report_gone(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
@@ -138,9 +145,9 @@ class Routes:
         for queue in self._departed.remove_peer(peer):
             self._emit(Discard(peer, queue))
 
-    def prune(self) -> None:
-        """Forget empty queues if there are many. Only between the handling of two frames."""
-        self._departed.prune()
+    def prune(self, *, at_least: int | None = None) -> None:
+        """Forget empty queues if there are many, or so many. Only between the handling of two frames."""
+        self._departed.prune(at_least=at_least)
 
     def flush(self) -> None:
         """Send ATTACHED and DETACHED frames."""

@@ -135,6 +135,10 @@ class MessageQueue:
             + limits.MESSAGE_OVERHEAD_BYTES * self.pending
         )
 
+    def control_frames(self) -> list[bytes]:
+        """Return the frames between the messages, without latched messages."""
+        return [item for item in (*self._front, *self._queue) if isinstance(item, bytes)]
+
     def trim(self) -> None:
         """Drop the oldest messages beyond the depth and beyond `limits.MAX_QUEUE_BYTES`.
 

@@ -218,15 +218,27 @@ class Outbox:
         if size:
             self.enqueue(queue, source)
 
-    def discard_queue(self, queue: PublisherQueue) -> int:
-        """Abandon everything in a publisher queue; return the number of messages that waited."""
-        pending = queue.pending
+    def discard_queue(self, queue: PublisherQueue, *, shed: bool = False) -> int:
+        """Abandon everything in a publisher queue; return the number of messages that waited.
+
+        Args:
+            queue: The queue.
+            shed: Whether its messages count as dropped, and its control frames are still sent.
+        """
+        pending, waiting = queue.pending, queue.pending + queue.leaving
+        kept = queue.control_frames() if shed else ()
         self.ordered_bytes -= queue.control_bytes
         self.replay_bytes -= queue.bulk_bytes
         abort = queue.discard(self.transfers)
         self._recount(queue)
         if abort is not None:
             self.put_control(abort)
+        if shed:
+            queue.abandoned -= waiting
+            queue.dropped += waiting
+            self.dropped += waiting
+        for raw in kept:
+            self.put_control(raw)
         return pending
 
     def schedule(self, queue: PublisherQueue) -> None:

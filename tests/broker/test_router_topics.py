@@ -555,12 +555,11 @@ def test_texts_are_cut_to_what_a_receiver_must_take() -> None:
 
 
 def test_frames_from_its_own_publisher_to_a_link_that_is_taken_over_are_discarded() -> None:
-    """Its queues are discarded last, although they are empty when the link is removed."""
+    """Its queues are discarded last."""
     switch = Switch()
     peer = switch.join("/both", instance=b"i" * 16)
-    switch.publisher(peer, make.publisher(1))
-    switch.send(peer, make.subscription(2))
-    switch.read_all(peer)
+    number = switch.publisher(peer, make.publisher(1))
+    switch.send(peer, make.subscription(2), make.batch(number, 0))
     _, deliveries = switch.router.connect(b"i" * 16, b"t" * 16)
     of_queues = [delivery for delivery in deliveries if isinstance(delivery, Enqueue | Discard)]
     assert [type(delivery) for delivery in of_queues] == [Enqueue, Discard]

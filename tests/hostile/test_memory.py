@@ -15,6 +15,7 @@ import pytest
 import actors
 from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
+from broker.departed_queues import FORGET_QUEUES, MAX_QUEUES_PER_PEER
 from proto import frames, limits
 from proto.batches import with_raw
 from proto.codec import Decoder, encode
@@ -25,6 +26,7 @@ from proto.outbox import REPLAY_AHEAD_BYTES, Outbox
 from proto.publisher_queue import PublisherQueue
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, link, until
+from tests.broker.switch import Switch
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -385,3 +387,34 @@ def test_tiny_control_frames_count_what_they_hold() -> None:
     finally:
         tracemalloc.stop()
     assert held < 1.1 * outbox.undroppable_bytes
+
+
+def test_queues_of_publishers_that_are_gone_are_bounded() -> None:
+    """Case 49: empty ones are forgotten at once; of those with messages a peer keeps a limited number."""
+    switch = Switch()
+    reader, passing = switch.join("/reader"), switch.join("/passing")
+    switch.send(reader, make.subscription(1))
+    routes = switch.router.routes
+
+    def come_and_go(rounds: range) -> None:
+        for count in rounds:
+            declared = make.publisher(1)._replace(gid=count.to_bytes(16, "big"))
+            switch.send(passing, make.batch(switch.publisher(passing, declared), 0), frames.Undeclare(1))
+            switch.read_all(passing)
+
+    come_and_go(range(MAX_QUEUES_PER_PEER + 300))
+    assert len(routes.peer_queues()) <= 2 * MAX_QUEUES_PER_PEER + FORGET_QUEUES
+    total = routes.tallies()[0]
+    assert (total.queued, total.dropped) == (MAX_QUEUES_PER_PEER, 300)
+    got = switch.read_all(reader)
+    assert sum(isinstance(frame, frames.Batch) for frame in got) == MAX_QUEUES_PER_PEER
+    assert sum(isinstance(frame, frames.Detached) for frame in got) == MAX_QUEUES_PER_PEER + 300
+    routes.prune(at_least=0)
+    assert routes.peer_queues() == []
+    for count in range(2000, 2100):
+        declared = make.publisher(1)._replace(gid=count.to_bytes(16, "big"))
+        switch.publisher(passing, declared)
+        switch.read_all(reader)
+        switch.send(passing, frames.Undeclare(1))
+        assert routes.peer_queues() == []
+        assert [type(frame) for frame in switch.read_all(reader)] == [frames.Detached, frames.Matched]
