@@ -62,6 +62,11 @@ def peer_text(text: str) -> str:
     return text if len(text) <= MAX_ERROR_TEXT else f"{text[: MAX_ERROR_TEXT - 1]}…"
 
 
+def peer_name(name: str) -> str:
+    """Return a name that a peer has sent, with `peer_text`'s escapes if it is none that a broker accepts."""
+    return name if name.isprintable() else peer_text(name)
+
+
 def _is_plain(char: str) -> bool:
     if not char.isprintable() or unicodedata.category(char).startswith("M"):
         return False

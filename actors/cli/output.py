@@ -61,7 +61,7 @@ def print_names(names: Iterable[str], *, json: bool = False) -> None:
         print_json(list(names))
         return
     for name in names:
-        print_out(name)
+        print_out(name.replace("\n", "\\n"))
 
 
 def _finite(value: Any) -> Any:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.graph.snapshot import require_few
 from proto import frames
+from proto.errors import peer_name, peer_text
 from proto.stats import BrokerRates, BrokerStats, LinkStats, TopicStats, increase
 
 if TYPE_CHECKING:
@@ -110,8 +111,12 @@ class ReportParts:
     def add(self, frame: frames.Stats) -> None:
         """Add a part."""
         self.totals = {**self.totals, **frame.totals}
-        self.topics.update((topic.name, topic) for topic in frame.topics)
-        self.links.update((link.session, link) for link in frame.links)
+        for topic in frame.topics:
+            name = peer_name(topic.name)
+            self.topics[name] = topic._replace(name=name)
+        for link in frame.links:
+            nodes = tuple(map(peer_name, link.nodes))
+            self.links[link.session] = link._replace(agent=peer_text(link.agent), nodes=nodes)
         require_few(len(self.totals) + len(self.topics) + len(self.links))
         self.complete = not frame.more
 

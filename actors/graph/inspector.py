@@ -253,7 +253,10 @@ class Inspector:
                 raise refused_credentials(str(url), str(error)) from error
             raise
         self.round_trip_sec = time.monotonic() - asked
-        self.welcome = welcome.options
+        self.welcome = {
+            key: peer_text(value) if isinstance(value, str) else value
+            for key, value in welcome.options.items()
+        }
         self.clock_ahead_sec = _ahead(welcome.options.get("wall_time_ns"), self.round_trip_sec)
 
     def _ask(self, query: Frame, kind: type[FrameT], take: Callable[[FrameT], bool]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from actors.qos.profile import UNLIMITED, HistoryPolicy, QoSProfile
 from actors.time.types import INFINITE
 from proto.codes import EntryKind
-from proto.errors import ErrorCode, ProtocolError
+from proto.errors import ErrorCode, ProtocolError, peer_name
 from proto.frames import GraphEntry
 from proto.names import split_node_name
 
@@ -98,7 +98,8 @@ class GraphSnapshot:
             self.suspended.pop(key, None)
             if entry is not None and key in silent:
                 self.suspended[key] = entry
-        for entry in frame.added:
+        for added in frame.added:
+            entry = _printable(added)
             self.entries[entry.key] = entry
             self.suspended.pop(entry.key, None)
         require_few(len(self.entries) + len(self.suspended))
@@ -162,6 +163,15 @@ class GraphSnapshot:
         """
         found = [_endpoint(entry) for entry in self.of_kind(kind) if entry.name == name]
         return sorted(found, key=lambda endpoint: endpoint.endpoint_id)
+
+
+def _printable(entry: GraphEntry) -> GraphEntry:
+    """Return an entry whose names cannot forge lines, whatever the broker has accepted."""
+    names = entry[2:6]
+    if "".join(names).isprintable():
+        return entry
+    node, name, type_name, type_hash = map(peer_name, names)
+    return entry._replace(node=node, name=name, type_name=type_name, type_hash=type_hash)
 
 
 def require_few(entries: int) -> None:

@@ -11,6 +11,7 @@ import math
 import re
 from collections import OrderedDict
 from datetime import datetime
+from functools import cache
 from itertools import islice
 from secrets import token_hex
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
@@ -267,7 +268,7 @@ def message_to_yaml(
     mark = f"numbers_{token_hex(8)}_"
     text: str = yaml.dump(
         _dict(plain, mark, numbers),
-        Dumper=getattr(yaml, "CSafeDumper", yaml.SafeDumper),
+        Dumper=_dumper_type(),
         allow_unicode=True,
         default_flow_style=flow_style,
         sort_keys=False,
@@ -276,11 +277,35 @@ def message_to_yaml(
     return _with_numbers(text, mark, numbers, flow_style=flow_style) if numbers else text
 
 
+class _QuotedKey(str):
+    """A key that YAML would write in several lines, or with control characters."""
+
+    __slots__ = ()
+
+
+@cache
+def _dumper_type() -> Any:
+    """Return PyYAML's safe dumper, which writes a `_QuotedKey` in quotes and in one line."""
+    import yaml  # noqa: PLC0415 - see above
+
+    base: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+    dumper_type: Any = type("Dumper", (base,), {})
+    dumper_type.add_representer(_QuotedKey, _represent_key)
+    return dumper_type
+
+
+def _represent_key(dumper: Any, key: Any) -> Any:
+    return dumper.represent_scalar("tag:yaml.org,2002:str", str(key), style='"')
+
+
 def _dict(value: Any, mark: str, numbers: list[list[float]]) -> Any:
     """Convert ordered dicts to dicts, for YAML's safe dumper; move long lists into `numbers`."""
     if isinstance(value, dict):
         fields = cast("dict[str, Any]", value).items()
-        return {name: _dict(item, mark, numbers) for name, item in fields}
+        return {
+            name if name.isprintable() else _QuotedKey(name): _dict(item, mark, numbers)
+            for name, item in fields
+        }
     if not isinstance(value, list):
         return value
     items: list[Any] = cast("Any", value)

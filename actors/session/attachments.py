@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from proto.codes import DetachReason
+from proto.errors import peer_name
 from proto.qos import MANUAL_BY_TOPIC
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ class Attachment:
         self.reader = reader
         self.publisher = attached.publisher
         self.gid = attached.gid
-        self.node = attached.node
+        self.node = peer_name(attached.node)
         self.lifespan_s = _seconds(attached.qos, "lifespan_ns")
         manual = attached.qos.get("liveliness") == MANUAL_BY_TOPIC
         self.lease_s = _seconds(attached.qos, "lease_ns") if manual else 0.0

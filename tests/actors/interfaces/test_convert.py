@@ -204,7 +204,6 @@ _ODD = [1.5e17, 1e17, 1e-7, -1e300, math.nan, math.inf, -math.inf, 0.0, -0.0, 1 
             "odd key: 'q' \xe9 #": [1] * 80,
             "d": [[[1.5] * 65]],
             "- x": list(range(64)),
-            "two\nlines": [7] * 70,
         },
         {"text": "numbers_0", "numbers": [2**63] * 64, "mixed": [1, "a"] * 40},
     ],
