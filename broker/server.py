@@ -67,6 +67,7 @@ class Broker:
         self._clock = clock
         self._sessions = count(1)
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._entered = False
         self._listener: Listener | None = None
         self._check: asyncio.Task[None] | None = None
         self._reset()
@@ -138,7 +139,18 @@ class Broker:
             AddressInUseError: Something else listens there.
             UnprotectedError: Other machines could connect, and there are neither rules nor `insecure`.
             ListenError: It cannot listen there for another reason.
+            RuntimeError: It is running already.
         """
+        if self._entered:
+            raise RuntimeError("This broker is running already; it can be entered again when it has stopped")
+        self._entered = True
+        try:
+            return await self._start()
+        except BaseException:
+            self._entered = False
+            raise
+
+    async def _start(self) -> Self:
         self._loop = loop = asyncio.get_running_loop()
         self._reset()
         dispatcher, statistics = self._dispatcher, self._statistics
@@ -200,6 +212,7 @@ class Broker:
                 dispatcher.leave(link)  # not only when its end is noticed: the broker may run again by then
             dispatcher.presence_log.report_omitted(at_once=True)
             self._listener = None
+            self._entered = False
             await self._stop_check()
 
     async def _stop_check(self) -> None:

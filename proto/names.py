@@ -218,6 +218,7 @@ def split_node_name(full: str) -> tuple[str, str]:
 
     Add a missing first slash. Neither part is checked.
     """
+    _require_str("node name", full)
     namespace, _, name = full.rpartition("/")
     return normalize_namespace(namespace), name
 

@@ -21,6 +21,7 @@ from actors.errors import BrokerUnreachable
 from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.graph.snapshot import GraphSnapshot
 from proto import frames, limits
+from proto.checks import require_domain
 from proto.codec import Decoder, encode
 from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.fragments import Reassembler
@@ -58,6 +59,8 @@ class Inspector:
 
     Raises:
         InvalidUrlError: The URL cannot be read.
+        ValueError: The domain is not from 0 to 232.
+        TypeError: The domain is not an int.
         InvalidEnvironmentError: CALLBOARD_INSECURE is invalid.
 
     Entering and every query raise BrokerUnreachable if no broker answers in time, and ProtocolError if the
@@ -87,6 +90,7 @@ class Inspector:
         credentials: Credentials | None = None,
         timeout_sec: float = 2.0,
     ) -> None:
+        require_domain(domain)
         self.urls = parse_urls(url)
         self.url = self.urls[0]
         self.listening: BrokerUrl | None = None

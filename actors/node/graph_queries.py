@@ -330,6 +330,7 @@ class NodeGraph:
             True if it is; False if it was not within `timeout_sec`.
 
         Raises:
+            TypeError: The name is not a str.
             RuntimeError: This node does not run.
             NodeDestroyed: This node has been destroyed.
         """

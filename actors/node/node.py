@@ -30,6 +30,7 @@ from actors.qos.profile import QoSProfile, qos_from
 from actors.session.connector import Connector
 from actors.session.link import Link
 from actors.time.clock import Clock
+from proto.checks import require_domain, require_seconds
 from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:
@@ -81,7 +82,8 @@ class Node(NodeGraph, NodeParameters):
         ContextError: CALLBOARD_CONTEXT names no context, or the file of contexts is broken.
         InvalidParameterTypeError: An override has another type than the parameter.
         RuntimeError: A decorated method takes a wrong number of arguments.
-        ValueError: `slow_callback_sec` is no time.
+        ValueError: `domain` is not from 0 to 232, or a time is negative or NaN.
+        TypeError: `domain` is not an int, or a time not a number.
     """
 
     def __init__(
@@ -102,6 +104,12 @@ class Node(NodeGraph, NodeParameters):
         slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
         on_error: Literal["log", "stop"] = "log",
     ) -> None:
+        if domain is not None:
+            require_domain(domain)
+        if connect_timeout_sec is not None:
+            require_seconds("connect_timeout_sec", connect_timeout_sec)
+        require_seconds("default_call_timeout_sec", default_call_timeout_sec)
+        require_seconds("stop_timeout_sec", stop_timeout_sec)
         own = parse_ros_arguments(cli_args or [])
         shared = (process_arguments.get() if use_global_arguments else None) or RosArguments()
         absolute = normalize_namespace(namespace or "")

@@ -428,3 +428,19 @@ async def test_an_error_in_the_check_of_one_link_closes_that_one(
         assert error is not None
         assert error.code == ErrorCode.TIMEOUT
     assert "RuntimeError: a bug" in caplog.text
+
+
+async def test_a_running_broker_cannot_be_entered_again() -> None:
+    """Its connections would be lost; when it has stopped, or could not listen, it can."""
+    broker = Broker(BrokerOptions(port=0, drain_timeout_sec=0.2))
+    for _ in range(2):
+        async with broker:
+            url = broker.url
+            with pytest.raises(RuntimeError, match="running already"):
+                await broker.__aenter__()
+            assert broker.url == url
+    async with Broker(BrokerOptions(port=0)) as other:
+        late = Broker(BrokerOptions(port=int(other.url.rsplit(":", 1)[1])))
+        for _ in range(2):
+            with pytest.raises(AddressInUseError):
+                await late.__aenter__()

@@ -154,9 +154,10 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
             BrokerUnreachable: The link broke while it was on its way.
             PublisherRefused: The broker has refused this publisher.
             RuntimeError: The node does not run.
-            NodeDestroyed: The node has been destroyed.
+            NodeDestroyed: The publisher or the node has been destroyed.
         """
         endpoint = self._endpoint
+        endpoint.require_alive()
         context, link = endpoint.context, endpoint.context.link
         link.flush()
         loop = context.require_loop()

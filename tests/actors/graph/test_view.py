@@ -211,3 +211,10 @@ async def test_nodes_leave_the_graph(meeting: Meeting) -> None:
         assert await node.wait_for_node("/two", 20)
     await until(lambda: meeting.broker.stats().connections == 1)
     assert await node.get_fully_qualified_node_names() == ["/one"]
+
+
+async def test_waiting_for_what_is_no_name_is_a_type_error(meeting: Meeting) -> None:
+    """As in the other queries."""
+    node = await meeting.node("one")
+    with pytest.raises(TypeError, match="node name must be a str, not int"):
+        await node.wait_for_node(3)  # type: ignore[arg-type]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import math
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -384,3 +385,26 @@ def test_remaps_apply_to_what_a_node_has() -> None:
     assert node.resolve_topic_name("chatter") == "/loud"
     assert node.resolve_topic_name("chatter", only_expand=True) == "/chatter"
     assert node.resolve_service_name("~/ask") == "/m/ask"
+
+
+@pytest.mark.parametrize(
+    ("options", "error"),
+    [
+        ({"domain": 999}, ValueError),
+        ({"domain": -1}, ValueError),
+        ({"domain": "x"}, TypeError),
+        ({"domain": True}, TypeError),
+        *(
+            ({name: value}, error)
+            for name in ("connect_timeout_sec", "default_call_timeout_sec", "stop_timeout_sec")
+            for error, values in ((ValueError, (-1.0, math.nan)), (TypeError, ("1", True)))
+            for value in values
+        ),
+        ({"default_call_timeout_sec": None}, TypeError),
+    ],
+)
+def test_wrong_numbers_are_refused_at_once(options: dict[str, Any], error: type[Exception]) -> None:
+    """The text names the argument; infinite times are allowed."""
+    with pytest.raises(error, match=next(iter(options))):
+        actors.Node("n", **options)
+    actors.Node("n", domain=0, connect_timeout_sec=0, default_call_timeout_sec=math.inf, stop_timeout_sec=0)

@@ -517,3 +517,14 @@ async def test_stamps_are_the_time_of_sending(meeting: Meeting) -> None:
     await turns()
     await until(lambda: stamps)
     assert before <= stamps[0] <= time.time_ns()
+
+
+async def test_flushing_a_destroyed_publisher_raises_as_publishing_does(meeting: Meeting) -> None:
+    """What it has published is sent all the same, but nobody can wait for that any more."""
+    node = await meeting.node("one")
+    publisher = node.create_publisher(String, "chatter")
+    publisher.destroy()
+    with pytest.raises(actors.NodeDestroyed, match="publisher has been destroyed"):
+        publisher.publish(String())
+    with pytest.raises(actors.NodeDestroyed, match="publisher has been destroyed"):
+        await publisher.flush()
