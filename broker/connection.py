@@ -83,7 +83,8 @@ class Connection:
         self._dispatcher.open(link)
         by_socket_file = link.origin.address is None
         if by_socket_file and not (self._dispatcher.options.insecure or is_same_user(channel.extra_info)):
-            logger.warning("Refused a connection from another user of this machine")
+            if self._warnings.admits("connections from other users"):
+                logger.warning("Refused a connection from another user of this machine")
             link.refuse(ErrorCode.UNAUTHORIZED, OTHER_USER)
 
     def frame_received(self, frame: frames.Frame) -> None:
@@ -170,8 +171,9 @@ class Connection:
     def failed(self, error: ProtocolError) -> None:
         """ChannelHandler: the peer broke the protocol or a limit."""
         reason = peer_text(str(error))
-        level = logging.DEBUG if error.code is ErrorCode.NAME_TAKEN else logging.WARNING  # it tries again
-        if self._warnings.admits(f"links closed with {error.code.name}"):
+        quiet = error.code is ErrorCode.NAME_TAKEN  # it tries again
+        if quiet or self._warnings.admits(f"links closed with {error.code.name}"):
+            level = logging.DEBUG if quiet else logging.WARNING
             logger.log(level, "Closing %s: %s: %s", self._link, error.code.name, reason)
         self._dispatcher.note_ending(self._link, f"{error.code.name}: {reason}")
         # The connection may last until the peer has read the reason, but its nodes leave the graph before.

@@ -131,7 +131,8 @@ class NodeContext(LinkEndpoint):
         del code
         self.declared = True
         self.link.wake()
-        self.log.error(f"The broker refused this node: {text}")
+        if self.may_log("refusals of the broker"):
+            self.log.error(f"The broker refused this node: {text}")
 
     def notice(self, notice: frames.Notice) -> None:
         """Log a warning of the broker."""
@@ -139,11 +140,16 @@ class NodeContext(LinkEndpoint):
 
     def warn_of(self, notice: frames.Notice) -> None:
         """Log a notice, unless there were many of its kind: other nodes can cause any number of them."""
-        kind = NoticeKind(notice.kind).name if notice.kind in set(NoticeKind) else str(notice.kind)
-        if self.warnings.admits(f"{kind} notices"):
+        kind = NoticeKind(notice.kind).name if notice.kind in set(NoticeKind) else "UNKNOWN"
+        if self.may_log(f"{kind} notices"):
             self.log.warning(notice.text)
-        elif self._sum_due is None:
+
+    def may_log(self, reason: str) -> bool:
+        """Return whether to log a line that the broker or another node has caused; count it if not."""
+        admitted = self.warnings.admits(reason)
+        if not admitted and self._sum_due is None:
             self._sum_due = self._loop.call_later(PERIOD_SEC, self._report_omitted)
+        return admitted
 
     @property
     def _loop(self) -> asyncio.AbstractEventLoop:

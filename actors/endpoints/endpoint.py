@@ -60,7 +60,8 @@ class Endpoint(LinkEndpoint):
     def refused(self, code: int, text: str) -> None:
         """Log that the broker has refused the declaration."""
         del code
-        self.context.log.error(f"The broker refused a {self.kind}: {text}")
+        if self.context.may_log("refusals of the broker"):
+            self.context.log.error(f"The broker refused a {self.kind}: {text}")
 
     def matched(self, peers: int, total: int) -> None:
         """Note how many counterparts there are now, and how many there have been in this session."""

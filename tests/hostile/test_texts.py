@@ -10,6 +10,7 @@ import pytest
 
 import actors
 from actors.endpoints.client import endpoint as client_endpoint
+from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.std_msgs.msg import String
 from actors.session.dispatch import DISPATCH
 from broker import Broker, BrokerOptions
@@ -106,6 +107,17 @@ async def test_mismatched_types_are_few_warnings_at_an_innocent_node(
         await node.get_graph()
         assert len(lines()) == MAX_LINES
     assert lines()[MAX_LINES:] == ["… and 20 more like this: INCOMPATIBLE_TYPE notices"]
+
+
+async def test_refusals_are_few_lines_at_a_node(broker: Broker, caplog: pytest.LogCaptureFixture) -> None:
+    """Case 56: a broker that refuses without an end, or for access rules, does not fill the log either."""
+    async with actors.Node("refused", url=broker.url) as node:
+        endpoint = endpoint_of(node.create_subscription(String, "a", lambda msg: None))
+        for _ in range(30):
+            endpoint.refused(ErrorCode.LIMIT, "no")
+    lines = [each.getMessage() for each in caplog.records if each.name == "callboard.refused"]
+    assert lines[:MAX_LINES] == ["The broker refused a subscription: no"] * MAX_LINES
+    assert lines[MAX_LINES:] == ["… and 20 more like this: refusals of the broker"]
 
 
 def test_texts_of_a_broker_are_escaped_where_they_arrive() -> None:
