@@ -135,8 +135,8 @@ class BudgetedChannel(Channel):
         """Called by the budget: handle a share of the kept bytes; read on in the turn after the last."""
         if not self.connected:
             self.waiting = False
-            assert self._receiver is not None
-            self._receiver.discard()
+            if self._receiver is not None:  # closing; afterwards there is nothing left to discard
+                self._receiver.discard()
             return
         try:
             self.buffer_updated(0)
