@@ -113,6 +113,17 @@ class EnqueueLatched(Delivery):
 
 
 @dataclass(slots=True)
+class Resume(Delivery):
+    """Send what waits in a publisher queue whose credit has risen."""
+
+    queue: PublisherQueue
+
+    def deliver(self, channel: Recipient) -> None:
+        """Let the outbox serve the queue again."""
+        channel.outbox.schedule(self.queue)
+
+
+@dataclass(slots=True)
 class Discard(Delivery):
     """Drop everything in a publisher queue that has no reader any more."""
 

@@ -6,8 +6,9 @@ from collections import Counter, deque
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from broker.flow_control import PublisherCredit
+from broker.flow_control import CreditLimits, PublisherCredit
 from proto.frames import GraphEntry, Matched, Options, Scalar
+from proto.qos import KEEP_ALL
 
 if TYPE_CHECKING:
     from broker.access.rules import Action, Principal, Rights
@@ -149,6 +150,11 @@ class PublisherRecord(Endpoint):
     unlatched: int = 0
     """Batches removed from the start of `latched` so far."""
 
+    @property
+    def waits_for_readers(self) -> bool:
+        """Whether KEEP_ALL subscriptions hold it back; a KEEP_LAST publisher drops what they do not take."""
+        return self.wants.history == KEEP_ALL
+
     def first_for(self, subscription: SubscriptionRecord) -> int:
         """Return the first number whose batch goes to a subscription that is attached now."""
         if subscription.wants.latched:
@@ -177,6 +183,10 @@ class Route:
     peer: Peer
     queue: PublisherQueue
     topic: TopicRecord
+    own_depth: int | None = None
+    """The depth of a KEEP_LAST publisher, which holds for subscriptions that grant credit."""
+    limits: CreditLimits | None = None
+    """Credit of these subscriptions for a KEEP_LAST publisher, in bytes of the queue."""
     subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
     depths: Counter[int | None] = field(default_factory=Counter["int | None"])
     """How many of the subscriptions have which depth: the queue has the greatest."""
@@ -186,16 +196,20 @@ class Route:
     def add(self, subscription: SubscriptionRecord) -> None:
         """Send the batches to this subscription, too."""
         self.subscriptions[subscription.id] = subscription
-        self.depths[subscription.depth] += 1
+        self.depths[self._depth_for(subscription)] += 1
         self._update_depth()
 
     def remove(self, subscription: SubscriptionRecord) -> None:
         """Stop sending the batches to this subscription."""
         del self.subscriptions[subscription.id]
-        self.depths[subscription.depth] -= 1
-        if not self.depths[subscription.depth]:
-            del self.depths[subscription.depth]
+        depth = self._depth_for(subscription)
+        self.depths[depth] -= 1
+        if not self.depths[depth]:
+            del self.depths[depth]
         self._update_depth()
+
+    def _depth_for(self, subscription: SubscriptionRecord) -> int | None:
+        return self.own_depth if subscription.depth is None else subscription.depth
 
     def _update_depth(self) -> None:
         keep_all = None in self.depths

@@ -11,6 +11,7 @@ from broker.attachment_frames import AttachmentFrames
 from broker.deliveries import Close, Discard, Enqueue, Send, Shed
 from broker.departed_queues import DepartedQueues, PeerQueue
 from broker.latched import latch, unlatch
+from broker.reader_credit import ReaderCredit
 from broker.records import PublisherRecord, Route, SubscriptionRecord, Tally, TopicRecord
 from proto.batches import message_bytes, slice_batch
 from proto.codes import DetachReason
@@ -35,6 +36,7 @@ class Routes:
         max_queue_bytes: Bytes that may wait in one publisher queue for a KEEP_ALL subscription.
 
     Attributes:
+        reader_credit: The limits of the routes from KEEP_LAST publishers to KEEP_ALL subscriptions.
         routed: Messages that reached at least one link.
         copies: Messages, counted once per link to which they were routed; `tallies` has their outcomes.
         unmatched: Messages without a subscription.
@@ -48,6 +50,7 @@ class Routes:
         self._publishers: dict[int, PublisherRecord] = {}
         self._departed = DepartedQueues()
         self._attachments = AttachmentFrames(emit)
+        self.reader_credit = ReaderCredit(emit)
         self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
 
     # Publishers
@@ -84,21 +87,24 @@ class Routes:
         peer = subscription.peer
         route = publisher.routes.get(peer.id)
         if route is None:
-            route = publisher.routes[peer.id] = self._new_route(peer, publisher, subscription.depth)
+            route = publisher.routes[peer.id] = self._new_route(peer, publisher)
         route.add(subscription)
         self._attachments.attach(publisher, route, subscription)
 
-    def _new_route(self, peer: Peer, publisher: PublisherRecord, depth: int | None) -> Route:
+    def _new_route(self, peer: Peer, publisher: PublisherRecord) -> Route:
         """Return a route to a peer.
 
         A publisher that has come back resumes the queue it left if that is not empty yet, so that its new
         messages do not overtake the earlier ones.
         """
+        own_depth = None if publisher.waits_for_readers else publisher.wants.depth
         left = self._departed.resume(peer.id, publisher.gid, publisher.name)
         if left is None:
-            return Route(peer, PublisherQueue(publisher.key, depth), publisher.topic)
+            queue = PublisherQueue(publisher.key, 1)
+            queue.restart(publisher.key, publisher.next_sequence)
+            return Route(peer, queue, publisher.topic, own_depth)
         left.queue.publisher = 0
-        return Route(peer, left.queue, publisher.topic, earlier_ids=left.earlier_ids)
+        return Route(peer, left.queue, publisher.topic, own_depth, earlier_ids=left.earlier_ids)
 
     def detach(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
         """Stop routing to a subscription that leaves; discard the queue if nobody else needs it."""
@@ -111,6 +117,7 @@ class Routes:
                 self._attachments.detach(number, peer.id, (subscription.id,), DetachReason.GONE)
         route.remove(subscription)
         if route.subscriptions:
+            self.reader_credit.remove(route, subscription)
             return
         del publisher.routes[peer.id]
         self._departed.add_unwanted(PeerQueue(route.queue, route.topic, peer.id))
@@ -121,6 +128,7 @@ class Routes:
         reason = DetachReason.SUSPENDED if publisher.peer.suspended else DetachReason.GONE
         pending = self._attachments.pending  # an ATTACHED that is not in the queue yet
         for route in publisher.routes.values():
+            route.queue.sequence_limit = route.queue.byte_limit = None  # nobody grants credit any more
             peer_queue = PeerQueue(route.queue, route.topic, route.peer.id, route.earlier_ids)
             empty = route.queue.empty and not pending
             queue = None if empty else route.queue

@@ -138,7 +138,11 @@ class Topics:
         self._notices.set_count(publisher, publisher.peers + 1)
         self._notices.set_count(subscription, subscription.peers + 1)
         self._routes.attach(publisher, subscription)
-        if subscription.depth is None:
+        if subscription.depth is not None:
+            return
+        if not publisher.waits_for_readers:
+            self._routes.reader_credit.add(publisher, subscription)
+        else:
             credit = publisher.credit
             sequence_limit = publisher.first_for(subscription) + subscription.window_messages
             credit.limits.add(subscription.key, sequence_limit, subscription.window_bytes, credit.bytes)
@@ -164,7 +168,11 @@ class Topics:
         if not isinstance(subscription, SubscriptionRecord):
             return
         publisher = subscription.matched.get(frame.publisher)
-        if publisher is not None:
+        if publisher is None:
+            return
+        if not publisher.waits_for_readers:
+            self._routes.reader_credit.grant(publisher, subscription, frame)
+        else:
             publisher.credit.limits.grant(subscription.key, frame.sequence_limit, frame.byte_limit)
             self._update_credit(publisher)
 
@@ -179,6 +187,7 @@ class Topics:
     def hold(self) -> None:
         """Let no publisher, present or future, send more than it has sent."""
         self._held = True
+        self._routes.reader_credit.remove_all(self._routes.publishers())
         for publisher in self._routes.publishers():
             self._hold(publisher)
 

@@ -148,10 +148,15 @@ class MessageQueue:
             self.pending <= self.depth and self.pending_bytes <= limits.MAX_QUEUE_BYTES
         ):
             return
-        while self.pending > self.depth:
-            self._drop_first(self.pending - self.depth)
+        most = self.depth + self._beyond_depth()
+        while self.pending > most:
+            self._drop_first(self.pending - most)
         while self.pending_bytes > limits.MAX_QUEUE_BYTES and self.pending > 1:
             self.drop_oldest_batch()
+
+    def _beyond_depth(self) -> int:
+        """Return how many messages may wait beside `depth`."""
+        return 0
 
     def drop_oldest_batch(self) -> int:
         """Drop the oldest batch to free memory, but never the last message. Needs `pending` > 1.

@@ -327,9 +327,9 @@ class Outbox:
                 self.schedule(queue)  # a frame behind messages without credit may be the first one now
             if queue.pending or queue.counted_bytes:
                 self._recount(queue)
-        self._touched.clear()
         if self.held_bytes > self.max_held_bytes:
             self._drop_from_fullest()
+        self._touched.clear()
 
     def _recount(self, queue: PublisherQueue) -> None:
         held = queue.held_bytes
@@ -344,7 +344,7 @@ class Outbox:
         enough = self.max_held_bytes - self.max_held_bytes // 8
         fullest = [
             (-queue.held_bytes, number, queue)
-            for number, queue in enumerate(self._ready)
+            for number, queue in enumerate(dict.fromkeys((*self._ready, *self._touched)))  # some lack credit
             if queue.depth is not None and queue.pending > 1
         ]
         heapify(fullest)

@@ -43,6 +43,8 @@ class PublisherQueue(MessageQueue):
     """Credit: send messages with smaller numbers only. None is unlimited."""
     byte_limit: int | None = field(default=None, init=False)
     """Credit: start a message only while `sent_bytes` is smaller. None is unlimited."""
+    keeps_credit: bool = field(default=False, init=False)
+    """Whether the messages that credit allows to send are kept, too, beyond the depth."""
     scheduled: bool = field(default=False, init=False)
     """Whether the outbox has it in its round; owned by the outbox."""
     counted_bytes: int = field(default=0, init=False)
@@ -50,6 +52,17 @@ class PublisherQueue(MessageQueue):
     _leaving: Batch | Ordered | None = field(default=None, init=False)
     """The item whose fragments are being sent; it is in no queue any more."""
     _transfer: Transfer | None = field(default=None, init=False)
+
+    def _beyond_depth(self) -> int:
+        if not self.keeps_credit or self.sequence_limit is None or not self.sendable:
+            return 0
+        return max(0, self.sequence_limit - cast("int", self._next_sequence))
+
+    @property
+    def bytes_put(self) -> int:
+        """Bytes of the messages sent, being sent and waiting: `sent_bytes` when all of them are sent."""
+        leaving = message_bytes(self._leaving) if isinstance(self._leaving, Batch) else 0
+        return self.sent_bytes + leaving + self.pending_bytes
 
     @property
     def first_sequence(self) -> int | None:

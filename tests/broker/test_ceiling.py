@@ -37,7 +37,7 @@ async def writers(stack: AsyncExitStack, broker: Broker, count: int) -> list[tup
     found = []
     for index in range(count):
         writer = await stack.enter_async_context(link(broker, f"/writer{index}"))
-        writer.send(make.publisher(1, f"/t{index}"))
+        writer.send(make.publisher(1, f"/t{index}", qos=make.KEEP_ALL))
         found.append((writer, (await writer.next(frames.Accepted)).number))
     return found
 

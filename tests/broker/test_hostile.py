@@ -222,7 +222,7 @@ async def test_a_keep_all_reader_that_lies_about_its_window_is_bounded() -> None
     async with Broker(options) as small, link(small, "/a") as a, link(small, "/b") as b:
         b.send(make.subscription(1, qos=make.KEEP_ALL, window=2**63, window_bytes=2**63))
         await b.synchronise()
-        a.send(make.publisher(1))
+        a.send(make.publisher(1, qos=make.KEEP_ALL))
         number = (await a.next(frames.Accepted)).number
         a.send(await a.next(frames.Credit))
         b.stop_reading()

@@ -109,7 +109,7 @@ def test_byte_grants_count_from_the_attachment() -> None:
     """The broker adds the bytes sent before the subscription was attached."""
     switch = Switch()
     talker, reader = switch.join("/talker"), switch.join("/reader")
-    number = switch.publisher(talker, make.publisher(1))
+    number = switch.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
     switch.send(talker, make.batch(number, 0, 5, size=10))
     switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window_bytes=100))
     assert [credit.byte_limit for credit in switch.read(talker, frames.Credit)] == [150]
@@ -155,7 +155,7 @@ def test_a_publisher_cannot_exceed_the_greatest_number() -> None:
     """It may declare any next number, but a batch must leave a number for the next."""
     switch = Switch()
     talker, reader = switch.join("/talker"), switch.join("/reader")
-    number = switch.publisher(talker, make.publisher(1, next_sequence=limits.MAX_U64 - 1))
+    number = switch.publisher(talker, make.publisher(1, qos=make.KEEP_ALL, next_sequence=limits.MAX_U64 - 1))
     with pytest.raises(ProtocolError) as caught:
         switch.send(talker, make.batch(number, limits.MAX_U64 - 1, 2))
     assert caught.value.code == ErrorCode.MALFORMED
@@ -222,3 +222,73 @@ def test_credit_begins_with_the_first_message_for_the_subscription() -> None:
     assert limits_of(switch, talker) == [18]
     switch.send(reader, make.subscription(3, qos=both, window=10))
     assert limits_of(switch, talker) == [13]
+
+
+def test_a_keep_all_reader_does_not_hold_back_a_keep_last_publisher() -> None:
+    """Case 44: the publisher has unlimited credit; what a reader grants no credit for, its depth bounds."""
+    switch = Switch()
+    talker, reader, bystander = switch.join("/talker"), switch.join("/reader"), switch.join("/bystander")
+    switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window=3))
+    switch.send(bystander, make.subscription(1, qos={"depth": 1000}))
+    number = switch.publisher(talker, make.publisher(1, qos={"depth": 5}))
+    switch.send(talker, make.batch(number, 0, 4))
+    assert spans(switch, reader) == [(0, 3)]
+    for first in range(4, 40, 2):
+        switch.send(talker, make.batch(number, first, 2))
+        switch.congest(reader)
+    assert limits_of(switch, talker) == []
+    assert spans(switch, bystander)[-1] == (38, 2)
+    assert spans(switch, reader) == []
+    tally, _ = switch.router.routes.tallies()
+    assert (tally.queued, tally.dropped) == (5, 32)
+    switch.send(reader, frames.Grant(1, number, 100, 2**30))
+    assert spans(switch, reader) == [(35, 1), (36, 2), (38, 2)]
+
+
+def test_messages_within_a_readers_credit_wait_beyond_a_publishers_depth() -> None:
+    """A KEEP_ALL reader loses nothing for which it has granted credit, however full its link is."""
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window=30))
+    number = switch.publisher(talker, make.publisher(1, qos={"depth": 5}))
+    for first in range(40):
+        switch.send(talker, make.batch(number, first))
+        switch.congest(reader)
+    tally, _ = switch.router.routes.tallies()
+    assert (tally.queued, tally.dropped) == (35, 5)
+
+
+@pytest.mark.parametrize("leaves", [True, False])
+def test_what_waits_for_a_readers_credit_is_sent_when_it_can_grant_no_more(*, leaves: bool) -> None:
+    """A KEEP_LAST publisher that leaves, and a broker that stops, let go of the messages they hold back."""
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window=0))
+    number = switch.publisher(talker, make.publisher(1, qos={"depth": 5}))
+    switch.send(talker, make.batch(number, 0, 4))
+    assert spans(switch, reader) == []
+    if leaves:
+        switch.leave(talker)
+    else:
+        switch.hold()
+    read = switch.read_all(reader)
+    assert [frame.length for frame in read if isinstance(frame, frames.Batch)] == [4]
+    assert isinstance(read[-1], frames.Detached) == leaves
+
+
+def test_byte_credit_of_a_keep_last_publisher_counts_from_the_attachment() -> None:
+    """A large message that is being sent when a KEEP_ALL subscription joins uses none of its credit."""
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    switch.send(reader, make.subscription(1))
+    number = switch.publisher(talker, make.publisher(1, qos={"depth": 5}))
+    switch.send(talker, make.batch(number, 0, 1, size=1_000_000))
+    switch.read_all(reader, pieces=4)
+    switch.send(reader, make.subscription(2, qos=make.KEEP_ALL, window=10, window_bytes=100))
+    switch.send(talker, make.batch(number, 1), make.batch(number, 2))
+    assert spans(switch, reader) == [(0, 1), (1, 1), (2, 1)]
+
+
+def spans(switch: Switch, peer: int) -> list[tuple[int, int]]:
+    """Return the first numbers and lengths of the batches that wait for a peer."""
+    return [(batch.first_sequence, batch.length) for batch in switch.read(peer, frames.Batch)]

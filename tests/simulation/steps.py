@@ -157,8 +157,8 @@ class Steps:
             self._world.complain(f"{host}: {routes.copies} copies were made, and there are {tally}")
 
     def _check_depth(self, host: str, queue: PublisherQueue) -> None:
-        """What waits is no more than the depth, or the depth it had when that came."""
-        depth = math.inf if queue.depth is None else queue.depth
+        """What waits is no more than the depth and what credit allows, or these when that came."""
+        depth = math.inf if queue.depth is None else queue.depth + queue._beyond_depth()
         if queue.pending <= depth:
             if queue.pending:
                 self._depths[queue] = depth

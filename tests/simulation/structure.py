@@ -34,9 +34,11 @@ def of_broker(broker: Broker) -> Wrongs:
         yield from of_router(router)
     for link in broker._dispatcher.links:
         outbox = link.channel.outbox
-        yield from of_outbox(outbox)
-        # In a broker no credit holds a queue back: each that is not empty waits for its turn.
-        held = sum(queue.counted_bytes for queue in outbox._ready)
+        joined = link.router if link.channel.connected else None
+        queues = [] if joined is None else joined.routes.peer_queues()
+        of_link = {id(each.queue): each.queue for each in queues if each.peer == link.peer}.values()
+        yield from of_outbox(outbox, [queue for queue in of_link if not queue.scheduled])
+        held = sum(queue.counted_bytes for queue in of_link)
         if outbox.held_bytes != held:
             yield f"an outbox counts {outbox.held_bytes} bytes of messages, its queues {held}"
         if link.channel.connected:
@@ -154,7 +156,7 @@ def memory(frames: Iterable[Buffer]) -> int:
     return sum(len(frame) + limits.FRAME_OVERHEAD_BYTES for frame in frames)
 
 
-def of_outbox(outbox: Outbox) -> Wrongs:
+def of_outbox(outbox: Outbox, without_credit: Iterable[PublisherQueue] = ()) -> Wrongs:
     """Check what waits on a link, without the publisher queues."""
     large = sum(queue.control_bytes for queue in outbox._large_calls.values())
     small = memory(outbox._control) + memory(outbox._calls)
@@ -175,8 +177,7 @@ def of_outbox(outbox: Outbox) -> Wrongs:
         yield f"an outbox counts {outbox.ordered_bytes} bytes in publisher queues"
     if outbox._after_calls.keys() - {endpoint for endpoint, _ in outbox._large_calls}:
         yield "the last word of an endpoint waits for nothing"
-    # Queues that hold latched messages are a broker's, which have no credit: those in turn are all there are.
-    bulk = sum(queue.bulk_bytes for queue in outbox._ready if queue not in shared)
+    bulk = sum(queue.bulk_bytes for queue in (*outbox._ready, *without_credit) if queue not in shared)
     if outbox.bulk_bytes + outbox.replay_bytes != bulk or outbox.undroppable_bytes < 0:
         yield f"an outbox counts {outbox.bulk_bytes + outbox.replay_bytes} bytes as large and holds {bulk}"
     for queue in outbox._ready:
