@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import threading
 import time
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+import actors
 from actors.cli.main import main
 from actors.errors import BrokerUnreachable
 from actors.graph import inspector as inspector_module
@@ -20,6 +22,7 @@ from actors.graph.snapshot import GraphSnapshot
 from proto import frames, limits
 from proto.codec import encode
 from proto.errors import ProtocolError
+from tests.broker.rawclient import read_frame
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -100,3 +103,33 @@ def test_a_graph_and_a_report_are_bounded_in_entries(monkeypatch: pytest.MonkeyP
         snapshot.apply(frames.Graph(1, True, more, (), ()))
     with pytest.raises(ProtocolError, match="more than 150 entries"):
         ReportParts().add(frames.Stats(1, True, {str(key): key for key in range(151)}, (), ()))
+
+
+async def test_a_nodes_query_without_an_end_ends_at_its_deadline() -> None:
+    """Case 58: waiting for a session and for the whole answer share one time; the node goes on."""
+
+    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        with suppress(ConnectionError, asyncio.IncompleteReadError):
+            while True:
+                frame = await read_frame(reader)
+                if isinstance(frame, frames.Hello):
+                    writer.write(WELCOME)
+                elif isinstance(frame, frames.Node):
+                    writer.write(encode(frames.Accepted(frame.id, 0)))
+                elif isinstance(frame, frames.Watch):
+                    endless = encode(frames.Graph(frame.id, True, ENTRIES, (), ()))
+                    while not writer.is_closing():
+                        writer.write(endless)
+                        await writer.drain()
+                        await asyncio.sleep(0)
+        writer.close()
+
+    server = await asyncio.start_server(serve, "127.0.0.1", 0)
+    url = f"callboard://127.0.0.1:{server.sockets[0].getsockname()[1]}"
+    async with server, actors.Node("n", url=url, stop_timeout_sec=0) as node:
+        loop = asyncio.get_running_loop()
+        began = loop.time()
+        with pytest.raises(BrokerUnreachable, match="No answer from the broker"):
+            await node._broker.snapshot(0.2)
+        assert loop.time() - began < 2.0
+        assert node.connected
