@@ -89,6 +89,9 @@ class Declarations:
         topics, services, graph: The parts that match and publish endpoints.
         replace_peer: Removes a suspended peer whose node's name another node takes; with the reason.
         report: See `Router`.
+
+    Attributes:
+        on_limit: Called with the peer and the text if a declaration is refused because of a limit.
     """
 
     def __init__(
@@ -113,6 +116,7 @@ class Declarations:
         self._keys = count(1)
         self._names: dict[str, NodeRecord] = {}
         self.definitions = definitions
+        self.on_limit: Callable[[Peer, str], None] | None = None
 
     def declare(self, peer: Peer, frame: Any) -> None:
         """Take a declaration, or refuse it.
@@ -132,6 +136,8 @@ class Declarations:
         except (Refusal, InvalidNameError) as error:
             code = error.code if isinstance(error, Refusal) else ErrorCode.INVALID_NAME
             self._emit(Send(peer.id, frames.Refused(frame.id, code, str(error))))
+            if code is ErrorCode.LIMIT and self.on_limit is not None:
+                self.on_limit(peer, str(error))
             return
         peer.endpoints[endpoint.id] = endpoint
         if endpoint.node is not None:

@@ -154,8 +154,13 @@ class Dispatcher:
                     domain, joined.get(endpoint.peer.id), endpoint, reason
                 ),
             )
+            router.declarations.on_limit = lambda peer, text: self._warn_of_limit(joined.get(peer.id), text)
             self.joined[router] = joined
         return router
+
+    def _warn_of_limit(self, link: Link | None, text: str) -> None:
+        if self.presence_log.warnings.admits("declarations beyond a limit"):
+            logger.warning("Refused a declaration of %s: %s", link, text)
 
     def leave(self, link: Link) -> None:
         """Remove a link from its graph, and close it."""

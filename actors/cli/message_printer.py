@@ -12,6 +12,7 @@ from actors.interfaces.convert import message_to_csv, message_to_ordereddict, me
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
 from actors.tools.message_filter import InvalidFilterError, MessageFilter
+from proto.errors import peer_text
 
 if TYPE_CHECKING:
     import argparse
@@ -65,7 +66,7 @@ class MessagePrinter:
         try:
             printed = self._print(message, info, decode)
         except InvalidMessageError as error:
-            print_err(str(error))
+            print_err(peer_text(str(error)))
             return False
         except (CommandError, InvalidFilterError) as error:
             if not self._matched:

@@ -18,6 +18,7 @@ from proto import frames, limits
 from proto.codes import NoticeKind
 from proto.errors import ErrorCode, peer_text
 from proto.limited_log import MAX_LINES
+from proto.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link, until
 
@@ -82,6 +83,22 @@ async def test_violations_are_few_lines_of_each_kind(
     lines = warnings(caplog)
     assert len(lines) == MAX_LINES + 1
     assert lines[-1].startswith("… and 20 more like this: links closed with UNEXPECTED")
+
+
+async def test_declarations_beyond_a_limit_are_few_lines(caplog: pytest.LogCaptureFixture) -> None:
+    """Case 57: who declares too much is named in the log, with the limit."""
+    options = BrokerOptions(port=0, max_definitions=1, drain_timeout_sec=0.2)
+    async with Broker(options) as broker, link(broker, "/junk") as client:
+        for number in range(1, 32):
+            definition = b"junk %d" % number
+            declared = make.publisher(number, type_hash=hash_of(definition))
+            client.send(declared._replace(definition=definition))
+        await client.synchronise()
+        assert broker.stats().refused_definitions == 30
+    lines = warnings(caplog)
+    assert "Refused a declaration of link 1 " in lines[0]
+    assert "--max-definitions" in lines[0]
+    assert lines[MAX_LINES:] == ["… and 20 more like this: declarations beyond a limit"]
 
 
 async def test_mismatched_types_are_few_warnings_at_an_innocent_node(

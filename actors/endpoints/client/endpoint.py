@@ -183,7 +183,7 @@ class ClientEndpoint(IntrospectedEndpoint):
             try:
                 reply = self._replies.decode(entry.body)
             except InvalidMessageError as error:
-                self._fail(future, RemoteError(type(error).__name__, str(error)))
+                self._fail(future, RemoteError(type(error).__name__, peer_text(str(error))))
                 continue
             if self.service_events is not None:
                 identity = CallIdentity(self.gid, entry.call)

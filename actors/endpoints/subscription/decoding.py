@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors.interfaces.errors import InvalidMessageError
 from proto.batches import split_messages
+from proto.errors import peer_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -57,6 +58,7 @@ class Decoder:
             except InvalidMessageError as error:
                 self.failed += 1
                 self._log.warning(
-                    f"Dropped an invalid message on '{self._topic}': {error}", throttle_duration_sec=1.0
+                    f"Dropped an invalid message on '{self._topic}': {peer_text(str(error))}",
+                    throttle_duration_sec=1.0,
                 )
         return valid, numbers
