@@ -3,8 +3,9 @@
     for check in examine():
         print(check.status, check.name, check.finding, check.remedy)
 
-It checks Python and this machine (`machine_checks`), finds the broker as a node does, and checks the broker's
-counters and graph (`broker_checks`). It changes nothing; each request may take `timeout_sec`.
+It checks Python and this machine (`machine_checks`), files with secrets and certificates (`security_checks`),
+finds the broker as a node does, and checks whom it lets in, its counters and its graph (`broker_checks`). It
+changes nothing; each request may take `timeout_sec`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from actors.config.contexts import find_broker_target
 from actors.errors import BrokerUnreachable
 from actors.graph.inspector import Inspector
 from actors.session.start_hint import start_hint
-from actors.tools import broker_checks, machine_checks
+from actors.tools import broker_checks, machine_checks, security_checks
 from actors.tools.check import Check
 from proto.errors import CallboardError, ErrorCode, ProtocolError
 
@@ -46,7 +47,7 @@ def examine(
     Returns:
         The results, in a useful order. Failures are results, too: nothing is raised.
     """
-    checks = machine_checks.all_checks()
+    checks = machine_checks.all_checks() + security_checks.client_files()
     try:
         target = find_broker_target(url, domain, context)
     except CallboardError as error:
@@ -83,6 +84,7 @@ def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
                 *broker_checks.greeting(
                     inspector.welcome, inspector.clock_ahead_sec, inspector.round_trip_sec
                 ),
+                security_checks.openness(inspector.url, inspector.welcome.get("broker"), timeout_sec),
                 *broker_checks.numbers(inspector.report()),
                 *broker_checks.graph(inspector.graph()),
             ]

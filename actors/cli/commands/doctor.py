@@ -20,8 +20,12 @@ if TYPE_CHECKING:
 EXAMPLES: Final = {
     "callboard doctor": "all checks; exits with 1 if one fails",
     "callboard doctor --json": "the same for programs",
+    "callboard doctor --config broker.toml": "also the files that a broker's configuration names",
 }
 _STYLES: Final[dict[Status, Style]] = {"ok": "good", "warn": "warn", "fail": "bad", "skip": "dim"}
+_SECRETS: Final = ("auth", "tls_key")
+_CERTIFICATES: Final = ("tls_cert", "tls_client_ca")
+"""Options of a broker that name such files."""
 _STATUS_WIDTH: Final = 4
 _NARROWEST: Final = 20
 
@@ -29,6 +33,11 @@ _NARROWEST: Final = 20
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     add_json_option(parser, "a list of {name, status, finding, remedy}; status: ok, warn, fail or skip")
+    parser.add_argument(
+        "--config",
+        metavar="FILE",
+        help="the configuration of a broker: check it and the files that it names, too",
+    )
     add_broker_options(parser)
 
 
@@ -38,11 +47,33 @@ def run(options: Options) -> int:
 
     raise_at_once()
     checks = examine(options.url or None, options.domain, options.context or None)
+    if options.config is not None:
+        checks = _configuration(options.config) + checks
     if options.json:
         print_json([check._asdict() for check in checks])
     else:
         _print(checks)
     return OK if all_good(checks) else FAILURE
+
+
+def _configuration(path: str) -> list[Check]:
+    """Return the checks of a broker's configuration and of the files that it names."""
+    from pathlib import Path
+
+    from actors.tools.check import Check
+    from actors.tools.security_checks import check_files
+    from broker.configuration import load_configuration
+    from proto.errors import CallboardError
+
+    try:
+        values = load_configuration({}, Path(path)).values()
+    except CallboardError as error:
+        return [Check("configuration", "fail", str(error), "correct it: the broker would not start")]
+    secrets, certificates = (
+        {name: str(values[name]) for name in names if values.get(name) is not None}
+        for names in (_SECRETS, _CERTIFICATES)
+    )
+    return [Check("configuration", "ok", path), *check_files(secrets, certificates)]
 
 
 def _print(checks: list[Check]) -> None:

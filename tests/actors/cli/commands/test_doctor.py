@@ -42,6 +42,25 @@ def test_what_is_wrong_is_followed_by_what_to_do(capsys: pytest.CaptureFixture[s
     assert lines[-1].startswith("1 problem")
 
 
+def test_the_files_of_a_brokers_configuration_are_checked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A configuration that a broker would accept is fine; for another the finding says why it is not."""
+    path = tmp_path / "broker.toml"
+    for text, finding in (
+        ("port = 1\n", f"ok    configuration  {path}"),
+        ("prt = 1\n", "did you mean 'port'?"),
+    ):
+        path.write_text(text)
+        assert main(["doctor", "--url", "callboard+unix:///nowhere", "--config", str(path)]) == 1
+        assert finding in capsys.readouterr().out
+    (tmp_path / "auth.toml").touch(mode=0o644)
+    path.write_text('auth = "auth.toml"\n')
+    main(["doctor", "--url", "callboard+unix:///nowhere", "--config", str(path)])
+    text = f"auth: {tmp_path / 'auth.toml'} can be read or written by every user"
+    assert text in capsys.readouterr().out
+
+
 def test_long_findings_are_wrapped_to_the_terminal(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,0 +1,150 @@
+"""Checks of what others could misuse: files with secrets, certificates, brokers that let in anybody."""
+
+from __future__ import annotations
+
+import os
+import socket
+import stat
+import time
+from contextlib import suppress
+from ipaddress import ip_address
+from typing import TYPE_CHECKING, Final
+
+from actors.config import environment
+from actors.config.contexts import ContextError, Contexts
+from actors.config.credentials import Credentials
+from actors.graph.inspector import Inspector
+from actors.tools.certificates import expiries
+from actors.tools.check import Check
+from proto.errors import CallboardError, escape
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from proto.url import BrokerUrl
+
+MAX_PEM_CHARACTERS: Final = 4 * 1024 * 1024
+"""Far more than the authorities of a system have."""
+SOON_DAYS: Final = 30
+"""A certificate that expires earlier should be renewed now."""
+_DAY_SEC: Final = 86_400
+_ELSEWHERE: Final = ("192.0.2.1", 9)
+"""An address for documentation (RFC 5737): its route has this machine's address, and nothing is sent."""
+
+
+def client_files() -> list[Check]:
+    """Return the checks of the files with secrets that nodes and commands of this user have."""
+    secrets: dict[str, str] = {}
+    if file := environment.token_file():
+        secrets["CALLBOARD_TOKEN_FILE"] = file
+    with suppress(ContextError):  # another check reports it
+        named = Contexts.load().named.items()
+        secrets |= {f"context '{name}'": each.token_file for name, each in named if each.token_file}
+    return check_files(secrets, {})
+
+
+def check_files(secrets: Mapping[str, str], certificates: Mapping[str, str]) -> list[Check]:
+    """Return the checks of files.
+
+    Args:
+        secrets: Paths of files that other users must not read, by the name of what refers to them.
+        certificates: Paths of PEM files with certificates, likewise.
+    """
+    found = [_secret(name, path) for name, path in secrets.items()]
+    for name, path in certificates.items():
+        found += _certificates(name, path)
+    return found
+
+
+def _secret(name: str, path: str) -> Check:
+    """Return the check of a file with a token, a key or access rules."""
+    shown = f"{name}: {escape(path)}"
+    try:
+        mode = os.stat(path).st_mode  # noqa: PTH116 - a path from outside
+    except (OSError, ValueError) as error:
+        return Check("secrets", "fail", f"{shown} cannot be read: {_reason(error)}", f"correct {name}")
+    if os.name == "posix" and mode & (stat.S_IROTH | stat.S_IWOTH):
+        remedy = f"chmod o-rwx {escape(path)}; if others may have read it, replace the secret, too"
+        return Check("secrets", "warn", f"{shown} can be read or written by every user", remedy)
+    return Check("secrets", "ok", f"{shown} is hidden from other users")
+
+
+def _certificates(name: str, path: str) -> list[Check]:
+    """Return the check of the certificate in a file that expires first."""
+    shown = f"{name}: {escape(path)}"
+    try:
+        with open(path, encoding="ascii", errors="replace") as file:  # noqa: PTH123 - a path from outside
+            ends = expiries(file.read(MAX_PEM_CHARACTERS))
+    except (OSError, ValueError) as error:
+        return [Check("certificates", "fail", f"{shown} cannot be read: {_reason(error)}", f"correct {name}")]
+    return [judged_expiry(shown, min(ends), time.time())]
+
+
+def judged_expiry(shown: str, expires: float, now: float) -> Check:
+    """Return the check of a certificate.
+
+    Args:
+        shown: Which it is, for the finding.
+        expires: When it expires, in seconds since the epoch.
+        now: The time.
+    """
+    days = int((expires - now) // _DAY_SEC)
+    if expires <= now:
+        return Check("certificates", "fail", f"{shown} has expired", "renew it")
+    if days < SOON_DAYS:
+        remedy = "renew it, and reload the broker (SIGHUP) if it is the broker's"
+        return Check("certificates", "warn", f"{shown} expires in {days} days", remedy)
+    return Check("certificates", "ok", f"{shown} is valid for {days} days")
+
+
+def openness(url: BrokerUrl, broker: object, timeout_sec: float) -> Check:
+    """Return the check of whether a broker lets in anybody from another machine.
+
+    It connects as a stranger would: to the broker's address, or to this machine's own if that is a loopback
+    address, and without credentials.
+
+    Args:
+        url: Where it has answered.
+        broker: The identity in its greeting.
+        timeout_sec: The time limit.
+    """
+    host = None if url.path else _own_address() if is_loopback(url.host) else url.host
+    if host is None:
+        return Check("access", "ok", "only programs on this machine reach the broker")
+    outside = url._replace(host=host)
+    try:
+        with Inspector(str(outside), credentials=Credentials(), timeout_sec=timeout_sec) as stranger:
+            is_open = stranger.welcome.get("broker") == broker
+    except CallboardError:
+        is_open = False
+    if not is_open:
+        return Check("access", "ok", "the broker lets in nobody from other machines without credentials")
+    remedy = "say who may take part with --auth FILE, or let it listen on 127.0.0.1 (docs/security.md)"
+    return Check("access", "warn", f"the broker lets in anybody who reaches {outside}", remedy)
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether only this machine reaches a host.
+
+    Args:
+        host: An address or a name.
+    """
+    try:
+        return ip_address(host.partition("%")[0]).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _own_address() -> str | None:
+    """Return an address of this machine that others may reach; None if it has none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+        try:
+            sock.connect(_ELSEWHERE)
+        except OSError:
+            return None
+        address: str = sock.getsockname()[0]
+    return None if is_loopback(address) else address
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return escape((error.strerror if isinstance(error, OSError) else None) or str(error))
