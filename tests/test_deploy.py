@@ -15,7 +15,11 @@ import pytest
 
 from actors.cli.parsing import parser_of
 from actors.cli.table import VERBS, Verb
+from broker.access.files import load_rules
+from broker.access.origin import Origin
+from broker.access.rules import Action
 from broker.configuration import load_configuration
+from proto.addresses import parse_address
 from proto.url import DEFAULT_PORT
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -121,12 +125,46 @@ def test_the_example_configuration_shows_the_defaults(tmp_path: Path) -> None:
         assert load_configuration({}, file).values() == load_configuration({}).values()
 
 
+@pytest.mark.parametrize(
+    ("user", "address", "action", "name", "allowed"),
+    [
+        ("operator", "127.0.0.1", Action.PUBLISH, "/robot1/cmd_vel", True),
+        ("robot1", "10.0.0.1", Action.NODE, "/robot1/arm/driver", True),
+        ("robot1", "10.0.0.1", Action.NODE, "/robot2/driver", False),
+        ("robot1", "10.0.0.1", Action.PUBLISH, "/robot1/pose", True),
+        ("robot1", "10.0.0.1", Action.PUBLISH, "/robot1/cmd_vel", False),
+        ("robot1", "10.0.0.1", Action.PUBLISH, "/rosout", True),
+        ("robot1", "10.0.0.1", Action.SUBSCRIBE, "/robot2/pose", False),
+        ("dashboard", "10.0.0.1", Action.SUBSCRIBE, "/robot2/pose", True),
+        ("dashboard", "10.0.0.1", Action.SUBSCRIBE, "/robot1/camera/image", False),
+        ("dashboard", "10.0.0.1", Action.PUBLISH, "/robot1/cmd_vel", False),
+        ("dashboard", "8.8.8.8", Action.SUBSCRIBE, "/map", False),
+    ],
+)
+def test_the_example_rules_do_what_their_comments_say(
+    user: str, address: str, action: Action, name: str, allowed: bool
+) -> None:
+    """Each user may do what its comment says, and not more."""
+    rules = load_rules(DEPLOY / "rules.toml")
+    principal = rules.principal(user, Origin(address=parse_address(address)))
+    assert principal is not None
+    assert principal.rights.may(action, name) is allowed
+
+
+def test_nobody_connects_by_the_example_rules() -> None:
+    """The example has no tokens, so that installing it lets in nobody."""
+    rules = tomllib.loads((DEPLOY / "rules.toml").read_text(encoding="utf-8"))
+    assert all(user["tokens"] == [] for user in rules["users"].values())
+    assert "local" not in rules
+
+
 def test_the_commands_of_the_guide_install_what_the_unit_uses() -> None:
     """The files that it installs exist, and have the names, the group and the folders of the unit."""
     commands = [shlex.split(line) for line in re.findall(r"^    (\S.*)$", GUIDE, re.MULTILINE)]
     installed = {words[-1]: words[-2] for words in commands if words[0] == "install" and "-d" not in words}
     assert all((ROOT / source).is_file() for source in installed.values())
-    assert set(installed) == {"/etc/callboard/broker.toml", "/etc/systemd/system/callboard.service"}
+    configuration = {f"/etc/callboard/{name}.toml" for name in ("broker", "rules")}
+    assert set(installed) == {*configuration, "/etc/systemd/system/callboard.service"}
     (command,) = unit_values("ExecStart")
     assert "%E/callboard/broker.toml" in command
     (program, *_) = shlex.split(command)
