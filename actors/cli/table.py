@@ -92,6 +92,16 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "remove": Verb("forget a named broker"),
         },
     ),
+    "auth": Group(
+        "say who may connect to a broker, and explain what they may do",
+        {
+            "add": Verb("add a user, and print a new token"),
+            "list": Verb("list the users"),
+            "remove": Verb("remove a user"),
+            "token": Verb("give a user a new token"),
+            "check": Verb("say whether a user may do something, and why"),
+        },
+    ),
     "graph": Verb("draw the graph of nodes, topics and services"),
     "doctor": Verb("check this machine, the broker and the graph"),
     "top": Verb("show topics, nodes and services, live"),
