@@ -27,4 +27,4 @@ def start_hint(url: BrokerUrl, error: BaseException | None = None) -> str:
     port = "" if url.port == DEFAULT_PORT else f" --port {url.port}"
     if url.host in _HERE:
         return f"Start one with: callboard broker{port}"
-    return f"Start one there with: callboard broker --host {url.host}{port}"
+    return f"Start one there with: callboard broker --host {url.host}{port} --auth FILE"

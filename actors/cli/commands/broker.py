@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 EXAMPLES: Final = {
     "callboard broker": "listen on callboard://127.0.0.1:7411, until Ctrl-C",
-    "callboard broker --host 0.0.0.0 --port 7412": "for other machines, too",
+    "callboard broker --host 0.0.0.0 --auth access.toml": "for other machines: for the users in that file",
     "callboard broker --config broker.toml": "with the options in a file",
 }
 

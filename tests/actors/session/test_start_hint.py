@@ -15,7 +15,7 @@ from proto.url import parse_url
     [
         ("callboard://127.0.0.1:7411", "Start one with: callboard broker"),
         ("callboard://[::1]:9", "Start one with: callboard broker --port 9"),
-        ("callboard://robot", "Start one there with: callboard broker --host robot"),
+        ("callboard://robot", "Start one there with: callboard broker --host robot --auth FILE"),
         ("callboard+unix:///tmp/x", "Start one with: callboard broker --unix /tmp/x"),
     ],
 )
