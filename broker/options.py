@@ -87,7 +87,10 @@ class BrokerOptions:
         20_000, "connections at the same time, as far as the limit of open files allows", 1, 1_000_000
     )
     max_connections_per_address: int = _option(
-        1000, "the same for one address; loopback and unix sockets are not limited", 1, 1_000_000
+        1000,
+        "the same for one address (IPv6: one /64 network); loopback and unix sockets are not limited",
+        1,
+        1_000_000,
     )
     max_endpoints: int = _option(
         20_000, "nodes, publishers, subscriptions, services and clients of one connection", 1, 10_000_000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, OrderedDict
+from ipaddress import IPv6Address
 from typing import TYPE_CHECKING, Final
 
 from broker.access.errors import Unauthorized
@@ -26,6 +27,17 @@ NOT_AUTHORIZED: Final = "this broker requires a valid token or client certificat
 PLAIN_TOKEN: Final = (
     "a token must not travel over plain TCP: use TLS, or start the broker with --insecure, too"  # noqa: S105
 )
+
+
+def source_of(origin: Origin) -> Address | None:
+    """Return what counts as one address; None for this machine.
+
+    Whoever has one IPv6 address usually has the 2^64 of its network, so that is what counts.
+    """
+    if origin.local:
+        return None
+    address = origin.address
+    return IPv6Address(int(address) >> 64 << 64) if isinstance(address, IPv6Address) else address
 
 
 class Admission:
@@ -55,10 +67,11 @@ class Admission:
         Returns:
             Why it must not stay, for the peer; "" if it may. `leave` follows in either case.
         """
-        if origin.local or origin.address is None:
+        source = source_of(origin)
+        if source is None:
             return ""
-        self._connections[origin.address] += 1
-        if self._connections[origin.address] <= self._max_per_address:
+        self._connections[source] += 1
+        if self._connections[source] <= self._max_per_address:
             return ""
         return (
             f"this broker takes {self._max_per_address} connections from one address"
@@ -67,11 +80,12 @@ class Admission:
 
     def leave(self, origin: Origin) -> None:
         """Forget a connection that has ended."""
-        if origin.local or origin.address is None:
+        source = source_of(origin)
+        if source is None:
             return
-        self._connections[origin.address] -= 1
-        if self._connections[origin.address] <= 0:
-            del self._connections[origin.address]
+        self._connections[source] -= 1
+        if self._connections[source] <= 0:
+            del self._connections[source]
 
     def identify(self, origin: Origin, token: object, now: float) -> Principal | None:
         """Return whom a connection belongs to; None if there are no rules.
@@ -99,12 +113,12 @@ class Admission:
     def _fail(self, origin: Origin, now: float) -> int:
         """Count a failure; return how many the address has had in its period."""
         self.unauthorized += 1
-        address = None if origin.local else origin.address
-        since, count = self._failures.get(address, (now, 0))
+        source = source_of(origin)
+        since, count = self._failures.get(source, (now, 0))
         if now - since > FAILURE_PERIOD_SEC:
             since, count = now, 0
-            del self._failures[address]
-        self._failures[address] = since, count + 1
+            del self._failures[source]
+        self._failures[source] = since, count + 1
         while len(self._failures) > MAX_FAILING_ADDRESSES:
             self._failures.popitem(last=False)
         return count + 1

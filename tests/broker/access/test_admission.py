@@ -62,6 +62,18 @@ def test_ended_connections_are_forgotten() -> None:
     assert gate.enter(where) == ""
 
 
+def test_an_ipv6_network_counts_as_one_address() -> None:
+    """Case 8: a host with 2^64 addresses gets no further than one with a single one; its neighbours do."""
+    gate = Admission(RULES, max_per_address=1, plain_tokens=False)
+    assert gate.enter(origin("2001:db8::1")) == ""
+    assert gate.enter(origin("2001:db8::ffff:2"))
+    assert gate.enter(origin("2001:db8:0:1::1")) == ""
+    for number in range(MAX_FAILURES):
+        fail(gate, origin(f"2001:db8::{number}"), 0)
+    assert fail(gate, origin("2001:db8::abcd"), 0)
+    assert not fail(gate, origin("2001:db8:0:1::1"), 0)
+
+
 def test_without_rules_everybody_comes_in() -> None:
     """No file, no user, no failure."""
     gate = Admission(None, max_per_address=1, plain_tokens=False)
