@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from actors.errors import ServiceTimeout as ServiceTimeout
     from actors.errors import ServiceUnavailable as ServiceUnavailable
     from actors.errors import SupervisorGaveUp as SupervisorGaveUp
+    from actors.errors import TlsFailed as TlsFailed
     from actors.errors import WaitTimeout as WaitTimeout
     from actors.graph.broker_report import BrokerReport as BrokerReport
     from actors.graph.broker_report import BrokerReportRates as BrokerReportRates
@@ -115,6 +116,7 @@ if TYPE_CHECKING:
     from proto.errors import InvalidServiceNameError as InvalidServiceNameError
     from proto.errors import InvalidTopicNameError as InvalidTopicNameError
     from proto.errors import InvalidUrlError as InvalidUrlError
+    from proto.errors import TlsFileError as TlsFileError
     from proto.stats import BrokerRates as BrokerRates
     from proto.stats import BrokerStats as BrokerStats
     from proto.stats import LinkStats as LinkStats
@@ -162,6 +164,7 @@ __getattr__, __dir__ = lazy_names(
             "ServiceTimeout",
             "ServiceUnavailable",
             "SupervisorGaveUp",
+            "TlsFailed",
             "WaitTimeout",
         ),
         "actors.endpoints.events": (
@@ -263,6 +266,7 @@ __getattr__, __dir__ = lazy_names(
             "InvalidServiceNameError",
             "InvalidTopicNameError",
             "InvalidUrlError",
+            "TlsFileError",
         ),
         "proto.codes": ("EntryKind",),
         "proto.stats": (

@@ -2,6 +2,7 @@
 
     CallboardError (proto.errors)
     ├── BrokerUnreachable (ConnectionError)   no broker answered in time, or the link broke
+    │   └── TlsFailed                         no TLS session with the broker; `fault` says why
     ├── ProtocolError (proto.errors)
     │   └── NotAuthorized                     the broker requires other credentials, or they must not be sent
     ├── NodeNameTaken                         another live node has this full name
@@ -23,11 +24,28 @@ actors/arguments/ros_arguments.py, and proto/errors.py for names and URLs.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from proto.errors import CallboardError, ErrorCode, ProtocolError
+
+if TYPE_CHECKING:
+    from proto.tls import TlsFault
 
 
 class BrokerUnreachable(CallboardError, ConnectionError):
     """No broker answered in time, or the link to it broke."""
+
+
+class TlsFailed(BrokerUnreachable):
+    """There is no TLS session with the broker; the text says why, and what to do.
+
+    Attributes:
+        fault: The reason.
+    """
+
+    def __init__(self, fault: TlsFault, text: str) -> None:
+        super().__init__(text)
+        self.fault = fault
 
 
 class NotAuthorized(ProtocolError):

@@ -94,7 +94,9 @@ def _check_health(options: BrokerOptions) -> int:
     """Return 0 if a broker answers where one with these options listens, and 1 if not."""
     from broker.probe import find_broker  # noqa: PLC0415 - --help needs no network
 
-    url = BrokerUrl("", 0, str(options.unix)) if options.unix else BrokerUrl(options.host, options.port)
+    url = BrokerUrl(options.host, options.port, tls=options.tls_cert is not None)
+    if options.unix:
+        url = BrokerUrl("", 0, str(options.unix))
     agent = asyncio.run(find_broker(url))
     print(f"{url}: {agent or 'no callboard broker answers'}")  # noqa: T201
     return 0 if agent else 1

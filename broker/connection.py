@@ -11,10 +11,12 @@ from broker.deliveries import Send
 from broker.link import CATCH_UP, Link, logger
 from proto import frames, limits
 from proto.aio.budgeted_channel import BudgetedChannel
+from proto.aio.tls import is_tls_error
 from proto.errors import ErrorCode, ProtocolError, escape, peer_text
 from proto.fragments import Reassembler
 from proto.identity import agent
 from proto.session import Role
+from proto.tls import describe
 
 if TYPE_CHECKING:
     import asyncio
@@ -132,6 +134,7 @@ class Connection:
             text = f"HELLO: domain must be from 0 to {limits.MAX_DOMAIN}"
             raise ProtocolError(ErrorCode.MALFORMED, text)
         link = self._link
+        link.origin = origin_of(self.channel.extra_info)  # with the certificate: TLS is established now
         if not self._dispatcher.identify(link, options.get("auth"), self._loop.time()):
             return
         link.session = next(self._sessions)
@@ -183,6 +186,11 @@ class Connection:
     def closed(self, error: Exception | None) -> None:
         """ChannelHandler: the connection has ended."""
         link = self._link
+        if is_tls_error(error):
+            reason = describe(error)
+            if not link.session:
+                logger.warning("Closing %s: TLS: %s", link, reason)
+            self._dispatcher.note_ending(link, f"TLS: {reason}")
         self._dispatcher.note_ending(
             link, "connection lost" if error is None else f"connection lost: {error}"
         )

@@ -99,7 +99,7 @@ async def listen(
         ListenError: It cannot listen there for another reason.
     """
     loop = asyncio.get_running_loop()
-    url = BrokerUrl(options.host, options.port)
+    url = BrokerUrl(options.host, options.port, tls=options.tls_cert is not None)
     remedy = "Choose another port with --port"
     if options.unix is not None:
         url = BrokerUrl("", 0, str(options.unix))

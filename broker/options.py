@@ -61,6 +61,17 @@ class BrokerOptions:
             "help": "without --auth: let everybody in who can connect; with it: take tokens over plain TCP"
         },
     )
+    tls_cert: Path | None = field(
+        default=None,
+        metadata={"help": "PEM file with the broker's certificate and its chain; connections then use TLS"},
+    )
+    tls_key: Path | None = field(
+        default=None, metadata={"help": "PEM file with the private key of --tls-cert, without a passphrase"}
+    )
+    tls_client_ca: Path | None = field(
+        default=None,
+        metadata={"help": "PEM file with authorities: every client must then have a certificate of theirs"},
+    )
     keepalive_sec: float = _option(
         limits.DEFAULT_KEEPALIVE_SEC, "seconds of silence after which a peer counts as frozen", 0.1, 3600
     )
@@ -152,6 +163,12 @@ class BrokerOptions:
             least, most = option.metadata["least"], option.metadata["most"]
             if not isinstance(value, int | float) or not least <= value <= most:
                 raise InvalidOptionError(f"{option.name} must be from {least} to {most}, got {value!r}")
+        if (self.tls_cert is None) != (self.tls_key is None):
+            raise InvalidOptionError("tls_cert and tls_key belong together: give both")
+        if self.tls_client_ca is not None and self.tls_cert is None:
+            raise InvalidOptionError("tls_client_ca needs tls_cert and tls_key")
+        if self.unix is not None and self.tls_cert is not None:
+            raise InvalidOptionError("a unix socket has no TLS: leave out tls_cert or unix")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

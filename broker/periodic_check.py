@@ -108,6 +108,7 @@ class PeriodicCheck:
             elif age > options.handshake_timeout_sec:
                 text = f"no finished handshake within {options.handshake_timeout_sec:g} s"
                 link.fail(ErrorCode.TIMEOUT, text)
+                link.channel.abort()  # TLS would wait for the end of its own handshake first
         elif link.channel.waiting:  # a sign of life; a suspended link is restored when its turn has come
             link.liveness.mark_alive(now)
         elif link.suspended_at is None:

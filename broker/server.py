@@ -31,8 +31,10 @@ from proto import limits
 from proto.aio.forks import drop_in_children
 from proto.aio.read_budget import ReadBudget
 from proto.aio.tasks import cancel_and_wait, keep_running
+from proto.aio.tls import server_context
 
 if TYPE_CHECKING:
+    import ssl
     from collections.abc import Callable
     from types import TracebackType
 
@@ -70,6 +72,7 @@ class Broker:
         self._entered = False
         self._listener: Listener | None = None
         self._check: asyncio.Task[None] | None = None
+        self._tls: ssl.SSLContext | None = None
         self._reset()
 
     def _reset(self) -> None:
@@ -121,15 +124,27 @@ class Broker:
     def reconfigure(self, options: BrokerOptions) -> None:
         """Apply the options that can change while the broker runs; the others keep their values.
 
+        The files of the certificate are read again, for new connections.
+
         Args:
             options: The new options. Those whose metadata has `reloads` are applied.
+
+        Raises:
+            TlsFileError: One of the files cannot be used. Everything remains as it was.
         """
+        self._tls = self._tls_context()
         changed = {
             each.name: getattr(options, each.name) for each in fields(options) if each.metadata.get("reloads")
         }
         self.options = self._dispatcher.options = replace(self.options, **changed)
         for link in self._dispatcher.links:
             link.reconfigure(self.options)
+
+    def _tls_context(self) -> ssl.SSLContext | None:
+        options = self.options
+        if options.tls_cert is None or options.tls_key is None:
+            return None
+        return server_context(options.tls_cert, options.tls_key, options.tls_client_ca)
 
     async def __aenter__(self) -> Self:
         """Listen.
@@ -140,6 +155,7 @@ class Broker:
             UnprotectedError: Other machines could connect, and there are neither rules nor `insecure`.
             ListenError: It cannot listen there for another reason.
             RuntimeError: It is running already.
+            TlsFileError: A certificate, key or authority cannot be used.
         """
         if self._entered:
             raise RuntimeError("This broker is running already; it can be entered again when it has stopped")
@@ -158,10 +174,17 @@ class Broker:
         if self.options.auth is not None:
             dispatcher.admission.rules = load_rules(self.options.auth)
 
+        self._tls = self._tls_context()
+
         def connect() -> asyncio.BufferedProtocol:
-            return Connection(
+            channel = Connection(
                 loop, dispatcher, statistics, self.instance, self._sessions, budget=budget
             ).channel
+            if self._tls is None:
+                return channel
+            from proto.aio.tls_transport import TlsTransport  # noqa: PLC0415 - few brokers use TLS
+
+            return TlsTransport(channel, self._tls, loop=loop)
 
         statistics.started_at = loop.time()
         self._listener = await listen(self.options, connect, backlog=dispatcher.capacity.backlog)

@@ -7,6 +7,7 @@
     │   ├── InvalidTopicNameError
     │   └── InvalidServiceNameError
     ├── InvalidUrlError (ValueError)    a broker URL is invalid
+    ├── TlsFileError (ValueError)       a file with a certificate, key or authority cannot be used
     └── ProtocolError                   the peer violated the protocol
 
 `ErrorCode` lists the codes of ERROR and REFUSED frames (docs/protocol.md §9). The packages `broker` and
@@ -106,6 +107,8 @@ class ErrorCode(IntEnum):
     """The broker requires credentials, and those in HELLO are missing or wrong."""
     DENIED = 15
     """The broker's access rules do not allow the declaration."""
+    TLS_REQUIRED = 16
+    """The port speaks TLS, and the client did not."""
 
 
 class CallboardError(Exception):
@@ -157,6 +160,10 @@ class InvalidServiceNameError(InvalidNameError):
 
 class InvalidUrlError(CallboardError, ValueError):
     """A broker URL is invalid."""
+
+
+class TlsFileError(CallboardError, ValueError):
+    """A file with a certificate, key or authority cannot be used; the text names it and says why."""
 
 
 class ProtocolError(CallboardError):

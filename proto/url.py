@@ -20,17 +20,21 @@ _USERINFO: Final = re.compile(r"//[^/]*@")
 
 
 class BrokerUrl(NamedTuple):
-    """The address of a broker: a host and port, or the path of a unix socket (host empty, port 0)."""
+    """The address of a broker: a host and port, or the path of a unix socket (host empty, port 0).
+
+    `tls` says whether the broker speaks TLS there; a unix socket has none.
+    """
 
     host: str
     port: int
     path: str = ""
+    tls: bool = False
 
     def __str__(self) -> str:
         if self.path:
             return f"callboard+unix://{self.path}"
         host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"callboard://{host}:{self.port}"
+        return f"{'callboards' if self.tls else 'callboard'}://{host}:{self.port}"
 
 
 def parse_url(text: str) -> BrokerUrl:
@@ -45,15 +49,13 @@ def parse_url(text: str) -> BrokerUrl:
         port = DEFAULT_PORT if parts.port is None else parts.port
     except ValueError as error:
         raise InvalidUrlError(f"Invalid broker URL {safe!r}: {error}; {_EXAMPLE}") from error
-    if parts.scheme == "callboards":
-        raise InvalidUrlError(f"Broker URL {safe!r}: TLS is not supported yet; use callboard://")
     if parts.query or parts.fragment or parts.username is not None:
         raise InvalidUrlError(f"Invalid broker URL {safe!r}: only a host, port or path; {_EXAMPLE}")
     if parts.scheme == "callboard+unix":
         if parts.netloc or not parts.path.strip("/"):
             raise InvalidUrlError(f"Invalid broker URL {safe!r}: needs an absolute path; {_EXAMPLE}")
         return BrokerUrl("", 0, parts.path)
-    if parts.scheme != "callboard":
+    if parts.scheme not in {"callboard", "callboards"}:
         raise InvalidUrlError(f"Invalid broker URL {safe!r}: unknown scheme; {_EXAMPLE}")
     if not parts.hostname:
         raise InvalidUrlError(f"Invalid broker URL {safe!r}: no host; {_EXAMPLE}")
@@ -61,7 +63,7 @@ def parse_url(text: str) -> BrokerUrl:
         raise InvalidUrlError(f"Invalid broker URL {safe!r}: a TCP URL has no path; {_EXAMPLE}")
     if port == 0:
         raise InvalidUrlError(f"Invalid broker URL {safe!r}: nothing listens on port 0; {_EXAMPLE}")
-    return BrokerUrl(parts.hostname, port)
+    return BrokerUrl(parts.hostname, port, tls=parts.scheme == "callboards")
 
 
 def parse_urls(text: str) -> tuple[BrokerUrl, ...]:

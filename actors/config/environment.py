@@ -7,6 +7,9 @@
     CALLBOARD_TOKEN      the token itself; not used if there is a file
     CALLBOARD_INSECURE   1: send the token over plain TCP to other machines, too
     CALLBOARD_LOG_LEVEL  log level of scripts: DEBUG, INFO, WARN, ERROR or FATAL
+    CALLBOARD_CA         PEM file with the authorities to trust for TLS; those of the system if unset
+    CALLBOARD_CERT       PEM file with this client's certificate, for brokers that ask for one
+    CALLBOARD_KEY        PEM file with its private key
     XDG_CONFIG_HOME      parent folder of configuration; ~/.config if unset
     XDG_STATE_HOME       parent folder of launch logs; ~/.local/state if unset
     NO_COLOR             set to anything: no colours
@@ -24,6 +27,7 @@ from contextvars import ContextVar
 from typing import TYPE_CHECKING, Final
 
 from proto.errors import CallboardError, escape
+from proto.tls import TlsFiles
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,6 +35,7 @@ if TYPE_CHECKING:
 VARIABLES: Final = (
     *("CALLBOARD_URL", "CALLBOARD_DOMAIN", "CALLBOARD_CONTEXT", "CALLBOARD_LOG_LEVEL"),
     *("CALLBOARD_TOKEN_FILE", "CALLBOARD_TOKEN", "CALLBOARD_INSECURE"),
+    *("CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY"),
 )
 """Those that are callboard's own."""
 
@@ -98,6 +103,12 @@ def insecure(environ: Mapping[str, str] | None = None) -> bool:
     if value not in {"0", "1"}:
         raise InvalidEnvironmentError("CALLBOARD_INSECURE", value, "1 or 0")
     return value == "1"
+
+
+def tls_files(environ: Mapping[str, str] | None = None) -> TlsFiles:
+    """Return the files in CALLBOARD_CA, CALLBOARD_CERT and CALLBOARD_KEY."""
+    names = ("CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY")
+    return TlsFiles(*(_get(name, environ) or "" for name in names))
 
 
 def own_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:

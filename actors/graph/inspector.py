@@ -16,11 +16,14 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
+from actors.config import environment
 from actors.config.credentials import find_credentials, refused_credentials
 from actors.errors import BrokerUnreachable
 from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.graph.snapshot import GraphSnapshot
+from actors.session.tls import tls_failure, tls_required
 from proto import frames, limits
+from proto.aio.tls import client_context, is_tls_error
 from proto.checks import require_domain
 from proto.codec import Decoder, encode
 from proto.errors import ErrorCode, ProtocolError, peer_text
@@ -36,6 +39,7 @@ if TYPE_CHECKING:
 
     from actors.config.credentials import Credentials
     from proto.frames import Frame
+    from proto.tls import TlsFiles
     from proto.url import BrokerUrl
 
 AGENT: Final = agent("callboard-inspector")
@@ -100,6 +104,7 @@ class Inspector:
         self.clock_ahead_sec: float | None = None
         self._domain = domain
         self._credentials = credentials or find_credentials()
+        self._tls_files = environment.tls_files()
         self._timeout_sec = timeout_sec
         self._socket: socket.socket | None = None
         self._scratch = memoryview(bytearray(SCRATCH_BYTES))
@@ -120,11 +125,12 @@ class Inspector:
         """Connect to the first broker that answers.
 
         Raises:
-            BrokerUnreachable: None answered within `timeout_sec`.
+            BrokerUnreachable: None answered within `timeout_sec`; TlsFailed because of TLS.
             ProtocolError: The broker refuses, or violates the protocol.
+            TlsFileError: A file for TLS cannot be used.
         """
         deadline = time.monotonic() + self._timeout_sec
-        unwelcoming = ""
+        unwelcoming: BrokerUnreachable | None = None
         for left, url in zip(range(len(self.urls), 0, -1), self.urls, strict=True):
             now = time.monotonic()
             try:
@@ -132,8 +138,8 @@ class Inspector:
             except OSError as error:
                 if url == self.urls[0]:
                     self.error = error
-                if self._socket is not None and not unwelcoming:
-                    self.listening, unwelcoming = url, _unwelcoming(url, error)
+                if self._socket is not None and unwelcoming is None:
+                    self.listening, unwelcoming = url, _unwelcoming(url, error, self._tls_files)
                 self._disconnect()
             except BaseException:
                 self._disconnect()
@@ -141,7 +147,9 @@ class Inspector:
             else:
                 self.url = url
                 return
-        raise BrokerUnreachable(unwelcoming or f"No broker at {', '.join(map(str, self.urls))}")
+        if unwelcoming is not None:
+            raise unwelcoming
+        raise BrokerUnreachable(f"No broker at {', '.join(map(str, self.urls))}")
 
     def __exit__(self, *error: object) -> None:
         """Close."""
@@ -235,6 +243,12 @@ class Inspector:
     def _greet(self, url: BrokerUrl, deadline: float) -> None:
         self._start_session()
         self._socket = _connect(url, _left(deadline))
+        if url.tls:
+            self._socket.settimeout(_left(deadline))
+            self._socket = client_context(self._tls_files).wrap_socket(
+                self._socket, server_hostname=url.host, do_handshake_on_connect=False
+            )
+            self._socket.do_handshake()
         options: dict[str, frames.Scalar] = {
             "agent": AGENT,
             "domain": self._domain,
@@ -242,7 +256,7 @@ class Inspector:
             "token": os.urandom(limits.INSTANCE_BYTES),
         }
         address = "" if url.path else str(self._socket.getpeername()[0])
-        token = self._credentials.token_for(address, encrypted=False)
+        token = self._credentials.token_for(address, encrypted=url.tls)
         if token is not None:
             options["auth"] = token
         hello = frames.Hello(limits.PROTOCOL_VERSION, options)
@@ -255,6 +269,8 @@ class Inspector:
                 raise ProtocolError(error.code, f"what listens at {url} is no callboard broker") from error
             if error.code is ErrorCode.UNAUTHORIZED:
                 raise refused_credentials(str(url), str(error)) from error
+            if error.code is ErrorCode.TLS_REQUIRED:
+                raise tls_required(url, self._tls_files) from error
             raise
         self.round_trip_sec = time.monotonic() - asked
         self.welcome = {
@@ -337,10 +353,14 @@ def _ahead(wall_time_ns: object, round_trip_sec: float) -> float | None:
     return (wall_time_ns - time.time_ns()) / 1e9 + round_trip_sec / 2
 
 
-def _unwelcoming(url: BrokerUrl, error: OSError) -> str:
-    """Return the text about a listener that takes a connection without a greeting."""
+def _unwelcoming(url: BrokerUrl, error: OSError, files: TlsFiles) -> BrokerUnreachable:
+    """Return the error about a listener that takes a connection without a greeting."""
+    if isinstance(error, BrokerUnreachable):
+        return error
+    if is_tls_error(error):
+        return tls_failure(error, url, files)
     wrong = "does not answer" if isinstance(error, TimeoutError) else "is no callboard broker"
-    return f"What listens at {url} {wrong}"
+    return BrokerUnreachable(f"What listens at {url} {wrong}")
 
 
 def _left(deadline: float) -> float:

@@ -8,14 +8,17 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Protocol
 
+from actors.config import environment
 from actors.config.credentials import refused_credentials
-from actors.errors import NodeNameTaken, NotAuthorized
+from actors.errors import BrokerUnreachable, NodeNameTaken, NotAuthorized
 from actors.session.dispatch import DISPATCH
 from actors.session.keepalive import Keepalive
+from actors.session.tls import tls_failure, tls_required
 from proto import frames, limits
 from proto.aio.channel import Channel
 from proto.aio.forks import drop_in_children
-from proto.errors import ErrorCode, ProtocolError, peer_text
+from proto.aio.tls import client_context, is_tls_error
+from proto.errors import ErrorCode, ProtocolError, TlsFileError, peer_text
 from proto.liveness import PeerState
 from proto.session import Role
 
@@ -54,7 +57,7 @@ class BrokerConnection:
         ended: Set when it has ended, whichever side ended it.
         reached: Whether something accepted the connection.
         had_session: Whether the broker has sent WELCOME.
-        error: The error of connecting; None after a timeout, or if something accepted the connection.
+        error: The error of connecting or of TLS; None after a timeout, or if the connection was accepted.
         refusal: Why the broker let this node not in, or closed the link; for the log.
         fatal: An error that further attempts would repeat; None if there is none.
     """
@@ -74,6 +77,8 @@ class BrokerConnection:
         self._link: Link | None = link
         self._hello = hello
         self._credentials = credentials
+        self._tls_files = environment.tls_files()
+        self._tls_error: OSError | None = None
         self._log = log
         self._keepalive_sec = limits.DEFAULT_KEEPALIVE_SEC
         drop_in_children(self)
@@ -99,16 +104,34 @@ class BrokerConnection:
                 if url.path:
                     await loop.create_unix_connection(lambda: self.channel, url.path)
                 else:
-                    await loop.create_connection(lambda: self.channel, url.host, url.port)
+                    await loop.create_connection(self._protocol, url.host, url.port)
                 self.reached = True
                 while not self.is_open and not self.ended.is_set():
                     await link.changed()
         except TimeoutError:
             self.abort()
-        except (OSError, UnicodeError) as error:  # UnicodeError: a text that cannot be a host name
+        except TlsFileError as error:
+            # A running node waits until the files are in order again.
+            if link.connections:
+                self.error = BrokerUnreachable(str(error))
+            else:
+                self.fatal = error
+            self.abort()
+        except (OSError, ValueError) as error:  # ValueError: a text that cannot be a host name
             self.error = error
             self.abort()
+        if self._tls_error is not None:
+            self.error = await asyncio.to_thread(tls_failure, self._tls_error, url, self._tls_files)
         return self.is_open
+
+    def _protocol(self) -> asyncio.BufferedProtocol:
+        """Return what reads the socket: the channel, or TLS in front of it."""
+        if not self.url.tls:
+            return self.channel
+        from proto.aio.tls_transport import TlsTransport  # noqa: PLC0415 - few URLs need it
+
+        context = client_context(self._tls_files)
+        return TlsTransport(self.channel, context, loop=self._loop, host=self.url.host)
 
     async def keep_alive(self, link: Link) -> None:
         """Send signs of life and watch for the broker's until the connection ends."""
@@ -156,7 +179,10 @@ class BrokerConnection:
     def turned_away(self, frame: frames.Error) -> None:
         """Handle ERROR: note the broker's reason, and close."""
         text = peer_text(frame.text)
-        self.refusal = f"The broker closed the link: {text}"
+        if frame.code == ErrorCode.TLS_REQUIRED:
+            self.error = tls_required(self.url, self._tls_files)
+        else:
+            self.refusal = f"The broker closed the link: {text}"
         if frame.code == ErrorCode.NAME_TAKEN and self._link is not None:
             self._link.waits_for_name = True
         if frame.code == ErrorCode.VERSION:
@@ -186,9 +212,8 @@ class BrokerConnection:
             return
         name: tuple[str, int] | None = self.channel.extra_info("peername") if not self.url.path else ("", 0)
         host = "?" if name is None else name[0]
-        encrypted = self.channel.extra_info("ssl_object") is not None
         try:
-            token = self._credentials.token_for(host, encrypted=encrypted)
+            token = self._credentials.token_for(host, encrypted=self.url.tls)
         except NotAuthorized as error:
             self.refusal = str(error)
             self.fatal = error
@@ -222,7 +247,8 @@ class BrokerConnection:
 
     def closed(self, error: Exception | None) -> None:
         """ChannelHandler: the connection is closed."""
-        del error  # the next attempt logs what matters
+        if self._link is not None and not self.had_session and is_tls_error(error):
+            self._tls_error = error
         self.end()
 
     def descriptors(self) -> tuple[int, ...]:

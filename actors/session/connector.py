@@ -11,7 +11,7 @@ import secrets
 from typing import TYPE_CHECKING, Final
 
 from actors.config.credentials import Credentials
-from actors.errors import BrokerUnreachable, NotAuthorized
+from actors.errors import BrokerUnreachable, NotAuthorized, TlsFailed
 from actors.session import first_attempt
 from actors.session.connection import BrokerConnection
 from actors.session.start_hint import start_hint
@@ -101,10 +101,11 @@ class Connector:
         """Connect, and connect again after every loss, until `leave`.
 
         Raises:
-            BrokerUnreachable: No first session within `connect_timeout_sec`.
+            BrokerUnreachable: No first session within `connect_timeout_sec`; TlsFailed because of TLS.
             NodeNameTaken: The broker refused the node's name at the first session.
             NotAuthorized: The first session needs other credentials.
             ProtocolError: The broker speaks another version.
+            TlsFileError: A file for TLS cannot be used.
         """
         try:
             await self._keep_connected(connect_timeout_sec)
@@ -211,11 +212,13 @@ class Connector:
 
     def _warn_once(self, *, too_late: bool) -> None:
         """Warn that no broker answers; raise if it is too late for the first session."""
+        failure = self._error if isinstance(self._error, TlsFailed) else None
         if too_late and not self._link.connections:
-            raise BrokerUnreachable(f"No broker at {self._link.broker_urls}. {self._hint()}")
+            raise failure or BrokerUnreachable(f"No broker at {self._link.broker_urls}. {self._hint()}")
         if not self._warned:
             self._warned = True
-            self._log.warning(f"No broker at {self._link.broker_urls}; waiting for one. {self._hint()}")
+            text = f"No broker at {self._link.broker_urls}; waiting for one. {self._hint()}"
+            self._log.warning(text if failure is None else f"{failure}. Trying again")
 
     def _hint(self) -> str:
         if self._unwelcoming is None:

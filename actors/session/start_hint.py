@@ -25,6 +25,7 @@ def start_hint(url: BrokerUrl, error: BaseException | None = None) -> str:
     if url.path:
         return f"Start one with: callboard broker --unix {url.path}"
     port = "" if url.port == DEFAULT_PORT else f" --port {url.port}"
+    port += " --tls-cert FILE --tls-key FILE" if url.tls else ""
     if url.host in _HERE:
         return f"Start one with: callboard broker{port}"
     return f"Start one there with: callboard broker --host {url.host}{port} --auth FILE"

@@ -184,7 +184,8 @@ class FaultProxy(Faults):
         """The proxy's own URL, for nodes; RuntimeError while it does not listen."""
         if self._listener is None:
             raise RuntimeError("The proxy is not listening: use `async with FaultProxy(url) as proxy:`")
-        return str(BrokerUrl(*self._listener.getsockname()))
+        host, port = self._listener.getsockname()
+        return str(BrokerUrl(host, port, tls=self._target.tls))
 
     @property
     def connections(self) -> tuple[ProxiedConnection, ...]:

@@ -14,6 +14,8 @@ GOOD = {
     "callboard://broker.example": BrokerUrl("broker.example", DEFAULT_PORT),
     "callboard://broker.example/": BrokerUrl("broker.example", DEFAULT_PORT),
     "callboard://[::1]:99": BrokerUrl("::1", 99),
+    "callboards://broker.example": BrokerUrl("broker.example", DEFAULT_PORT, tls=True),
+    "callboards://[::1]:99": BrokerUrl("::1", 99, tls=True),
     "callboard+unix:///run/callboard.sock": BrokerUrl("", 0, "/run/callboard.sock"),
 }
 
@@ -36,7 +38,6 @@ def test_the_default_url_is_the_default() -> None:
         ("", "scheme"),
         ("127.0.0.1:7411", "scheme"),
         ("http://x", "scheme"),
-        ("callboards://x", "TLS"),
         ("callboard://", "host"),
         ("callboard://:7411", "host"),
         ("callboard://x:0", "port 0"),

@@ -32,8 +32,11 @@ async def broker_is_there(target: BrokerTarget) -> bool:
 
 
 def can_embed(url: BrokerUrl) -> bool:
-    """Return whether this process can be the broker there: at a port of the loopback device, or a socket."""
-    return bool(url.path) or url.host in _HERE
+    """Return whether this process can be the broker there: at a socket, or a port of the loopback device.
+
+    It has no certificate, so not with TLS.
+    """
+    return bool(url.path) or (url.host in _HERE and not url.tls)
 
 
 @asynccontextmanager

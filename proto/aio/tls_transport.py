@@ -1,0 +1,307 @@
+"""TLS between a socket's transport and a channel, for both ends and for every event loop.
+
+asyncio's own TLS opens a connection only after the handshake, so that a broker could neither count nor limit
+connections before; it holds 256 KiB for each, and discards the alert that says why a handshake failed. The
+cryptography is the standard library's `ssl.SSLObject`; here bytes only go in and out.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import ssl
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from proto import frames
+from proto.codec import BIN_32, encode
+from proto.errors import ErrorCode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from proto.frames import Buffer
+
+_READ_BYTES: Final = 256 * 1024
+"""Encrypted bytes that are read at once."""
+
+_PLAIN_REFUSED: Final = encode(
+    frames.Error(ErrorCode.TLS_REQUIRED, "this port speaks TLS: use callboards:// instead of callboard://")
+)
+
+
+class _Scratch(threading.local):
+    """The buffer for encrypted bytes that the connections of one thread share."""
+
+    def __init__(self) -> None:
+        self.view = memoryview(bytearray(_READ_BYTES))
+
+
+_scratch: Final = _Scratch()
+
+
+class _Cipher:
+    """The TLS of one connection, without its socket: bytes in, bytes out. Errors are `ssl.SSLError`.
+
+    Args:
+        context: Verifies the other end.
+        host: The broker's name; None at the broker.
+
+    Attributes:
+        tls: The state of OpenSSL.
+        ended: Whether the peer has said that nothing follows.
+    """
+
+    __slots__ = ("_incoming", "_outgoing", "_partial", "_read", "ended", "tls")
+
+    def __init__(self, context: ssl.SSLContext, host: str | None) -> None:
+        self._incoming = ssl.MemoryBIO()
+        self._outgoing = ssl.MemoryBIO()
+        self.tls = context.wrap_bio(
+            self._incoming, self._outgoing, server_side=host is None, server_hostname=host
+        )
+        self._read = cast("Callable[[int, memoryview], int]", self.tls.read)  # with a buffer: a number
+        self._partial = True
+        """Whether what is left of the input is less than a record."""
+        self.ended = False
+
+    @property
+    def has_input(self) -> bool:
+        """Whether there may be something to decrypt."""
+        return not (self._partial or self.ended) and bool(self._incoming.pending or self.tls.pending())
+
+    def receive(self, data: memoryview) -> None:
+        """Take encrypted bytes."""
+        self._incoming.write(data)
+        self._partial = False
+
+    def take(self) -> bytes:
+        """Return the encrypted bytes to send."""
+        return self._outgoing.read() if self._outgoing.pending else b""
+
+    def handshake(self) -> bool:
+        """Continue the handshake; return whether it is over."""
+        try:
+            self.tls.do_handshake()
+        except ssl.SSLWantReadError:
+            return False
+        return True
+
+    def encrypt(self, data: Buffer) -> None:
+        """Encrypt bytes."""
+        view = memoryview(data)
+        while view:
+            view = view[self.tls.write(view) :]
+
+    def decrypt(self, buffer: memoryview) -> int:
+        """Decrypt as much as there is and fits into a buffer; return the number of bytes."""
+        filled = 0
+        try:
+            while filled < len(buffer) and self.has_input:
+                size = self._read(len(buffer) - filled, buffer[filled:])
+                self.ended = not size
+                filled += size
+        except ssl.SSLWantReadError:
+            self._partial = True
+        return filled
+
+    def finish(self) -> None:
+        """Say that nothing follows."""
+        with suppress(OSError):  # SSLWantReadError: the peer has not said so, and need not
+            self.tls.unwrap()
+
+
+class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
+    """The protocol of a socket's transport, and the transport of a channel.
+
+    The channel is connected as soon as the socket is. What it writes during the handshake is sent after it;
+    if TLS fails, the channel's connection is lost with an `ssl.SSLError`.
+
+    Args:
+        channel: The protocol that gets the decrypted bytes.
+        context: Verifies the other end.
+        loop: The event loop.
+        host: The broker's name, which its certificate must have; None at the broker.
+    """
+
+    __slots__ = (
+        "_channel",
+        "_cipher",
+        "_closing",
+        "_error",
+        "_established",
+        "_loop",
+        "_paused",
+        "_raw",
+        "_started",
+        "_unsent",
+    )
+
+    def __init__(
+        self,
+        channel: asyncio.BufferedProtocol,
+        context: ssl.SSLContext,
+        *,
+        loop: asyncio.AbstractEventLoop,
+        host: str | None = None,
+    ) -> None:
+        self._channel = channel
+        self._loop = loop
+        self._cipher = _Cipher(context, host)
+        self._raw: asyncio.Transport | None = None
+        self._started = False
+        """Whether the peer has sent anything."""
+        self._established = self._closing = self._paused = False
+        self._unsent: list[bytes] = []
+        """Written during the handshake."""
+        self._error: OSError | None = None
+
+    # The protocol of the socket's transport
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Called by asyncio."""
+        self._raw = cast("asyncio.Transport", transport)
+        self._channel.connection_made(self)
+        if not self._cipher.tls.server_side:
+            self._continue_handshake()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Called by asyncio."""
+        self._raw = None
+        self._closing = True
+        self._channel.connection_lost(self._error or exc)
+
+    def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
+        """Called by asyncio."""
+        return _scratch.view
+
+    def buffer_updated(self, nbytes: int) -> None:
+        """Called by asyncio: decrypt."""
+        received = _scratch.view[:nbytes]
+        if not self._started:
+            self._started = True
+            if self._cipher.tls.server_side and received[0] == BIN_32 and self._raw is not None:
+                self._raw.write(_PLAIN_REFUSED)
+                self._end(ssl.SSLError(ssl.SSL_ERROR_SSL, "a client without TLS"))
+                return
+        self._cipher.receive(received)
+        if self._established:
+            self._decrypt()
+        else:
+            self._continue_handshake()
+
+    def eof_received(self) -> bool | None:
+        """Called by asyncio."""
+        return self._channel.eof_received()
+
+    def pause_writing(self) -> None:
+        """Called by asyncio."""
+        self._channel.pause_writing()
+
+    def resume_writing(self) -> None:
+        """Called by asyncio."""
+        self._channel.resume_writing()
+
+    # TLS
+
+    def _continue_handshake(self) -> None:
+        try:
+            self._established = self._error is None and self._cipher.handshake()
+        except OSError as error:
+            self._end(error)
+            return
+        if self._established:
+            for data in self._unsent:
+                self._cipher.encrypt(data)
+            self._unsent.clear()
+            if self._closing:
+                self._end()
+            else:
+                self._decrypt()
+        self._flush()
+
+    def _decrypt(self) -> None:
+        """Give what has been received to the channel, until it pauses."""
+        cipher = self._cipher
+        while cipher.has_input and not (self._paused or self._closing):
+            try:
+                size = cipher.decrypt(cast("memoryview", self._channel.get_buffer(-1)))
+            except OSError as error:
+                self._end(error)
+                return
+            if size:
+                self._channel.buffer_updated(size)
+            if cipher.ended:
+                self._channel.eof_received()
+        self._flush()  # TLS itself may have something to answer
+
+    def _flush(self) -> None:
+        data = self._cipher.take()
+        if data and self._raw is not None:
+            self._raw.write(data)
+
+    def _end(self, error: OSError | None = None) -> None:
+        """Close behind everything written, and behind the alert that says what is wrong with TLS."""
+        self._closing = True
+        self._error = error
+        if error is None:
+            self._cipher.finish()
+        self._flush()
+        if self._raw is not None:
+            self._raw.close()
+
+    # The transport of the channel
+
+    def write(self, data: Buffer) -> None:
+        """Encrypt and send bytes; during the handshake, after it."""
+        if self._closing:
+            return
+        if not self._established:
+            self._unsent.append(bytes(data))
+            return
+        self._cipher.encrypt(data)
+        self._flush()
+
+    def close(self) -> None:
+        """Close behind everything written; if that waits for the handshake, after it."""
+        if self._closing:
+            return
+        self._closing = True
+        if self._established:
+            self._end()
+        elif not self._unsent:
+            self.abort()
+
+    def abort(self) -> None:
+        """Close at once."""
+        self._closing = True
+        if self._raw is not None:
+            self._raw.abort()
+
+    def is_closing(self) -> bool:
+        """Return whether it is closed, or about to be."""
+        return self._closing or self._raw is None or self._raw.is_closing()
+
+    def pause_reading(self) -> None:
+        """Decrypt no more until `resume_reading`."""
+        self._paused = True
+        if self._raw is not None:
+            self._raw.pause_reading()
+
+    def resume_reading(self) -> None:
+        """Go on, in the next loop turn, with what has been received."""
+        self._paused = False
+        if self._raw is not None and not self._closing:
+            self._raw.resume_reading()
+            self._loop.call_soon(self._decrypt)
+
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        """Set when the socket's transport pauses the channel; bytes count as encrypted."""
+        if self._raw is not None:
+            self._raw.set_write_buffer_limits(high, low)
+
+    def get_extra_info(self, name: str, default: Any = None) -> Any:
+        """Return what the socket's transport knows; "ssl_object" is None until the handshake is over."""
+        if name == "ssl_object":
+            return self._cipher.tls if self._established else default
+        return default if self._raw is None else self._raw.get_extra_info(name, default)
