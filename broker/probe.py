@@ -12,14 +12,21 @@ from proto.errors import ErrorCode, ProtocolError, escape
 from proto.identity import agent
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from proto.url import BrokerUrl
 
 PROBE_TIMEOUT_SEC: Final = 1.0
 """For connecting and the answer together; a broker on the same machine answers within milliseconds."""
 
+_REFUSALS: Final[Mapping[int, str]] = {
+    ErrorCode.UNAUTHORIZED: "with access rules",
+    ErrorCode.TLS_REQUIRED: "with TLS",
+}
+
 
 async def find_broker(url: BrokerUrl) -> str | None:
-    """Return which callboard broker listens at `url`.
+    """Return which callboard broker listens at `url`. It asks without TLS: a broker with TLS says so.
 
     Returns:
         Its agent, such as "callboard-broker/0.1.0"; None if nothing answers as a callboard broker within
@@ -33,7 +40,7 @@ async def find_broker(url: BrokerUrl) -> str | None:
     if isinstance(answer, frames.Welcome):
         return escape(str(answer.options.get("agent", "?")))[:80]
     if isinstance(answer, frames.Error):
-        return "with access rules" if answer.code == ErrorCode.UNAUTHORIZED else "another version"
+        return _REFUSALS.get(answer.code, "another version")
     return None
 
 

@@ -1,0 +1,209 @@
+"""TLS between a socket's transport and a channel, on both event loops."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import ssl
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from proto.aio.process import new_event_loop
+from proto.aio.tls import client_context, server_context
+from proto.aio.tls_transport import TlsTransport
+from tests.certificates import Authority
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+    from pathlib import Path
+
+DEADLINE_SEC = 10
+
+
+class End(asyncio.BufferedProtocol):
+    """One end of a connection; keeps what it receives and what happens."""
+
+    def __init__(self, buffer_bytes: int = 100_000) -> None:
+        self.received = bytearray()
+        self.sizes: list[int] = []
+        self.pauses = 0
+        self.ended = False
+        self.lost: asyncio.Future[Exception | None] = asyncio.get_running_loop().create_future()
+        self.changed = asyncio.Event()
+        self.transport: Any = None
+        self._buffer = bytearray(buffer_bytes)
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self.transport = transport
+
+    def get_buffer(self, sizehint: int) -> memoryview:
+        return memoryview(self._buffer)
+
+    def buffer_updated(self, nbytes: int) -> None:
+        self.received += self._buffer[:nbytes]
+        self.sizes.append(nbytes)
+        self.changed.set()
+
+    def eof_received(self) -> None:
+        self.ended = True
+        self.transport.close()
+
+    def pause_writing(self) -> None:
+        self.pauses += 1
+        self.changed.set()
+
+    def resume_writing(self) -> None:
+        self.changed.set()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self.lost.set_result(exc)
+
+    async def until(self, true: Callable[[], object]) -> None:
+        while not true():
+            self.changed.clear()
+            await self.changed.wait()
+
+
+@pytest.fixture(params=[asyncio.new_event_loop, new_event_loop], ids=["asyncio", "uvloop"])
+def run(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., None]:
+    """Run a test with two connected ends, client and server, on one kind of loop."""
+    authority = Authority(tmp_path)
+    pair = authority.issue("127.0.0.1")
+
+    def run(test: Callable[[End, End], Coroutine[Any, Any, None]], *, client: bool = True) -> None:
+        async def main() -> None:
+            loop = asyncio.get_running_loop()
+            accepted: asyncio.Future[End] = loop.create_future()
+            context = server_context(pair.certificate, pair.key, None)
+
+            def accept() -> TlsTransport:
+                accepted.set_result(End())
+                return TlsTransport(accepted.result(), context, loop=loop)
+
+            async with asyncio.timeout(DEADLINE_SEC):
+                server = await loop.create_server(accept, "127.0.0.1", 0)
+                host, port = server.sockets[0].getsockname()
+                near = End()
+
+                def connect() -> asyncio.BufferedProtocol:
+                    if not client:
+                        return near
+                    return TlsTransport(near, client_context(authority.files()), loop=loop, host=host)
+
+                await loop.create_connection(connect, host, port)
+                far = await accepted
+                try:
+                    await test(near, far)
+                finally:
+                    near.transport.abort()
+                    far.transport.abort()
+                    await asyncio.gather(near.lost, far.lost)
+                    server.close()
+
+        with asyncio.Runner(loop_factory=request.param) as runner:
+            runner.run(main())
+
+    return run
+
+
+def test_bytes_arrive_in_order_both_ways(run: Callable[..., None]) -> None:
+    """Also what is written before the handshake is over, and more than a read, a record and a buffer."""
+
+    async def test(near: End, far: End) -> None:
+        first, rest = os.urandom(1000), os.urandom(1_000_000)
+        near.transport.write(first)
+        near.transport.writelines([rest[:10], rest[10:]])
+        far.transport.write(rest)
+        await far.until(lambda: len(far.received) == 1_001_000)
+        await near.until(lambda: len(near.received) == 1_000_000)
+        assert far.received == first + rest
+        assert near.received == rest
+        assert near.transport.get_extra_info("ssl_object").version() == "TLSv1.3"
+        assert near.transport.get_extra_info("socket").fileno() >= 0
+
+    run(test)
+
+
+def test_a_pause_holds_decrypted_bytes_back(run: Callable[..., None]) -> None:
+    """After a pause in the middle of a read nothing comes until reading goes on, and then everything."""
+
+    async def test(near: End, far: End) -> None:
+        original = far.buffer_updated
+
+        def pause_once(nbytes: int) -> None:
+            far.buffer_updated = original  # type: ignore[method-assign]
+            far.transport.pause_reading()
+            original(nbytes)
+
+        far._buffer = bytearray(1000)
+        far.buffer_updated = pause_once  # type: ignore[method-assign]
+        near.transport.write(bytes(300_000))
+        await far.until(lambda: far.sizes)
+        for _ in range(20):
+            await asyncio.sleep(0)
+        assert len(far.received) == 1000
+        far.transport.resume_reading()
+        await far.until(lambda: len(far.received) == 300_000)
+
+    run(test)
+
+
+def test_a_full_socket_pauses_the_writer(run: Callable[..., None]) -> None:
+    """The writer is told when the peer does not read, and when it reads again."""
+
+    async def test(near: End, far: End) -> None:
+        near.transport.set_write_buffer_limits(high=65_536, low=1)
+        near.transport.write(b"hello")
+        await far.until(lambda: far.received)
+        far.transport.pause_reading()
+        sent = 5
+        while not near.pauses:
+            near.transport.write(bytes(200_000))
+            sent += 200_000
+            await asyncio.sleep(0)
+        far.transport.resume_reading()
+        await far.until(lambda: len(far.received) == sent)
+
+    run(test)
+
+
+def test_close_sends_everything_first(run: Callable[..., None]) -> None:
+    """Also during the handshake; the peer sees an orderly end."""
+
+    async def test(near: End, far: End) -> None:
+        near.transport.write(bytes(500_000))
+        near.transport.close()
+        assert near.transport.is_closing()
+        near.transport.write(b"too late")
+        assert await far.lost is None
+        assert len(far.received) == 500_000
+        assert far.ended
+
+    run(test)
+
+
+def test_a_handshake_that_fails_ends_the_connection_with_the_reason(run: Callable[..., None]) -> None:
+    """The channel's connection is lost with the error of TLS, and the peer has got an alert."""
+
+    async def test(near: End, far: End) -> None:
+        near.transport.write(b"GET / HTTP/1.1\r\n\r\n")
+        assert isinstance(await far.lost, ssl.SSLError)
+        assert far.received == b""
+        await near.lost
+
+    run(test, client=False)
+
+
+def test_corrupted_records_end_the_connection(run: Callable[..., None]) -> None:
+    """Bytes that somebody has put into the stream are not passed on."""
+
+    async def test(near: End, far: End) -> None:
+        near.transport.write(b"hello")
+        await far.until(lambda: far.received)
+        near.transport._raw.write(b"\x17\x03\x03\x00\x20" + bytes(32))
+        assert isinstance(await far.lost, ssl.SSLError)
+        assert isinstance(await near.lost, ssl.SSLError)  # the alert says so
+        assert far.received == b"hello"
+
+    run(test)
