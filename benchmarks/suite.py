@@ -141,8 +141,7 @@ class _Log:
 
 def _contenders(peers: list[str]) -> tuple[list[Contender], dict[str, str]]:
     """Return callboard in its forms and the peers that are there; and the others, with the reason."""
-    plain, unix = callboard(loop="asyncio"), callboard(transport="unix")
-    found = [callboard(), plain, unix]
+    found = [callboard(), callboard(loop="asyncio"), callboard(transport="unix"), callboard(transport="tls")]
     skipped: dict[str, str] = {}
     for name in peers:
         module: Any = import_module(f"benchmarks.peers.{name}")

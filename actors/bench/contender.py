@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
 SCRATCH = "{scratch}"
@@ -31,5 +31,7 @@ class Contender:
     """(port) -> the parameter "url" of roles; may be "", may contain `SCRATCH`."""
     roles: frozenset[str]
     """Its roles and their additional abilities; trials that need more are skipped."""
+    variables: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Environment variables of its roles; values may contain `SCRATCH`."""
     socket_name: str | None = None
     """The server listens on this unix socket in the scratch directory instead of on the port."""

@@ -4,34 +4,45 @@ from __future__ import annotations
 
 import sys
 from importlib.metadata import version
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Final, Literal
 
 from actors.bench.contender import SCRATCH, Contender
 from actors.bench.roles import ABILITIES, ROLES
+from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 Loop = Literal["uvloop", "asyncio"]
-Transport = Literal["tcp", "unix"]
+Transport = Literal["tcp", "unix", "tls"]
 
 _SOCKET: Final = "broker.sock"
+_CA: Final = "ca.pem"
+_MISSING: Final = "Measuring TLS needs trustme: pip install 'callboard[bench]'"
 
 
 def callboard(*, loop: Loop = "uvloop", transport: Transport = "tcp") -> Contender:
-    """Return callboard, with its broker and roles on `loop`, linked by `transport`."""
+    """Return callboard, with its broker and roles on `loop`, linked by `transport`.
+
+    Raises:
+        CallboardError: TLS needs a package that is not installed.
+    """
+    if transport == "tls" and find_spec("trustme") is None:
+        raise CallboardError(_MISSING)
     variant = [word for word in (loop, transport) if word not in {"uvloop", "tcp"}]
     python = (sys.executable, "-m", *(("actors.bench.plain_loop",) if loop == "asyncio" else ()))
 
     def command(port: int, scratch: Path) -> list[str]:
         place = ["--unix", str(scratch / _SOCKET)] if transport == "unix" else ["--port", str(port)]
+        if transport == "tls":
+            place += _certificate(scratch)
         return [*python, "broker", *place, "--log-level", "warning"]
 
     def url(port: int) -> str:
+        scheme = "callboards" if transport == "tls" else "callboard"
         return (
-            f"callboard+unix://{SCRATCH}/{_SOCKET}"
-            if transport == "unix"
-            else f"callboard://127.0.0.1:{port}"
+            f"callboard+unix://{SCRATCH}/{_SOCKET}" if transport == "unix" else f"{scheme}://127.0.0.1:{port}"
         )
 
     return Contender(
@@ -42,5 +53,19 @@ def callboard(*, loop: Loop = "uvloop", transport: Transport = "tcp") -> Contend
         server_command=command,
         server_url=url,
         roles=ABILITIES | ROLES.keys(),
+        variables={"CALLBOARD_CA": f"{SCRATCH}/{_CA}"} if transport == "tls" else {},
         socket_name=_SOCKET if transport == "unix" else None,
     )
+
+
+def _certificate(folder: Path) -> list[str]:
+    """Make a certificate of an authority of its own; return the options of the broker that has it."""
+    import trustme  # noqa: PLC0415 - an extra
+
+    authority = trustme.CA()
+    issued = authority.issue_cert("127.0.0.1")
+    certificate, key = folder / "broker.pem", folder / "broker.key"
+    authority.cert_pem.write_to_path(folder / _CA)
+    issued.cert_chain_pems[0].write_to_path(certificate)
+    issued.private_key_pem.write_to_path(key)
+    return ["--tls-cert", str(certificate), "--tls-key", str(key)]

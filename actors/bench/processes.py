@@ -69,8 +69,19 @@ class Child:
         self._log = log
 
     @classmethod
-    async def start(cls, name: str, command: Sequence[str], scratch: Path, *, pipes: bool) -> Self:
-        """Start a process; `pipes` connects its stdin and stdout to this process."""
+    async def start(
+        cls,
+        name: str,
+        command: Sequence[str],
+        scratch: Path,
+        *,
+        pipes: bool,
+        variables: Mapping[str, str] | None = None,
+    ) -> Self:
+        """Start a process; `pipes` connects its stdin and stdout to this process.
+
+        `variables` are added to its environment.
+        """
         log = scratch / f"{name}.log"
         with log.open("wb") as file:
             process = await asyncio.create_subprocess_exec(
@@ -79,6 +90,7 @@ class Child:
                 stdout=subprocess.PIPE if pipes else file,
                 stderr=file,
                 start_new_session=True,
+                env={**os.environ, **(variables or {})},
             )
         return cls(name, process, log)
 
@@ -233,7 +245,10 @@ class TrialProcesses:
         argument = json.dumps({"role": role, "url": self.url, **parameters})
         command = (*self.contender.role_command, argument)
         name = f"{role}{len(self._children)}"
-        process = await RoleProcess.start(name, command, self._scratch, pipes=True)
+        variables = {
+            key: value.replace(SCRATCH, str(self._scratch)) for key, value in self.contender.variables.items()
+        }
+        process = await RoleProcess.start(name, command, self._scratch, pipes=True, variables=variables)
         self._children.append(process)
         await process.ready()
         return process

@@ -16,8 +16,9 @@ from actors.session.keepalive import Keepalive
 from actors.session.tls import tls_failure, tls_required
 from proto import frames, limits
 from proto.aio.channel import Channel
+from proto.aio.connecting import connect
 from proto.aio.forks import drop_in_children
-from proto.aio.tls import client_context, is_tls_error
+from proto.aio.tls import is_tls_error
 from proto.errors import ErrorCode, ProtocolError, TlsFileError, peer_text
 from proto.liveness import PeerState
 from proto.session import Role
@@ -101,10 +102,7 @@ class BrokerConnection:
         loop, url = self._loop, self.url
         try:
             async with asyncio.timeout_at(deadline):
-                if url.path:
-                    await loop.create_unix_connection(lambda: self.channel, url.path)
-                else:
-                    await loop.create_connection(self._protocol, url.host, url.port)
+                await connect(loop, self.channel, url, self._tls_files)
                 self.reached = True
                 while not self.is_open and not self.ended.is_set():
                     await link.changed()
@@ -123,15 +121,6 @@ class BrokerConnection:
         if self._tls_error is not None:
             self.error = await asyncio.to_thread(tls_failure, self._tls_error, url, self._tls_files)
         return self.is_open
-
-    def _protocol(self) -> asyncio.BufferedProtocol:
-        """Return what reads the socket: the channel, or TLS in front of it."""
-        if not self.url.tls:
-            return self.channel
-        from proto.aio.tls_transport import TlsTransport  # noqa: PLC0415 - few URLs need it
-
-        context = client_context(self._tls_files)
-        return TlsTransport(self.channel, context, loop=self._loop, host=self.url.host)
 
     async def keep_alive(self, link: Link) -> None:
         """Send signs of life and watch for the broker's until the connection ends."""

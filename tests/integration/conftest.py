@@ -108,11 +108,12 @@ class Program:
 
 
 class System:
-    """The processes of one test; `url` is the broker URL of its programs."""
+    """The processes of one test; `url` is the broker URL of its programs, `variables` are further ones."""
 
     def __init__(self) -> None:
         self.port = free_port()
         self.url = f"callboard://127.0.0.1:{self.port}"
+        self.variables: dict[str, str] = {}
         self._programs: list[Program] = []
 
     async def broker(self, *args: str) -> Program:
@@ -151,7 +152,7 @@ class System:
         process = await asyncio.create_subprocess_exec(
             *command,
             cwd=folder,
-            env=kept | {"CALLBOARD_URL": self.url, "NO_COLOR": "1"},
+            env=kept | {"CALLBOARD_URL": self.url, "NO_COLOR": "1"} | self.variables,
             stdin=asyncio.subprocess.DEVNULL,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.STDOUT,

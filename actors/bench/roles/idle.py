@@ -7,9 +7,11 @@ import secrets
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.bench.roles.parent import Load
+from actors.config import environment
 from actors.config.credentials import find_credentials
 from proto import frames, limits
 from proto.aio.channel import Channel
+from proto.aio.connecting import connect as open_connection
 from proto.session import Role
 from proto.url import parse_urls
 
@@ -67,17 +69,14 @@ class IdleLink:
 async def idle(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float]:
     """Hold `connections` connections until the parent lets go."""
     loop = asyncio.get_running_loop()
-    url = parse_urls(parameters["url"])[0]
+    url, files = parse_urls(parameters["url"])[0], environment.tls_files()
     limit = asyncio.Semaphore(AT_ONCE)
     links: list[IdleLink] = []
 
     async def connect() -> None:
         async with limit:
             link = IdleLink(loop)
-            if url.path:
-                await loop.create_unix_connection(lambda: link.channel, url.path)
-            else:
-                await loop.create_connection(lambda: link.channel, url.host, url.port)
+            await open_connection(loop, link.channel, url, files)
             await link.welcome
             links.append(link)
 
