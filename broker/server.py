@@ -184,7 +184,7 @@ class Broker:
                 return channel
             from proto.aio.tls_transport import TlsTransport  # noqa: PLC0415 - few brokers use TLS
 
-            return TlsTransport(channel, self._tls, loop=loop)
+            return TlsTransport(channel, self._tls, loop=loop, budget=budget)
 
         statistics.started_at = loop.time()
         self._listener = await listen(self.options, connect, backlog=dispatcher.capacity.backlog)

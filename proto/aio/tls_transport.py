@@ -14,16 +14,24 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from proto import frames
+from proto.aio.read_budget import SHARE_SEC
 from proto.codec import BIN_32, encode
 from proto.errors import ErrorCode
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from proto.aio.read_budget import ReadBudget
     from proto.frames import Buffer
 
 _READ_BYTES: Final = 256 * 1024
 """Encrypted bytes that are read at once."""
+
+_CONTENDED_READ_BYTES: Final = 64 * 1024
+"""The same while other connections wait for the budget."""
+
+_HANDSHAKE_READ_BYTES: Final = 16 * 1024
+"""The same during the handshake: an unknown peer gets no more memory."""
 
 _PLAIN_REFUSED: Final = encode(
     frames.Error(ErrorCode.TLS_REQUIRED, "this port speaks TLS: use callboards:// instead of callboard://")
@@ -46,15 +54,17 @@ class _Cipher:
     Args:
         context: Verifies the other end.
         host: The broker's name; None at the broker.
+        budget: Counts what handshakes and decryption take.
 
     Attributes:
         tls: The state of OpenSSL.
         ended: Whether the peer has said that nothing follows.
     """
 
-    __slots__ = ("_incoming", "_outgoing", "_partial", "_read", "ended", "tls")
+    __slots__ = ("_budget", "_incoming", "_outgoing", "_partial", "_read", "ended", "tls")
 
-    def __init__(self, context: ssl.SSLContext, host: str | None) -> None:
+    def __init__(self, context: ssl.SSLContext, host: str | None, budget: ReadBudget | None) -> None:
+        self._budget = budget
         self._incoming = ssl.MemoryBIO()
         self._outgoing = ssl.MemoryBIO()
         self.tls = context.wrap_bio(
@@ -81,10 +91,13 @@ class _Cipher:
 
     def handshake(self) -> bool:
         """Continue the handshake; return whether it is over."""
+        began = self._clock()
         try:
             self.tls.do_handshake()
         except ssl.SSLWantReadError:
             return False
+        finally:
+            self._spend(began)
         return True
 
     def encrypt(self, data: Buffer) -> None:
@@ -95,6 +108,7 @@ class _Cipher:
 
     def decrypt(self, buffer: memoryview) -> int:
         """Decrypt as much as there is and fits into a buffer; return the number of bytes."""
+        began = self._clock()
         filled = 0
         try:
             while filled < len(buffer) and self.has_input:
@@ -103,7 +117,18 @@ class _Cipher:
                 filled += size
         except ssl.SSLWantReadError:
             self._partial = True
+        self._spend(began)
         return filled
+
+    def _clock(self) -> float:
+        return 0.0 if self._budget is None else self._budget.clock()
+
+    def _spend(self, began: float) -> None:
+        budget = self._budget
+        if budget is not None:
+            budget.spent_sec += budget.clock() - began
+            if budget.spent_sec >= SHARE_SEC:
+                budget.check()
 
     def finish(self) -> None:
         """Say that nothing follows."""
@@ -122,9 +147,11 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         context: Verifies the other end.
         loop: The event loop.
         host: The broker's name, which its certificate must have; None at the broker.
+        budget: Counts what handshakes and decryption take; what is received when it is exhausted waits.
     """
 
     __slots__ = (
+        "_budget",
         "_channel",
         "_cipher",
         "_closing",
@@ -135,6 +162,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         "_raw",
         "_started",
         "_unsent",
+        "_waiting",
     )
 
     def __init__(
@@ -144,14 +172,18 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         *,
         loop: asyncio.AbstractEventLoop,
         host: str | None = None,
+        budget: ReadBudget | None = None,
     ) -> None:
+        self._budget = budget
         self._channel = channel
         self._loop = loop
-        self._cipher = _Cipher(context, host)
+        self._cipher = _Cipher(context, host, budget)
         self._raw: asyncio.Transport | None = None
         self._started = False
         """Whether the peer has sent anything."""
         self._established = self._closing = self._paused = False
+        self._waiting = False
+        """Whether received bytes wait for the budget."""
         self._unsent: list[bytes] = []
         """Written during the handshake."""
         self._error: OSError | None = None
@@ -163,7 +195,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         self._raw = cast("asyncio.Transport", transport)
         self._channel.connection_made(self)
         if not self._cipher.tls.server_side:
-            self._continue_handshake()
+            self._process()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Called by asyncio."""
@@ -173,10 +205,13 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
         """Called by asyncio."""
-        return _scratch.view
+        if not self._established:
+            return _scratch.view[:_HANDSHAKE_READ_BYTES]
+        contended = self._budget is not None and self._budget.contended
+        return _scratch.view[:_CONTENDED_READ_BYTES] if contended else _scratch.view
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Called by asyncio: decrypt."""
+        """Called by asyncio."""
         received = _scratch.view[:nbytes]
         if not self._started:
             self._started = True
@@ -185,10 +220,21 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
                 self._end(ssl.SSLError(ssl.SSL_ERROR_SSL, "a client without TLS"))
                 return
         self._cipher.receive(received)
-        if self._established:
-            self._decrypt()
-        else:
-            self._continue_handshake()
+        budget = self._budget
+        if budget is None or not budget.exhausted:
+            self._process()
+        elif not self._waiting and self._raw is not None:
+            self._waiting = True
+            self._raw.pause_reading()
+            budget.wait(self)
+
+    def go_on_reading(self) -> None:
+        """Called by the budget."""
+        self._waiting = False
+        if self._raw is not None and not self._raw.is_closing():
+            if not self._paused:
+                self._raw.resume_reading()
+            self._process()
 
     def eof_received(self) -> bool | None:
         """Called by asyncio."""
@@ -204,36 +250,26 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
 
     # TLS
 
-    def _continue_handshake(self) -> None:
-        try:
-            self._established = self._error is None and self._cipher.handshake()
-        except OSError as error:
-            self._end(error)
-            return
-        if self._established:
-            for data in self._unsent:
-                self._cipher.encrypt(data)
-            self._unsent.clear()
-            if self._closing:
-                self._end()
-            else:
-                self._decrypt()
-        self._flush()
-
-    def _decrypt(self) -> None:
-        """Give what has been received to the channel, until it pauses."""
+    def _process(self) -> None:
+        """Go on with the handshake; then give what has been received to the channel, until it pauses."""
         cipher = self._cipher
-        while cipher.has_input and not (self._paused or self._closing):
-            try:
+        try:
+            if not self._established and self._error is None and cipher.handshake():
+                self._established = True
+                for data in self._unsent:
+                    cipher.encrypt(data)
+                self._unsent.clear()
+                if self._closing:
+                    self._end()
+            while self._established and cipher.has_input and not (self._paused or self._closing):
                 size = cipher.decrypt(cast("memoryview", self._channel.get_buffer(-1)))
-            except OSError as error:
-                self._end(error)
-                return
-            if size:
-                self._channel.buffer_updated(size)
-            if cipher.ended:
-                self._channel.eof_received()
-        self._flush()  # TLS itself may have something to answer
+                if size:
+                    self._channel.buffer_updated(size)
+                if cipher.ended:
+                    self._channel.eof_received()
+        except ssl.SSLError as error:
+            self._end(error)
+        self._flush()  # TLS itself may have something to say, too
 
     def _flush(self) -> None:
         data = self._cipher.take()
@@ -291,9 +327,9 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
     def resume_reading(self) -> None:
         """Go on, in the next loop turn, with what has been received."""
         self._paused = False
-        if self._raw is not None and not self._closing:
+        if not self._waiting and self._raw is not None and not self._closing:
             self._raw.resume_reading()
-            self._loop.call_soon(self._decrypt)
+            self._loop.call_soon(self._process)
 
     def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
         """Set when the socket's transport pauses the channel; bytes count as encrypted."""
