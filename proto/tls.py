@@ -31,6 +31,9 @@ class TlsFiles(NamedTuple):
     key: str = ""
 
 
+NO_FILES: Final = TlsFiles()
+
+
 class TlsFault(Enum):
     """Why TLS with a broker failed."""
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import CommandError
 from actors.cli.interrupts import raise_at_once
-from actors.config.contexts import DEFAULT, BrokerTarget, UnknownContextError, find_broker_target
+from actors.config.context_errors import UnknownContextError
+from actors.config.contexts import DEFAULT, BrokerTarget, find_broker_target
 from actors.errors import BrokerUnreachable
 from actors.session.start_hint import start_hint
 from actors.tools.suggestions import did_you_mean
@@ -59,8 +60,8 @@ def set_environment(options: argparse.Namespace) -> None:
         os.environ["CALLBOARD_URL"] = target.url
     if options.domain is not None or options.context is not None:
         os.environ["CALLBOARD_DOMAIN"] = str(target.domain)
-    if options.context is not None and target.credentials.token_file:
-        os.environ["CALLBOARD_TOKEN_FILE"] = target.credentials.token_file
+    if options.context is not None:
+        os.environ.update(target.credentials.variables())
 
 
 @contextmanager

@@ -25,9 +25,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
 from actors.config import environment
+from actors.config.context_errors import ContextError, UnknownContextError
 from actors.config.credentials import Credentials, find_credentials
 from proto.errors import CallboardError, escape
 from proto.limits import MAX_DOMAIN
+from proto.tls import TlsFiles
 from proto.url import DEFAULT_URL, parse_urls
 
 if TYPE_CHECKING:
@@ -46,25 +48,9 @@ LOCK_TIMEOUT_SEC: Final = 5.0
 LOCK_RETRY_SEC: Final = 0.01
 MAX_FILE_BYTES: Final = 1024 * 1024
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+_FILES: Final = ("token_file", "ca", "cert", "key")
+_KEYS: Final = {"url": str, "domain": int, "description": str, **dict.fromkeys(_FILES, str)}
 _HEADER: Final = "# Written by `callboard context`, which keeps no comments.\n"
-
-
-class ContextError(CallboardError, ValueError):
-    """A context does not exist or is invalid, or the file is broken; the text says which and where."""
-
-
-class UnknownContextError(ContextError):
-    """There is no context of that name.
-
-    Attributes:
-        name: The unknown name.
-        known: The names of the existing contexts.
-    """
-
-    def __init__(self, name: str, known: tuple[str, ...], source: str = "") -> None:
-        super().__init__(f"No context '{escape(name)}'{f' ({source})' if source else ''}")
-        self.name = name
-        self.known = known
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -76,12 +62,22 @@ class Context:
         domain: The domain id, 0 to 232; None for CALLBOARD_DOMAIN.
         description: One line of text.
         token_file: A file with the token that it requires; "" for none.
+        ca: A PEM file with the authorities to trust for TLS; "" for none of its own.
+        cert, key: PEM files with the client's certificate and its private key; "" for none.
     """
 
     url: str = DEFAULT_URL
     domain: int | None = None
     description: str = ""
     token_file: str = ""
+    ca: str = ""
+    cert: str = ""
+    key: str = ""
+
+    @property
+    def tls(self) -> TlsFiles:
+        """Its files for TLS."""
+        return TlsFiles(self.ca, self.cert, self.key)
 
 
 class BrokerTarget(NamedTuple):
@@ -248,9 +244,8 @@ class Contexts:
             lines.append(f"\n[contexts.{name}]\nurl = {_quoted(context.url)}\n")
             if context.domain is not None:
                 lines.append(f"domain = {context.domain}\n")
-            for key, text in (("description", context.description), ("token_file", context.token_file)):
-                if text:
-                    lines.append(f"{key} = {_quoted(text)}\n")
+            texts = {key: getattr(context, key) for key in ("description", *_FILES)}
+            lines += [f"{key} = {_quoted(text)}\n" for key, text in texts.items() if text]
         return "".join(lines)
 
 
@@ -310,8 +305,8 @@ def find_broker_target(
     general = (environment.domain_id(), "CALLBOARD_DOMAIN")
     further = (general, own) if context is None else (own, general)
     graph, domain_from = _first(((domain, "--domain"), *further), otherwise=0)
-    own_file = chosen.token_file if chosen is not None and url_from == source else ""  # for its broker only
-    credentials = find_credentials(own_file, named=context is not None)
+    files = chosen if chosen is not None and url_from == source else Context()  # for its broker only
+    credentials = find_credentials(files.token_file, files.tls, named=context is not None)
     return BrokerTarget(parse_urls(text), graph, url_from, domain_from, credentials)
 
 
@@ -349,8 +344,12 @@ def _checked(context: Context) -> Context:
         raise ContextError(f"domain must be an integer from 0 to {MAX_DOMAIN}, not {context.domain}")
     if not context.description.isprintable():
         raise ContextError("description must be one line of printable text")
-    if context.token_file and not (context.token_file.isprintable() and os.path.isabs(context.token_file)):
-        raise ContextError("token_file must be an absolute path")
+    for key in _FILES:
+        path = getattr(context, key)
+        if path and not (path.isprintable() and os.path.isabs(path)):
+            raise ContextError(f"{key} must be an absolute path")
+    if bool(context.cert) != bool(context.key):
+        raise ContextError("cert and key belong together: give both")
     return context
 
 
@@ -379,7 +378,7 @@ def _read(content: bytes) -> tuple[dict[str, Context], str]:
         if not isinstance(entry, dict) or "url" not in entry:
             raise ContextError(f"{where} needs a url")
         fields = cast("dict[str, Any]", entry)
-        _check_keys(fields, {"url": str, "domain": int, "description": str, "token_file": str}, f"{where}.")
+        _check_keys(fields, _KEYS, f"{where}.")
         try:
             named[name] = _checked(Context(**fields))
         except CallboardError as error:

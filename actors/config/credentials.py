@@ -1,4 +1,4 @@
-"""The token that a client presents to a broker: where it comes from, and where it may be sent."""
+"""What a client presents to a broker and what it trusts: where that comes from, where a token may be sent."""
 
 # Every command and node imports this: pathlib would cost some milliseconds.
 # ruff: noqa: PTH123
@@ -10,6 +10,9 @@ from typing import Final
 from actors.config import environment
 from actors.errors import NotAuthorized
 from proto.errors import escape
+from proto.tls import NO_FILES, TlsFiles
+
+_FILE_VARIABLES: Final = ("CALLBOARD_TOKEN_FILE", "CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY")
 
 MAX_TOKEN_CHARACTERS: Final = 512
 
@@ -50,11 +53,18 @@ class Credentials:
         token: The token; None to read `token_file`.
         token_file: A file with the token, read for each connection, so that it may be replaced; "" for none.
         insecure: Whether the token may be sent over plain TCP to other machines.
+        tls: The files for TLS.
     """
 
     token: Secret | None = None
     token_file: str = ""
     insecure: bool = False
+    tls: TlsFiles = NO_FILES
+
+    def variables(self) -> dict[str, str]:
+        """Return the environment variables that name the same files, for programs."""
+        values = (self.token_file, self.tls.ca, self.tls.certificate, self.tls.key)
+        return {name: value for name, value in zip(_FILE_VARIABLES, values, strict=True) if value}
 
     def token_for(self, host: str, *, encrypted: bool) -> str | None:
         """Return the token to send on a connection; None if there is none.
@@ -90,11 +100,14 @@ def refused_credentials(url: str, text: str) -> NotAuthorized:
     return NotAuthorized(f"The broker at {url} refuses this client: {escape(text)}. {hint}.")
 
 
-def find_credentials(context_file: str = "", *, named: bool = False) -> Credentials:
+def find_credentials(
+    context_file: str = "", context_tls: TlsFiles = NO_FILES, *, named: bool = False
+) -> Credentials:
     """Return the credentials that the environment or a context names.
 
     Args:
         context_file: The token file of the context whose broker is meant; "" for none.
+        context_tls: The files for TLS of that context.
         named: Whether the caller has named that context, so that it wins over the environment.
 
     Raises:
@@ -107,7 +120,15 @@ def find_credentials(context_file: str = "", *, named: bool = False) -> Credenti
         token=Secret(token) if token and not file else None,
         token_file=file,
         insecure=environment.insecure(),
+        tls=_join(context_tls, environment.tls_files(), named=named),
     )
+
+
+def _join(own: TlsFiles, general: TlsFiles, *, named: bool) -> TlsFiles:
+    """Return the files of a context, and of the environment where those are missing or do not win."""
+    first, second = (own, general) if named else (general, own)
+    pair = first if first.certificate or first.key else second
+    return TlsFiles(first.ca or second.ca, pair.certificate, pair.key)
 
 
 def _read(file: str) -> Secret:

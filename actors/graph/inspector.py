@@ -16,7 +16,6 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
-from actors.config import environment
 from actors.config.credentials import find_credentials, refused_credentials
 from actors.errors import BrokerUnreachable
 from actors.graph.broker_report import BrokerReport, ReportParts
@@ -104,7 +103,6 @@ class Inspector:
         self.clock_ahead_sec: float | None = None
         self._domain = domain
         self._credentials = credentials or find_credentials()
-        self._tls_files = environment.tls_files()
         self._timeout_sec = timeout_sec
         self._socket: socket.socket | None = None
         self._scratch = memoryview(bytearray(SCRATCH_BYTES))
@@ -139,7 +137,7 @@ class Inspector:
                 if url == self.urls[0]:
                     self.error = error
                 if self._socket is not None and unwelcoming is None:
-                    self.listening, unwelcoming = url, _unwelcoming(url, error, self._tls_files)
+                    self.listening, unwelcoming = url, _unwelcoming(url, error, self._credentials.tls)
                 self._disconnect()
             except BaseException:
                 self._disconnect()
@@ -245,7 +243,7 @@ class Inspector:
         self._socket = _connect(url, _left(deadline))
         if url.tls:
             self._socket.settimeout(_left(deadline))
-            self._socket = client_context(self._tls_files).wrap_socket(
+            self._socket = client_context(self._credentials.tls).wrap_socket(
                 self._socket, server_hostname=url.host, do_handshake_on_connect=False
             )
             self._socket.do_handshake()
@@ -270,7 +268,7 @@ class Inspector:
             if error.code is ErrorCode.UNAUTHORIZED:
                 raise refused_credentials(str(url), str(error)) from error
             if error.code is ErrorCode.TLS_REQUIRED:
-                raise tls_required(url, self._tls_files) from error
+                raise tls_required(url, self._credentials.tls) from error
             raise
         self.round_trip_sec = time.monotonic() - asked
         self.welcome = {

@@ -252,6 +252,5 @@ def _environment(place: BrokerTarget, given: Mapping[str, str] | None) -> dict[s
     """Return the environment of programs, with the address of the broker."""
     base = os.environ if given is None else given
     extra = {"CALLBOARD_URL": place.url, "CALLBOARD_DOMAIN": str(place.domain)}
-    if place.credentials.token_file:  # with a URL given, they would not read it from the context
-        extra["CALLBOARD_TOKEN_FILE"] = place.credentials.token_file
-    return {**base, **extra, "PYTHONUNBUFFERED": "1"}
+    # With a URL given, they would not read the files from the context.
+    return {**base, **extra, **place.credentials.variables(), "PYTHONUNBUFFERED": "1"}

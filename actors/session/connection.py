@@ -8,7 +8,6 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Protocol
 
-from actors.config import environment
 from actors.config.credentials import refused_credentials
 from actors.errors import BrokerUnreachable, NodeNameTaken, NotAuthorized
 from actors.session.dispatch import DISPATCH
@@ -49,7 +48,7 @@ class BrokerConnection:
         link: Gets what the broker sends, until `end`.
         url: The broker.
         hello: The HELLO to send, without the token.
-        credentials: Has the token.
+        credentials: Has the token and the files for TLS.
         log: Gets warnings.
 
     Attributes:
@@ -78,7 +77,7 @@ class BrokerConnection:
         self._link: Link | None = link
         self._hello = hello
         self._credentials = credentials
-        self._tls_files = environment.tls_files()
+        self._tls_files = credentials.tls
         self._tls_error: OSError | None = None
         self._log = log
         self._keepalive_sec = limits.DEFAULT_KEEPALIVE_SEC

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from actors.config.context_errors import ContextError, UnknownContextError
 from actors.config.contexts import (
     BrokerTarget,
     Context,
-    ContextError,
     Contexts,
-    UnknownContextError,
     contexts_file,
     find_broker_target,
 )

@@ -60,9 +60,9 @@ class Reader:
 
     async def callboard(self, *arguments: str) -> Program:
         """Start a command."""
-        return await self._system.program(
-            sys.executable, "-m", "actors", *arguments, folder=self._folder, environ={"PYTHONPATH": str(ROOT)}
-        )
+        environ = {"PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(self._folder)}
+        command = (sys.executable, "-m", "actors", *arguments)
+        return await self._system.program(*command, folder=self._folder, environ=environ)
 
     async def succeed(self, *arguments: str) -> str:
         """Run a command, and return what it prints."""

@@ -7,7 +7,6 @@ import secrets
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.bench.roles.parent import Load
-from actors.config import environment
 from actors.config.credentials import find_credentials
 from proto import frames, limits
 from proto.aio.channel import Channel
@@ -69,7 +68,7 @@ class IdleLink:
 async def idle(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float]:
     """Hold `connections` connections until the parent lets go."""
     loop = asyncio.get_running_loop()
-    url, files = parse_urls(parameters["url"])[0], environment.tls_files()
+    url, files = parse_urls(parameters["url"])[0], find_credentials().tls
     limit = asyncio.Semaphore(AT_ONCE)
     links: list[IdleLink] = []
 

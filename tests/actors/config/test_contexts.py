@@ -14,12 +14,11 @@ from hypothesis import strategies as st
 
 from actors import Node
 from actors.config import contexts as module
+from actors.config.context_errors import ContextError, UnknownContextError
 from actors.config.contexts import (
     DEFAULT,
     Context,
-    ContextError,
     Contexts,
-    UnknownContextError,
     contexts_file,
     find_broker_target,
 )

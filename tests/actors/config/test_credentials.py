@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.config.context_errors import ContextError
 from actors.config.contexts import Context, Contexts, find_broker_target
 from actors.config.credentials import Credentials, Secret, find_credentials
 from actors.config.environment import InvalidEnvironmentError, own_variables
 from actors.errors import NotAuthorized
+from proto.tls import TlsFiles
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -43,6 +45,38 @@ def test_the_file_has_priority_over_the_variable(file: Path, monkeypatch: pytest
     assert found.token_for("", encrypted=False) == TOKEN
     file.write_text("replaced")
     assert found.token_for("", encrypted=False) == "replaced"
+
+
+def test_files_for_tls_come_from_the_environment_and_the_context(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The variables win over the context in use, a named context over the variables; a pair stays one."""
+    with Contexts.changing() as contexts:
+        contexts.add("lab", Context(url="callboards://lab", ca="/lab.pem", cert="/c.pem", key="/c.key"))
+        contexts.use("lab")
+    lab = TlsFiles("/lab.pem", "/c.pem", "/c.key")
+    assert find_broker_target().credentials.tls == lab
+    assert find_broker_target("callboards://other").credentials.tls == TlsFiles()
+    monkeypatch.setenv("CALLBOARD_CA", "/ours.pem")
+    assert find_broker_target().credentials.tls == lab._replace(ca="/ours.pem")
+    found = find_broker_target(context="lab").credentials
+    assert found.tls == lab
+    assert found.variables() == {
+        "CALLBOARD_CA": "/lab.pem",
+        "CALLBOARD_CERT": "/c.pem",
+        "CALLBOARD_KEY": "/c.key",
+    }
+
+
+@pytest.mark.parametrize(
+    ("context", "text"),
+    [
+        (Context(ca="ca.pem"), "ca must be an absolute path"),
+        (Context(cert="/c.pem"), "cert and key belong together"),
+    ],
+)
+def test_wrong_files_of_a_context(context: Context, text: str) -> None:
+    """They are refused when the context is added."""
+    with Contexts.changing() as contexts, pytest.raises(ContextError, match=text):
+        contexts.add("lab", context)
 
 
 def test_a_contexts_token_goes_to_its_broker_only(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,7 @@ def use_context(contexts: Contexts, name: str) -> None:
         CommandError: There is no such context.
     """
     from actors.cli.broker_target import unknown_context
-    from actors.config.contexts import UnknownContextError
+    from actors.config.context_errors import UnknownContextError
 
     try:
         contexts.use(name)

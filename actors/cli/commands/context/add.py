@@ -10,6 +10,7 @@ from actors.config.environment import MAX_DOMAIN
 
 EXAMPLES: Final = {
     "callboard context add robot --url callboard://192.168.1.20:7411": "give a broker a name",
+    "callboard context add fleet --url callboards://fleet.example --ca ca.pem": "one with TLS",
     "callboard context add lab --url callboard://lab --domain 7 --use": "one of its graphs, and go there",
 }
 
@@ -21,14 +22,15 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("--domain", type=domain, metavar="N", help=f"which of its graphs, 0 to {MAX_DOMAIN}")
     parser.add_argument("--description", metavar="TEXT", default="", help="one line, for people")
     parser.add_argument("--token-file", metavar="PATH", help="file with the token that the broker requires")
+    parser.add_argument("--ca", metavar="PATH", help="PEM file with the authorities to trust for TLS")
+    parser.add_argument("--cert", metavar="PATH", help="PEM file with the certificate of this client")
+    parser.add_argument("--key", metavar="PATH", help="PEM file with its private key")
     parser.add_flag("--use", help="go there from now on")
     parser.add_flag("--replace", help="if there is one of that name")
 
 
 def run(options: Options) -> int:
     """Give a broker a name."""
-    from pathlib import Path
-
     from actors.cli.errors import CommandError
     from actors.cli.output import print_out
     from actors.config.contexts import Context, Contexts
@@ -38,7 +40,10 @@ def run(options: Options) -> int:
         url=options.url,
         domain=options.domain,
         description=options.description,
-        token_file=str(Path(options.token_file).expanduser().absolute()) if options.token_file else "",
+        token_file=_absolute(options.token_file),
+        ca=_absolute(options.ca),
+        cert=_absolute(options.cert),
+        key=_absolute(options.key),
     )
     with Contexts.changing() as contexts:
         if name in contexts.named and not options.replace:
@@ -51,3 +56,9 @@ def run(options: Options) -> int:
     else:
         print_out(f"Added '{name}'. To go there: callboard context use {name}")
     return 0
+
+
+def _absolute(path: str | None) -> str:
+    from pathlib import Path
+
+    return str(Path(path).expanduser().absolute()) if path else ""

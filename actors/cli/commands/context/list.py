@@ -11,7 +11,7 @@ EXAMPLES: Final = {"callboard context list": "the named brokers; * marks the one
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
-    add_json_option(parser, "a list of {name, url, domain, description, token_file, current}")
+    add_json_option(parser, "a list of {name, url, domain, description, token_file, ca, cert, key, current}")
 
 
 def run(options: Options) -> int:

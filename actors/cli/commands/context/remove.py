@@ -19,7 +19,8 @@ def run(options: Options) -> int:
     """Forget a broker."""
     from actors.cli.broker_target import unknown_context
     from actors.cli.output import print_err
-    from actors.config.contexts import Contexts, UnknownContextError
+    from actors.config.context_errors import UnknownContextError
+    from actors.config.contexts import Contexts
 
     with Contexts.changing() as contexts:
         before = contexts.current

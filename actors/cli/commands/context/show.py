@@ -23,7 +23,8 @@ def run(options: Options) -> int:
     from actors.cli.broker_target import unknown_context
     from actors.cli.output import print_json
     from actors.cli.tables import print_table
-    from actors.config.contexts import UnknownContextError, find_broker_target
+    from actors.config.context_errors import UnknownContextError
+    from actors.config.contexts import find_broker_target
 
     try:
         target = find_broker_target(context=options.context)

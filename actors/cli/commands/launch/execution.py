@@ -18,7 +18,7 @@ from actors.cli.interrupts import raise_at_once
 from actors.cli.loop import exit_asked_for, run_async
 from actors.cli.output import print_out
 from actors.config import environment
-from actors.config.contexts import UnknownContextError
+from actors.config.context_errors import UnknownContextError
 from actors.launch.description.description import described
 from actors.launch.description.substitutions import Scope
 from actors.launch.description.summaries import plain_text, written

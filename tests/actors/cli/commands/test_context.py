@@ -70,7 +70,7 @@ def test_json_is_the_same(capsys: pytest.CaptureFixture[str]) -> None:
         "url": "callboard://lab,callboard://b",
         "domain": None,
         "description": "",
-        "token_file": "",
+        **dict.fromkeys(("token_file", "ca", "cert", "key"), ""),
     }
     assert json.loads(capsys.readouterr().out)[1] == {**lab, "current": True}
     assert main(["context", "show", "lab", "--json"]) == 0
