@@ -124,3 +124,10 @@ def test_endless_nesting_is_reported(opening: str) -> None:
     """It does not crash what reads it."""
     with pytest.raises(CommandError, match="line 1: it is nested deeper than 100"):
         message_from_text(String, opening * 100_000)
+
+
+def test_aliases_cannot_explode() -> None:
+    """Case 59: a few hundred characters that stand for millions of values are refused at once."""
+    lists = [f"a{n}: &a{n} [*a{n - 1}, *a{n - 1}]" for n in range(1, 40)]
+    with pytest.raises(CommandError, match=r"not YAML: line [0-9]+: aliases add more than 100000 values"):
+        message_from_text(String, "\n".join(["a0: &a0 [x, x]", *lists]))
