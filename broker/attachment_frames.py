@@ -74,10 +74,14 @@ class AttachmentFrames:
             reason: Why.
             queue: Send the frame after the content of this queue; None: before everything else.
         """
-        if self._attached:
-            self.flush()
+        self.flush_attached()
         self.pending = True
         self._detached.setdefault((publisher, peer, queue, reason), []).extend(readers)
+
+    def flush_attached(self) -> None:
+        """Send the frames if they are ATTACHED; otherwise they are DETACHED, or there are none."""
+        if self._attached:
+            self.flush()
 
     def flush(self) -> None:
         """Send the frames."""

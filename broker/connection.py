@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import logging
 import time
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from broker.access.transport import address_text, is_same_user, origin_of
 from broker.deliveries import Send
 from broker.link import CATCH_UP, Link, logger
+from broker.router import REPORTED
 from proto import frames, limits
 from proto.aio.budgeted_channel import BudgetedChannel
 from proto.aio.tls import is_tls_error
@@ -24,11 +25,15 @@ if TYPE_CHECKING:
 
     from broker.dispatcher import Dispatcher
     from broker.stats import Statistics
-    from proto.aio.read_budget import ReadBudget
 
 AGENT: Final = agent("callboard-broker")
 
 OTHER_USER: Final = "this broker takes connections of its own user only at its unix socket"
+
+_MESSAGES: Final = frozenset(
+    {frames.Batch, frames.Request, frames.Reply, frames.Cancel, frames.Grant, frames.Credit}
+)
+"""Frames for the router that cause no reports: the great majority."""
 
 _OWN_FRAMES: Final = frozenset({frames.Goodbye, frames.Error, frames.Ping, frames.Pong, frames.Inspect})
 """Frames that are not for the router."""
@@ -43,7 +48,6 @@ class Connection:
         statistics: Answers INSPECT.
         instance: The broker's random identity.
         sessions: Numbers for new sessions.
-        budget: Shared by the broker's connections.
     """
 
     def __init__(
@@ -53,8 +57,6 @@ class Connection:
         statistics: Statistics,
         instance: bytes,
         sessions: Iterator[int],
-        *,
-        budget: ReadBudget,
     ) -> None:
         self._loop = loop
         self._dispatcher = dispatcher
@@ -62,7 +64,8 @@ class Connection:
         self._instance = instance
         self._sessions = sessions
         self._warnings = dispatcher.presence_log.warnings
-        options = dispatcher.options
+        options, budget = dispatcher.options, dispatcher.budget
+        assert budget is not None
         self.channel = BudgetedChannel(
             Role.BROKER,
             self,
@@ -96,18 +99,29 @@ class Connection:
         if router is not None:
             if link.suspended_at is not None:
                 self._dispatcher.restore(link)
-            if type(frame) in _OWN_FRAMES:
+            kind = type(frame)
+            if kind in _MESSAGES:
+                self._dispatcher.deliver(router, router.handle(link.peer, frame))
+            elif kind in _OWN_FRAMES:
                 self._handle_own(frame)
             else:
                 self._dispatcher.deliver(router, router.handle(link.peer, frame))
+                self._note_change(kind)
         elif isinstance(frame, frames.Hello):
             self._greet(frame)
         else:
             self.channel.close()
 
+    def _note_change(self, kind: type[Any]) -> None:
+        """Report later what a frame of this type has changed."""
+        if kind in REPORTED:
+            self._dispatcher.report_soon()
+        if kind is frames.Watch:  # the answer costs much more than the question
+            self.channel.end_share()
+
     def _handle_own(self, frame: frames.Frame) -> None:
         if isinstance(frame, frames.Ping):
-            self.channel.send(frames.Pong(frame.token))
+            self._dispatcher.answer_ping(self._link, frame.token)
         elif isinstance(frame, frames.Goodbye):
             self._dispatcher.note_ending(self._link, peer_text(frame.text), left=True)
             self._dispatcher.leave(self._link)
@@ -119,6 +133,7 @@ class Connection:
             self.channel.close()
         elif isinstance(frame, frames.Inspect):
             self._inspects.append(frame.id)
+            self.channel.end_share()  # the answer costs much more than the question
         elif isinstance(frame, frames.Pong) and frame.token == CATCH_UP:
             self._dispatcher.caught_up(self._link)
 

@@ -58,6 +58,17 @@ class Send(Delivery):
 
 
 @dataclass(slots=True)
+class SendEncoded(Delivery):
+    """Send a control frame that is encoded already."""
+
+    raw: bytes
+
+    def deliver(self, channel: Recipient) -> None:
+        """Queue the frame ahead of calls and messages."""
+        channel.outbox.put_control(self.raw)
+
+
+@dataclass(slots=True)
 class SendCalls(Delivery):
     """Send encoded requests or replies; `key` names a large one (see `Outbox.put_calls`)."""
 

@@ -48,7 +48,7 @@ class Drain:
             if link.router is None:
                 link.refuse(ErrorCode.SHUTDOWN, "the broker is stopping")
         for router in dispatcher.joined:
-            router.refuse_calls()
+            router.calls.closed = True
         if not await self._until(self._calls_answered, deadline):
             logger.warning("%d calls were not answered in time", self._pending_calls())
         self._hold()
@@ -57,6 +57,7 @@ class Drain:
         if not await self._until(self._delivered, deadline):
             unread = sum(link.has_unsent for link in dispatcher.links)
             logger.warning("%d links did not read what waits for them in time", unread)
+        dispatcher.report()
         for link in tuple(dispatcher.links):
             link.send_goodbye()
         deadline = max(deadline, loop.time() + least)

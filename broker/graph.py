@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Final
+from itertools import islice
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from broker.access.rules import Action
-from broker.deliveries import Send
-from proto import frames, limits
+from broker.deliveries import SendEncoded
+from proto import limits
+from proto.codec import encode_graph, encode_graph_changes, encode_graph_entry
 from proto.errors import ErrorCode, ProtocolError
 
 if TYPE_CHECKING:
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from broker.access.rules import Rights
     from broker.deliveries import Delivery
     from broker.records import Endpoint, Peer
+    from proto import frames
     from proto.frames import GraphEntry
 
 ENTRIES_PER_FRAME: Final = 100
@@ -26,18 +29,40 @@ REMOVED_PER_FRAME: Final = 4000
 MAX_WATCHES: Final = 100
 """Kept watches of one link."""
 
+ENTRIES_PER_REPORT: Final = 20_000
+"""Entries sent in answer to WATCHes in one loop turn, or one answer: it costs much more than its question."""
+
 _TYPE_TEXT: Final = re.compile(rf"[A-Za-z0-9_/.-]{{0,{limits.MAX_TYPE_NAME}}}")
 
 
+class _Entry(NamedTuple):
+    """An entry, and how it is encoded in GRAPH frames."""
+
+    entry: GraphEntry
+    encoded: bytes
+
+
+class _Watch(NamedTuple):
+    """A watch without an answer yet: what its user may see (None: everything), and whether to keep it."""
+
+    rights: Rights | None
+    keep: bool
+
+
 class Graph:
-    """The entries of one graph, by key."""
+    """The entries of one graph, by key.
+
+    Changes and answers to WATCH are collected until `flush`. Entries are encoded once, and changes once for
+    all watches whose users may see the same: only the head of a frame depends on the watch.
+    """
 
     def __init__(self, emit: Callable[[Delivery], None]) -> None:
         self._emit = emit
-        self._entries: dict[int, GraphEntry] = {}
+        self._entries: dict[int, _Entry] = {}
         self._watches: dict[tuple[int, int], Rights | None] = {}
-        """By link and id, what the link's user may see; None for everything."""
-        self._added: dict[int, GraphEntry] = {}
+        """Kept watches that have been answered, by peer and id: what the peer's user may see."""
+        self._unanswered: dict[tuple[int, int], _Watch] = {}
+        self._added: dict[int, _Entry] = {}
         self._removed: dict[int, GraphEntry] = {}
         self._types: dict[str, dict[int, GraphEntry]] = {}
         """The entries of each type hash, by key."""
@@ -52,27 +77,32 @@ class Graph:
     @property
     def watched(self) -> bool:
         """Whether any link watches for changes."""
-        return bool(self._watches)
+        return bool(self._watches or self._unanswered)
+
+    @property
+    def asked(self) -> bool:
+        """Whether a WATCH waits for its answer."""
+        return bool(self._unanswered)
 
     def add(self, endpoint: Endpoint) -> None:
         """Add an endpoint that is new or back."""
         entry = endpoint.entry()
-        self._entries[endpoint.key] = entry
+        shown = self._entries[endpoint.key] = _Entry(entry, encode_graph_entry(entry))
         self._suspended.pop(endpoint.key, None)
         if entry.type_hash:
             self._types.setdefault(entry.type_hash, {})[entry.key] = entry
             self._visible_types.clear()
         if self._watches:
-            self._added[endpoint.key] = entry
+            self._added[endpoint.key] = shown
             self._removed.pop(endpoint.key, None)
 
     def remove(self, endpoint: Endpoint, *, suspended: bool = False) -> None:
         """Remove an endpoint that is gone, or suspended and may come back."""
         key = endpoint.key
-        entry = self._entries.pop(key, None)
-        if entry is not None and entry.type_hash:
-            self._forget_type(entry)
-        known = self._suspended.pop(key, entry) or entry
+        shown = self._entries.pop(key, None)
+        if shown is not None and shown.entry.type_hash:
+            self._forget_type(shown.entry)
+        known = self._suspended.pop(key, None) or (shown and shown.entry)
         if suspended:
             self._suspended[key] = endpoint.entry()
         if known is not None and self._watches:
@@ -100,80 +130,104 @@ class Graph:
         return visible
 
     def watch(self, peer: Peer, frame: frames.Watch) -> None:
-        """Answer WATCH with all entries; keep the watch if the frame says so.
+        """Answer WATCH with all entries, with the next `flush`; keep the watch if the frame says so.
 
         Raises:
             ProtocolError: The id is in use, or the link has too many watches.
         """
-        self.flush()
         key = (peer.id, frame.id)
-        if key in self._watches:
+        if key in self._watches or key in self._unanswered:
             raise ProtocolError(ErrorCode.UNEXPECTED, f"WATCH: the id {frame.id} is in use")
         if frame.keep:
-            if sum(owner == peer.id for owner, _ in self._watches) >= MAX_WATCHES:
+            if peer.watches >= MAX_WATCHES:
                 raise ProtocolError(ErrorCode.LIMIT, f"more than {MAX_WATCHES} watches on one link")
-            self._watches[key] = peer.rights
-        self._send(key, *self._seen(peer.rights, self._entries.values(), ()))
+            peer.watches += 1
+        self._unanswered[key] = _Watch(peer.rights, frame.keep)
 
     def unwatch(self, peer: Peer, watch: int) -> None:
         """End a kept watch; an unknown one is ignored."""
-        self._watches.pop((peer.id, watch), None)
+        key = (peer.id, watch)
+        unanswered = self._unanswered.get(key)
+        if key in self._watches:
+            del self._watches[key]
+            peer.watches -= 1
+        elif unanswered and unanswered.keep:  # it is answered all the same, so that its client need not wait
+            self._unanswered[key] = unanswered._replace(keep=False)
+            peer.watches -= 1
 
     def forget(self, peer: Peer) -> None:
         """End all watches of a link."""
-        for key in [key for key in self._watches if key[0] == peer.id]:
-            del self._watches[key]
+        if peer.watches:
+            for key in [key for key in self._watches if key[0] == peer.id]:
+                del self._watches[key]
+            peer.watches = 0
+        for key in [key for key in self._unanswered if key[0] == peer.id]:
+            del self._unanswered[key]
 
     def flush(self) -> None:
-        """Send the watchers the changes since the last call."""
-        if not self._added and not self._removed:
-            return
-        added, removed = self._added.values(), self._removed.values()
-        self._added = {}
-        self._removed = {}
-        seen: dict[Rights | None, tuple[list[GraphEntry], list[int]]] = {}
-        for key, rights in self._watches.items():
-            if rights not in seen:
-                seen[rights] = self._seen(rights, added, removed)
-            if any(seen[rights]):
-                self._send(key, *seen[rights])
+        """Send the watchers the changes since the last call, and then answer new watches, as many as fit."""
+        if self._added or self._removed:
+            added, removed = self._added.values(), self._removed.values()
+            self._added = {}
+            self._removed = {}
+            for rights, watches in _by_rights(self._watches.items()).items():
+                self._send(watches, self._encode(rights, added, removed))
+        if self._unanswered:
+            most = max(1, ENTRIES_PER_REPORT // (len(self._entries) or 1))
+            now = dict(islice(self._unanswered.items(), most))
+            for rights, watches in _by_rights((key, watch.rights) for key, watch in now.items()).items():
+                pieces = self._encode(rights, self._entries.values(), ())
+                self._send(watches, pieces or [encode_graph_changes((), (), ())])
+            for key, watch in now.items():
+                del self._unanswered[key]
+                if watch.keep:
+                    self._watches[key] = watch.rights
 
     def reassess(self, peer: Peer, before: Rights | None) -> None:
         """Send a link's watches what its user sees now and has not seen before, and the reverse."""
+        watches = [key for key in self._watches if key[0] == peer.id]
+        for key in [key for key in self._unanswered if key[0] == peer.id]:
+            self._unanswered[key] = self._unanswered[key]._replace(rights=peer.rights)
         self.flush()
-        entries = list(self._entries.values())
-        gained = [entry for entry in entries if not is_visible(before, entry)]
-        known = [*entries, *self._suspended.values()]
+        shown = self._entries.values()
+        known = [*(each.entry for each in shown), *self._suspended.values()]
+        gained = [each for each in shown if not is_visible(before, each.entry)]
         lost = [entry for entry in known if not is_visible(peer.rights, entry)]
-        for key in [key for key in self._watches if key[0] == peer.id]:
-            self._watches[key] = peer.rights
-            added, _ = self._seen(peer.rights, gained, ())
-            _, removed = self._seen(before, (), lost)
-            if added or removed:
-                self._send(key, added, removed)
+        self._watches.update(dict.fromkeys(watches, peer.rights))
+        self._send(watches, self._encode(peer.rights, gained, ()))
+        self._send(watches, self._encode(before, (), lost))
 
-    @staticmethod
-    def _seen(
-        rights: Rights | None, added: Iterable[GraphEntry], removed: Iterable[GraphEntry]
-    ) -> tuple[list[GraphEntry], list[int]]:
-        """Return what of these entries somebody may see; of the removed ones the keys."""
-        return (
-            [entry for entry in added if is_visible(rights, entry)],
-            [entry.key for entry in removed if is_visible(rights, entry)],
-        )
-
-    def _send(self, key: tuple[int, int], added: list[GraphEntry], keys: list[int]) -> None:
+    def _encode(
+        self, rights: Rights | None, added: Iterable[_Entry], removed: Iterable[GraphEntry]
+    ) -> list[bytes]:
+        """Return what of these changes somebody may see, in pieces; each is a GRAPH frame of a watch."""
+        new = [encoded for entry, encoded in added if is_visible(rights, entry)]
+        gone = [entry.key for entry in removed if is_visible(rights, entry)]
         pieces = [
-            (tuple(added[start : start + ENTRIES_PER_FRAME]), ())
-            for start in range(0, len(added), ENTRIES_PER_FRAME)
-        ] + [
-            ((), tuple(keys[start : start + REMOVED_PER_FRAME]))
-            for start in range(0, len(keys), REMOVED_PER_FRAME)
+            encode_graph_changes(new[start : start + ENTRIES_PER_FRAME], (), ())
+            for start in range(0, len(new), ENTRIES_PER_FRAME)
         ]
-        for number, (new, gone) in enumerate(pieces or [((), ())], 1):
-            more = number < len(pieces)
-            silent = tuple(number for number in gone if number in self._suspended)
-            self._emit(Send(key[0], frames.Graph(key[1], more, new, gone, silent)))
+        for start in range(0, len(gone), REMOVED_PER_FRAME):
+            part = gone[start : start + REMOVED_PER_FRAME]
+            pieces.append(encode_graph_changes((), part, [key for key in part if key in self._suspended]))
+        return pieces
+
+    def _send(self, watches: Iterable[tuple[int, int]], pieces: list[bytes]) -> None:
+        last = len(pieces) - 1
+        for peer, watch in watches:
+            for number, changes in enumerate(pieces):
+                raw = encode_graph(watch, more=number < last, changes=changes)
+                self._emit(SendEncoded(peer, raw))
+
+
+def _by_rights(
+    watches: Iterable[tuple[tuple[int, int], Rights | None]],
+) -> dict[Rights | None, list[tuple[int, int]]]:
+    """Group watches by what their users may see."""
+    groups: dict[Rights | None, list[tuple[int, int]]] = {}
+    for key, rights in watches:
+        groups.setdefault(rights, []).append(key)
+    return groups
 
 
 def is_visible(rights: Rights | None, entry: GraphEntry) -> bool:

@@ -93,8 +93,10 @@ class Notices:
             self._changed[endpoint] = None
 
     def flush(self) -> None:
-        """Send MATCHED to every endpoint whose number of counterparts has changed."""
+        """Send MATCHED to every declared endpoint whose number of counterparts has changed."""
         if self._changed:
             changed, self._changed = self._changed, {}
             for endpoint in changed:
+                if endpoint.peer.endpoints.get(endpoint.id) is not endpoint:
+                    continue
                 self._emit(Send(endpoint.peer.id, endpoint.matched_frame()))

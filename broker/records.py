@@ -45,6 +45,8 @@ class Peer:
     """Size of these definitions."""
     matched: int = 0
     """Endpoints with counterparts, which must learn soon when this peer is gone."""
+    watches: int = 0
+    """Its kept watches of the graph."""
     relied_on: set[int] = field(default_factory=set[int])
     """Ids of the peers that others rely on or have asked about; one set, shared by all peers of the graph."""
     principal: Principal | None = None

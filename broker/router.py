@@ -6,7 +6,7 @@ One router is one graph. It knows the peers and gives each frame to the part tha
 from __future__ import annotations
 
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from broker.calls import NO_SERVER, Calls, answer
 from broker.declarations import Declarations
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
     from broker.access.rules import Principal
     from proto.frames import Frame
+
+REPORTED: Final = frozenset({*get_args(frames.Declaration), frames.Assert, frames.Watch, frames.Unwatch})
+"""Frames that change what `Router.report` returns."""
 
 WAS_SILENT: Final = "This node was silent for the keepalive limit; until now the graph was without it"
 
@@ -111,13 +114,22 @@ class Router:
     def _emit(self, delivery: Delivery) -> None:
         self._out.append(delivery)
 
-    def _finish(self) -> list[Delivery]:
-        """Return the deliveries, with those that report accumulated changes."""
+    def _take(self) -> list[Delivery]:
+        """Return the deliveries, with ATTACHED and DETACHED frames."""
         self.routes.flush()
-        self._notices.flush()
-        self.graph.flush()
         out, self._out = self._out, []
         return out
+
+    def report(self) -> list[Delivery]:
+        """Return what reports changes: ATTACHED, ASSERT, MATCHED and GRAPH frames.
+
+        Call it once after many frames, soon after the last: these frames are combined, so that their number
+        does not depend on that of the declarations. While `graph.asked`, another call is needed.
+        """
+        self.routes.report_assertions()
+        self._notices.flush()
+        self.graph.flush()
+        return self._take()
 
     # Peers
 
@@ -142,14 +154,14 @@ class Router:
             if old is not None:
                 self._replace_peer(old, "the same node has connected again")
             self._instances[instance] = peer
-        return peer.id, self._finish()
+        return peer.id, self._take()
 
     def disconnect(self, peer_id: int) -> list[Delivery]:
         """Remove a peer whose connection is gone; ignore one that has been replaced."""
         peer = self._peers.get(peer_id)
         if peer is not None:
             self._remove_peer(peer, "")
-        return self._finish()
+        return self._take()
 
     def _replace_peer(self, peer: Peer, reason: str) -> None:
         """Remove a peer because another takes its place, and close its connection."""
@@ -177,16 +189,12 @@ class Router:
             before, peer.principal = peer.rights, principal
             self.graph.reassess(peer, before)
             self.declarations.revoke(peer)
-        return self._finish()
-
-    def refuse_calls(self) -> None:
-        """Take no new calls, as the broker stops, except those that pending ones need for their answers."""
-        self.calls.closed = True
+        return self._take()
 
     def hold_publishers(self) -> list[Delivery]:
         """Let the publishers send no more messages than they have sent, as the broker stops."""
         self.topics.hold()
-        return self._finish()
+        return self._take()
 
     def mark_alive(self, peer_id: int) -> None:
         """Record a sign of life of a peer: after a graph query it needs no closer check any more."""
@@ -201,7 +209,7 @@ class Router:
             peer.suspended = True
             for endpoint in peer.endpoints.values():
                 self.declarations.leave(endpoint)
-        return self._finish()
+        return self._take()
 
     def restore(self, peer_id: int) -> list[Delivery]:
         """Put the endpoints of a suspended peer back into the graph."""
@@ -213,12 +221,12 @@ class Router:
                     notice = frames.Notice(endpoint.id, NoticeKind.SUSPENDED, WAS_SILENT, policy=0, peers=1)
                     self._emit(Send(peer.id, notice))
                 self.declarations.join(endpoint)
-        return self._finish()
+        return self._take()
 
     # Frames
 
     def handle(self, peer_id: int, frame: Frame) -> list[Delivery]:
-        """Take one frame of an open session.
+        """Take one frame of an open session; if its type is in `REPORTED`, a `report` must follow.
 
         Raises:
             ProtocolError: Close the peer and call `disconnect` for it. Earlier effects of the frame remain.
@@ -234,7 +242,8 @@ class Router:
                 unknown = error.code is ErrorCode.UNKNOWN_ID
                 if not (unknown and getattr(frame, "publisher", None) in peer.revoked):
                     raise
-        return self._finish()
+        out, self._out = self._out, []
+        return out
 
     def _request(self, peer: Peer, frame: frames.Request) -> None:
         client = peer.endpoints.get(frame.endpoint)

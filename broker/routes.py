@@ -16,6 +16,7 @@ from broker.records import PublisherRecord, Route, SubscriptionRecord, Tally, To
 from proto.batches import message_bytes, slice_batch
 from proto.codes import DetachReason
 from proto.errors import ErrorCode, ProtocolError
+from proto.frames import Assert
 from proto.limits import MAX_U64
 from proto.publisher_queue import PublisherQueue
 
@@ -51,6 +52,7 @@ class Routes:
         self._departed = DepartedQueues()
         self._attachments = AttachmentFrames(emit)
         self.reader_credit = ReaderCredit(emit)
+        self._asserted: dict[int, PublisherRecord] = {}
         self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
 
     # Publishers
@@ -110,6 +112,7 @@ class Routes:
         """Stop routing to a subscription that leaves; discard the queue if nobody else needs it."""
         peer = subscription.peer
         route = publisher.routes[peer.id]
+        self._attachments.flush_attached()  # into the queue, which may be discarded below
         if peer.suspended:
             # It is not informed again if the publisher goes before it is back. Messages of the publisher's
             # earlier ids in the queue are not read either.
@@ -162,6 +165,14 @@ class Routes:
         if self._attachments.pending:
             self._attachments.flush()
 
+    def report_assertions(self) -> None:
+        """Forward the ASSERTs since the last call, one for each publisher, to its readers."""
+        if self._asserted:
+            asserted, self._asserted = self._asserted, {}
+            for publisher in asserted.values():
+                for route in publisher.routes.values():
+                    self._emit(Send(route.peer.id, Assert(publisher.key)))
+
     # Messages
 
     def route(self, peer: Peer, batch: Batch) -> None:
@@ -171,6 +182,8 @@ class Routes:
             ProtocolError: The publisher is not this peer's, or exceeds its credit or the greatest number.
         """
         publisher = self.publisher(peer, batch.publisher)
+        if self._attachments.pending:  # ATTACHED comes before the first batch
+            self._attachments.flush()
         after = batch.first_sequence + batch.length
         if after > MAX_U64:
             raise ProtocolError(ErrorCode.MALFORMED, "BATCH: the number after its last one is above 2^64 - 1")
@@ -216,13 +229,13 @@ class Routes:
             self._emit(Close(route.peer.id, ErrorCode.LIMIT, text))
 
     def assert_liveliness(self, peer: Peer, frame: frames.Assert) -> None:
-        """Forward a publisher's ASSERT to its readers.
+        """Forward a publisher's ASSERT to its readers with the next `report_assertions`.
 
         Raises:
             ProtocolError: The publisher is not this peer's.
         """
-        for route in self.publisher(peer, frame.publisher).routes.values():
-            self._emit(Send(route.peer.id, frame))
+        publisher = self.publisher(peer, frame.publisher)
+        self._asserted[publisher.key] = publisher
 
     # Statistics
 

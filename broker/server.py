@@ -170,16 +170,14 @@ class Broker:
         self._loop = loop = asyncio.get_running_loop()
         self._reset()
         dispatcher, statistics = self._dispatcher, self._statistics
-        budget = ReadBudget(loop, self._clock)
+        budget = dispatcher.budget = ReadBudget(loop, self._clock)
         if self.options.auth is not None:
             dispatcher.admission.rules = load_rules(self.options.auth)
 
         self._tls = self._tls_context()
 
         def connect() -> asyncio.BufferedProtocol:
-            channel = Connection(
-                loop, dispatcher, statistics, self.instance, self._sessions, budget=budget
-            ).channel
+            channel = Connection(loop, dispatcher, statistics, self.instance, self._sessions).channel
             if self._tls is None:
                 return channel
             from proto.aio.tls_transport import TlsTransport  # noqa: PLC0415 - few brokers use TLS

@@ -54,11 +54,12 @@ class Services:
 
     def leave(self, endpoint: ClientRecord | ServiceRecord) -> None:
         """Unmatch a client or server that is gone or suspended, and end its calls."""
+        self._unmatch(endpoint)
         if isinstance(endpoint, ClientRecord):
             self._calls.client_left(endpoint)
-        else:
+        elif endpoint.pending:
+            self._notices.flush()  # its clients learn that it is gone before their calls fail
             self._calls.server_left(endpoint)
-        self._unmatch(endpoint)
 
     def retire(self, server: ServiceRecord) -> None:
         """Give a server no more requests; it may answer pending ones."""

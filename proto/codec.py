@@ -42,11 +42,12 @@ from proto.frames import (
 from proto.stats import LinkStats, TopicStats
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from proto.field_kinds import Check
 
 BIN_32: Final = 0xC6
+ARRAY_16: Final = 0xDC
 ARRAY_32: Final = 0xDD
 ARRAY_HEAD_BYTES: Final = 5
 
@@ -55,7 +56,9 @@ _MAX_MARKER: Final = 0x9F
 _LITTLE_ENDIAN: Final = sys.byteorder == "little"
 
 _prefix: Final = Struct(">BI").pack
+_graph_head: Final = Struct(">BH").pack
 _SHAPES: Final = {kind: (op, len(SPECS[op].kinds), SPECS[op].has_payload) for kind, op in OPCODES.items()}
+_GRAPH_START: Final = bytes([_FIXARRAY + 1 + len(SPECS[Op.GRAPH].kinds), Op.GRAPH])
 _pack = cast("Callable[[object], bytes]", msgpack.Packer(autoreset=True).pack)
 
 
@@ -69,6 +72,34 @@ def encode(frame: Frame) -> bytes:
     if has_payload:
         payload = cast("Buffer", frame[fields])
         return b"".join((_prefix(BIN_32, len(header) + len(payload)), header, payload))
+    return _prefix(BIN_32, len(header)) + header
+
+
+def encode_graph_entry(entry: GraphEntry) -> bytes:
+    """Return an entry of the graph as it is encoded in GRAPH frames."""
+    return _pack(entry)
+
+
+def encode_graph_changes(added: Sequence[bytes], removed: Sequence[int], suspended: Sequence[int]) -> bytes:
+    """Return the part of a GRAPH frame that is the same for all watches.
+
+    Args:
+        added: Encoded entries, at most 65,535.
+        removed: Keys.
+        suspended: Those of them that may come back.
+    """
+    return b"".join((_graph_head(ARRAY_16, len(added)), *added, _pack(removed), _pack(suspended)))
+
+
+def encode_graph(watch: int, *, more: bool, changes: bytes) -> bytes:
+    """Return a GRAPH frame, prefix included.
+
+    Args:
+        watch: The id of the watch.
+        more: As in the frame.
+        changes: What `encode_graph_changes` has returned.
+    """
+    header = b"".join((_GRAPH_START, _pack(watch), _pack(more), changes))
     return _prefix(BIN_32, len(header)) + header
 
 

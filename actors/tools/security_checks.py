@@ -11,7 +11,8 @@ from ipaddress import ip_address
 from typing import TYPE_CHECKING, Final
 
 from actors.config import environment
-from actors.config.contexts import ContextError, Contexts
+from actors.config.context_errors import ContextError
+from actors.config.contexts import Contexts
 from actors.config.credentials import Credentials
 from actors.graph.inspector import Inspector
 from actors.tools.certificates import expiries

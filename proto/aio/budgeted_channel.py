@@ -81,9 +81,7 @@ class BudgetedChannel(Channel):
         try:
             Channel.buffer_updated(self, nbytes)
         finally:
-            budget.spent_sec = spent = budget.spent_sec + budget.clock() - began
-            if spent >= SHARE_SEC:
-                budget.check()
+            budget.spend(budget.clock() - began)
         if self._in_a_row and budget.contended:  # the loop would read on at once
             self._pause_for_a_turn()
 

@@ -42,28 +42,29 @@ class ReadBudget:
 
     Attributes:
         clock: The same.
-        spent_sec: What handling frames has taken in this turn; whoever adds to it calls `check` if it is
-            SHARE_SEC or more. Below that no renewal is scheduled, so a broker with little to do pays nothing.
         exhausted: Whether further frames must wait for a later loop turn.
         contended: Whether connections wait.
     """
 
-    __slots__ = ("_loop", "_renewal_due", "_waiting", "clock", "contended", "exhausted", "spent_sec")
+    __slots__ = ("_loop", "_renewal_due", "_spent_sec", "_waiting", "clock", "contended", "exhausted")
 
     def __init__(
         self, loop: asyncio.AbstractEventLoop, clock: Callable[[], float] = time.perf_counter
     ) -> None:
         self._loop = loop
         self.clock = clock
-        self.spent_sec = 0.0
+        self._spent_sec = 0.0
         self.exhausted = self.contended = False
         self._renewal_due = False
         self._waiting: deque[Reader] = deque()
 
-    def check(self) -> None:
-        """Check whether the budget is exhausted, and let the next loop turn renew it."""
-        self.exhausted = self.spent_sec >= BUDGET_SEC
-        self._renew_later()
+    def spend(self, seconds: float) -> None:
+        """Count what handling frames took."""
+        self._spent_sec = spent = self._spent_sec + seconds
+        # Below a share no renewal is scheduled, so a broker with little to do pays nothing for its budget.
+        if spent >= SHARE_SEC:
+            self.exhausted = spent >= BUDGET_SEC
+            self._renew_later()
 
     def wait(self, reader: Reader) -> None:
         """Call `reader.go_on_reading` in a later loop turn, after those that wait already."""
@@ -79,7 +80,7 @@ class ReadBudget:
     def _renew(self) -> None:
         """Begin a loop turn with a full budget: each connection that waits gets one share, while it lasts."""
         self._renewal_due = self.exhausted = False
-        self.spent_sec = 0.0
+        self._spent_sec = 0.0
         waiting = self._waiting
         try:
             for _ in range(len(waiting)):

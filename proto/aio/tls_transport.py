@@ -14,7 +14,6 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from proto import frames
-from proto.aio.read_budget import SHARE_SEC
 from proto.codec import BIN_32, encode
 from proto.errors import ErrorCode
 
@@ -126,9 +125,7 @@ class _Cipher:
     def _spend(self, began: float) -> None:
         budget = self._budget
         if budget is not None:
-            budget.spent_sec += budget.clock() - began
-            if budget.spent_sec >= SHARE_SEC:
-                budget.check()
+            budget.spend(budget.clock() - began)
 
     def finish(self) -> None:
         """Say that nothing follows."""

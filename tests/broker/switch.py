@@ -50,6 +50,7 @@ class Switch:
         self._outboxes[peer] = Outbox()
         self._reassemblers[peer] = Reassembler()
         self._carry(deliveries)
+        self.report()
         if node is not None:
             self.send(peer, frames.Node(0, node))
             accepted = self.read(peer, frames.Accepted)
@@ -60,6 +61,13 @@ class Switch:
         """Let a peer send frames."""
         for frame in sent:
             self._carry(self.router.handle(peer, frame))
+        self.report()
+
+    def report(self) -> None:
+        """Report what has changed, as the server does once in a loop turn."""
+        self._carry(self.router.report())
+        while self.router.graph.asked:
+            self._carry(self.router.report())
 
     def publisher(self, peer: int, declaration: frames.Publisher) -> int:
         """Declare a publisher; return its broker-wide id."""
@@ -75,10 +83,12 @@ class Switch:
         """Break a peer's connection."""
         self.cut(peer)
         self._carry(self.router.disconnect(peer))
+        self.report()
 
     def suspend(self, peer: int) -> None:
         """A peer has been silent for too long."""
         self._carry(self.router.suspend(peer))
+        self.report()
 
     def set_principal(self, peer: int, principal: Principal) -> None:
         """The access rules have changed."""
@@ -87,10 +97,12 @@ class Switch:
     def restore(self, peer: int) -> None:
         """A peer has been heard of again."""
         self._carry(self.router.restore(peer))
+        self.report()
 
     def hold(self) -> None:
         """The broker stops: publishers may send no more."""
         self._carry(self.router.hold_publishers())
+        self.report()
 
     def congest(self, peer: int) -> None:
         """Bring a peer's queues to their depth, as happens when its transport is full."""

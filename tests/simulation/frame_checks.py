@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from proto.publisher_queue import PublisherQueue
     from tests.simulation.world import World
 
-CALLED_FOR_A_PEER: Final = ("disconnect", "suspend", "restore")
+CALLED_FOR_A_PEER: Final = ("disconnect", "suspend", "restore", "report")
 """The router's other methods that return deliveries."""
 
 OP_AT: Final = 6
@@ -142,9 +142,9 @@ class FrameChecks:
         ):
             yield
 
-    def _recording(self, method: Callable[[Router, int], list[Delivery]]) -> Callable[..., list[Delivery]]:
-        def recording(router: Router, peer: int) -> list[Delivery]:
-            out = method(router, peer)
+    def _recording(self, method: Callable[..., list[Delivery]]) -> Callable[..., list[Delivery]]:
+        def recording(router: Router, *peer: int) -> list[Delivery]:
+            out = method(router, *peer)
             self._check_detach_reasons(router, out)
             return out
 
