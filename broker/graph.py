@@ -188,6 +188,8 @@ class Graph:
         watches = [key for key in self._watches if key[0] == peer.id]
         for key in [key for key in self._unanswered if key[0] == peer.id]:
             self._unanswered[key] = self._unanswered[key]._replace(rights=peer.rights)
+        if not watches:
+            return
         self.flush()
         shown = self._entries.values()
         known = [*(each.entry for each in shown), *self._suspended.values()]

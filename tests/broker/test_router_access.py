@@ -323,6 +323,24 @@ def test_a_kept_watch_follows_the_rules() -> None:
     assert switch.read_all(peer) == []
 
 
+def test_a_reload_costs_a_link_what_the_link_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A link without a watch is not compared with the whole graph."""
+    switch = populated()
+    peer = switch.join("/n", principal=EVERYTHING)
+    switch.send(peer, make.publisher(1))
+    asked: list[str] = []
+    again = user(publish="/**", see="/**")
+    may = type(again.rights).may
+
+    def counted(rights: Rights, action: Action, name: str) -> bool:
+        asked.append(name)
+        return may(rights, action, name)
+
+    monkeypatch.setattr(type(again.rights), "may", counted)
+    switch.set_principal(peer, again)
+    assert sorted(asked) == ["/n", "/t"]
+
+
 def test_another_user_cannot_take_over_a_link() -> None:
     """Case 26: even with the instance and the token of its HELLO."""
     switch = Switch()
