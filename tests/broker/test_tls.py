@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import signal
 import ssl
 import sys
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 from cryptography.hazmat.primitives import serialization
 
+import actors
 from broker import AddressInUseError, Broker, BrokerOptions, InvalidOptionError
 from proto.errors import TlsFileError
 from proto.url import BrokerUrl, parse_url
@@ -131,3 +133,31 @@ async def test_sighup_reads_the_files_again(authority: Authority) -> None:
     finally:
         if process.returncode is None:
             process.kill()
+
+
+RULES = """
+[users.camera]
+certificates = ["camera"]
+roles = ["all"]
+
+[roles.all]
+allow.node = ["/**"]
+"""
+
+
+async def test_a_certificate_names_the_user_of_the_access_rules(
+    authority: Authority, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With rules, too: the name in a verified certificate decides, and another name is nobody's."""
+    rules = tmp_path / "access.toml"
+    rules.write_text(RULES)
+    async with Broker(authority.options(tls_client_ca=authority.ca, auth=rules)) as broker:
+        for name, welcome in (("camera", True), ("stranger", False)):
+            files = authority.files(authority.issue(common_name=name))
+            for variable, path in zip(
+                ("CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY"), files, strict=True
+            ):
+                monkeypatch.setenv(variable, path)
+            with contextlib.nullcontext() if welcome else pytest.raises(actors.NotAuthorized):
+                async with actors.Node("camera", url=broker.url, connect_timeout_sec=10):
+                    assert broker.stats().endpoints == 1
