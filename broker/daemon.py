@@ -97,8 +97,10 @@ class Daemon:
         logging.getLogger().setLevel(new.daemon_options.log_level.upper())
         applied = [each.name for each in changed if each.reloads]
         self._values |= {name: values[name] for name in applied}
-        rules = ["the access rules"] if self._broker.options.auth is not None else []
-        text = f"Reloaded: {', '.join(rules + applied) or 'no option has changed'}"
+        options = self._broker.options
+        files = ["the access rules"] * (options.auth is not None)
+        files += ["the certificate"] * (options.tls_cert is not None)
+        text = f"Reloaded: {', '.join(files + applied) or 'no option has changed'}"
         logger.info("%s", text)
         waiting = [each.name for each in changed if not each.reloads]
         if waiting:

@@ -124,15 +124,9 @@ class Broker:
     def reconfigure(self, options: BrokerOptions) -> None:
         """Apply the options that can change while the broker runs; the others keep their values.
 
-        The files of the certificate are read again, for new connections.
-
         Args:
             options: The new options. Those whose metadata has `reloads` are applied.
-
-        Raises:
-            TlsFileError: One of the files cannot be used. Everything remains as it was.
         """
-        self._tls = self._tls_context()
         changed = {
             each.name: getattr(options, each.name) for each in fields(options) if each.metadata.get("reloads")
         }
@@ -200,15 +194,21 @@ class Broker:
         await self.stop()
 
     def reload(self) -> None:
-        """Read the file of access rules again, and let it hold for all connections.
+        """Read the files of access rules and certificates again.
 
-        Sessions whose user or token is gone are closed; endpoints that are not allowed any more are removed.
+        New connections get the new certificate. The rules hold for all connections: sessions whose user or
+        token is gone are closed; endpoints that are not allowed any more are removed.
 
         Raises:
-            AccessFileError: The file is broken, or cannot be read; the rules of before still hold.
+            AccessFileError: The rules are broken, or cannot be read. All files of before still count.
+            TlsFileError: A certificate, key or authority cannot be used. As above.
         """
-        if self.options.auth is not None and self._listener is not None:
+        if self._listener is None:
+            return
+        tls = self._tls_context()
+        if self.options.auth is not None:
             self._dispatcher.apply(load_rules(self.options.auth))
+        self._tls = tls
 
     async def serve_forever(self) -> None:
         """Wait until cancelled."""

@@ -119,7 +119,7 @@ async def test_sighup_reads_the_files_again(authority: Authority) -> None:
             first = await serial(url, authority)
             authority.issue("127.0.0.1")
             process.send_signal(signal.SIGHUP)
-            assert b"Reloaded" in await process.stderr.readline()
+            assert b"Reloaded: the certificate" in await process.stderr.readline()
             second = await serial(url, authority)
             assert second != first
             pair.key.write_text("")
@@ -133,6 +133,20 @@ async def test_sighup_reads_the_files_again(authority: Authority) -> None:
     finally:
         if process.returncode is None:
             process.kill()
+
+
+async def test_a_reload_takes_all_files_or_none(authority: Authority, tmp_path: Path) -> None:
+    """If the key is broken, the new rules do not hold either."""
+    rules = tmp_path / "access.toml"
+    rules.write_text(RULES)
+    pair = authority.issue("127.0.0.1")
+    async with Broker(authority.options(pair, auth=rules)) as broker:
+        before = broker._dispatcher.admission.rules
+        rules.write_text(RULES.replace("camera", "lidar"))
+        pair.key.write_text("")
+        with pytest.raises(TlsFileError):
+            broker.reload()
+        assert broker._dispatcher.admission.rules is before
 
 
 RULES = """

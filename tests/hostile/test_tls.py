@@ -204,7 +204,7 @@ async def test_a_node_waits_for_a_better_certificate(
     async with Broker(ours.options(pair)) as broker, actors.Node("node", url=broker.url) as node:
         assert not broker.stats().endpoints
         ours.issue("127.0.0.1")
-        broker.reconfigure(broker.options)
+        broker.reload()
         async with asyncio.timeout(10):
             assert await node.get_node_names()
     warnings = [record.message for record in caplog.records if "has expired" in record.message]
