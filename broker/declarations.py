@@ -223,6 +223,7 @@ class Declarations:
             depth=subscription_depth(qos),
             window_messages=frame.window_messages,
             window_bytes=frame.window_bytes,
+            stall_ms=frame.stall_ms,
             **common,
         )
 

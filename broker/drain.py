@@ -48,7 +48,7 @@ class Drain:
             if link.router is None:
                 link.refuse(ErrorCode.SHUTDOWN, "the broker is stopping")
         for router in dispatcher.joined:
-            router.calls.closed = True
+            router.calls.closed = True  # except those that pending ones need for their answers
         if not await self._until(self._calls_answered, deadline):
             logger.warning("%d calls were not answered in time", self._pending_calls())
         self._hold()

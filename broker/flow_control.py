@@ -37,6 +37,10 @@ class Minimum:
         """Raise a number, unless it is higher already."""
         self._numbers[key] = max(self._numbers[key], number)
 
+    def number(self, key: int) -> int:
+        """Return the number of a key."""
+        return self._numbers[key]
+
     def remove(self, key: int) -> None:
         """Remove a number."""
         del self._numbers[key]
@@ -88,6 +92,12 @@ class CreditLimits:
         self._sequences.remove(subscription)
         self._sizes.remove(subscription)
         return True
+
+    def used_up(self, subscription: int, sequence: int, size: int) -> bool:
+        """Return whether a subscription's limits allow no message of this number, after so many bytes."""
+        if subscription not in self._bases:
+            return False
+        return self._sequences.number(subscription) <= sequence or self._sizes.number(subscription) <= size
 
     def least(self) -> tuple[int, int] | None:
         """Return the least limits, sequence and bytes; None if there is no limit."""

@@ -64,6 +64,11 @@ class Notices:
         text = f"'{endpoint.name}': the same with {count} more"
         self._unreported[kind] = frames.Notice(endpoint.id, kind, text, policy, count)
 
+    def send(self, endpoint: Endpoint, kind: NoticeKind, text: str) -> None:
+        """Tell an endpoint something that does not concern a match."""
+        notice = frames.Notice(endpoint.id, kind, text[: limits.MAX_ERROR_TEXT], 0, 1)
+        self._emit(Send(endpoint.peer.id, notice))
+
     def report_types(self, one: Endpoint, one_role: str, other: Endpoint, other_role: str) -> None:
         """Tell both endpoints of a pair that they are not connected because their types differ."""
         text = (

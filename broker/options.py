@@ -91,6 +91,12 @@ class BrokerOptions:
     name_grace_sec: float = _option(
         5.0, "seconds after which another node may take a frozen node's name", 0, 86_400
     )
+    keep_all_stall_sec: float = _option(
+        60.0, "seconds that a KEEP_ALL subscription may hold back publishers and take nothing", 0.1, 86_400
+    )
+    keep_all_stall_max_sec: float = _option(
+        600.0, "the longest such time that a subscription may ask for", 0.1, 86_400
+    )
     drain_timeout_sec: float = _option(
         5.0, "seconds a stopping broker waits for answers and unsent messages", 0, 3600, reloads=True
     )

@@ -62,6 +62,11 @@ class PeriodicCheck:
     def _check(self, now: float) -> None:
         """Check the links that something relies on, or all during a stop; the other links in rounds."""
         dispatcher, options = self._dispatcher, self._options
+        for router in tuple(dispatcher.joined):
+            lines, deliveries = router.check_stalls(now)
+            dispatcher.deliver(router, deliveries)
+            for line in lines:
+                logger.warning("%s", line)
         all_due = dispatcher.draining or any(router.graph.watched for router in dispatcher.joined)
         due = dict(dispatcher.strangers)
         for router, joined in dispatcher.joined.items():

@@ -173,6 +173,10 @@ class SubscriptionRecord(Endpoint):
     """None for KEEP_ALL with RELIABLE, which grants credit."""
     window_messages: int
     window_bytes: int
+    stall_ms: int = 0
+    """How long it may take nothing, if that is longer than the broker's own limit."""
+    stalled: bool = False
+    """Whether its credit is suspended: KEEP_ALL publishers neither wait for it nor send it anything."""
     matched: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
     awaits: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
     """Publishers whose `awaited_by` contains it."""

@@ -18,6 +18,7 @@ from broker.records import ClientRecord, Endpoint, NodeRecord, Peer, ServiceReco
 from broker.router_limits import RouterLimits
 from broker.routes import Routes
 from broker.services import Services
+from broker.stalls import Stalls
 from broker.topics import Topics
 from proto import frames
 from proto.codes import NoticeKind, Status
@@ -66,8 +67,9 @@ class Router:
         self._peers: dict[int, Peer] = {}
         self._instances: dict[bytes, Peer] = {}
         self._notices = Notices(self._emit)
+        stalls = Stalls(stall_sec=limits.keep_all_stall_sec, max_sec=limits.keep_all_stall_max_sec)
         self.routes = Routes(self._emit, max_queue_bytes=limits.max_queue_bytes)
-        self.topics = Topics(self._emit, self._notices, self.routes)
+        self.topics = Topics(self._emit, self._notices, self.routes, stalls)
         self.calls = Calls(
             self._emit,
             max_pending=limits.max_pending_calls,
@@ -222,6 +224,11 @@ class Router:
                     self._emit(Send(peer.id, notice))
                 self.declarations.join(endpoint)
         return self._take()
+
+    def check_stalls(self, now: float) -> tuple[list[str], list[Delivery]]:
+        """Suspend the credit of KEEP_ALL subscriptions that take nothing; return lines for the log, too."""
+        lines = self.topics.check_stalls(now)
+        return lines, self._take()
 
     # Frames
 

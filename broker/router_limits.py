@@ -30,3 +30,7 @@ class RouterLimits:
     """Bytes of requests from all peers that may wait for one server's peer."""
     max_message_bytes: int = limits.MAX_MESSAGE_BYTES
     """Size of one frame that a peer takes."""
+    keep_all_stall_sec: float = 60.0
+    """How long a KEEP_ALL subscription that takes nothing holds publishers back, unless it asks for more."""
+    keep_all_stall_max_sec: float = 600.0
+    """The most that it may ask for."""

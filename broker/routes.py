@@ -126,6 +126,15 @@ class Routes:
         self._departed.add_unwanted(PeerQueue(route.queue, route.topic, peer.id))
         self._emit(Discard(peer.id, route.queue))
 
+    def pause(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+        """Stop routing to a stalled subscription, which stays attached; it still gets what is queued."""
+        route = publisher.routes[subscription.peer.id]
+        route.remove(subscription)
+        if not route.subscriptions:
+            del publisher.routes[route.peer.id]
+            peer_queue = PeerQueue(route.queue, route.topic, route.peer.id, route.earlier_ids)
+            self._departed.add(publisher.gid, publisher.key, peer_queue)
+
     def detach_all(self, publisher: PublisherRecord) -> None:
         """End the routes of a publisher that leaves; its readers get what is queued, and then DETACHED."""
         reason = DetachReason.SUSPENDED if publisher.peer.suspended else DetachReason.GONE

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from broker.notices import Notices
     from broker.records import Peer
     from broker.routes import Routes
+    from broker.stalls import Stalls
 
 
 class Topics:
@@ -27,15 +28,23 @@ class Topics:
         emit: Takes each delivery.
         notices: Reports about matching.
         routes: The routes of the graph's publishers.
+        stalls: Finds KEEP_ALL subscriptions that take nothing.
     """
 
-    def __init__(self, emit: Callable[[Delivery], None], notices: Notices, routes: Routes) -> None:
+    def __init__(
+        self,
+        emit: Callable[[Delivery], None],
+        notices: Notices,
+        routes: Routes,
+        stalls: Stalls,
+    ) -> None:
         self._emit = emit
         self._routes = routes
         self._topics: dict[str, TopicRecord] = {}
         self._held = False
         """Whether the broker is stopping, so that every publisher is held."""
         self._notices = notices
+        self.stalls = stalls
 
     def records(self) -> Collection[TopicRecord]:
         """Return all topics with an endpoint that is not suspended."""
@@ -81,6 +90,8 @@ class Topics:
         self._routes.detach_all(publisher)
         for subscription in publisher.matched.values():
             subscription.matched.pop(publisher.key, None)
+            if subscription.stalled and publisher.waits_for_readers:
+                self._routes.report_gone(publisher, subscription)
             self._notices.set_count(subscription, subscription.peers - 1)
             if publisher.peer.suspended:
                 publisher.awaited_by[subscription.key] = subscription
@@ -100,10 +111,13 @@ class Topics:
         for publisher in subscription.matched.values():
             publisher.matched.pop(subscription.key, None)
             self._notices.set_count(publisher, publisher.peers - 1)
-            self._routes.detach(publisher, subscription)
+            if not (subscription.stalled and publisher.waits_for_readers):
+                self._routes.detach(publisher, subscription)
             if publisher.credit.limits.remove(subscription.key):
                 self._update_credit(publisher)
         subscription.matched.clear()
+        subscription.stalled = False
+        self.stalls.end(subscription)
         for publisher in subscription.awaits.values():
             del publisher.awaited_by[subscription.key]
             if subscription.peer.suspended:  # this is forgotten below
@@ -137,6 +151,11 @@ class Topics:
         subscription.matched[publisher.key] = publisher
         self._notices.set_count(publisher, publisher.peers + 1)
         self._notices.set_count(subscription, subscription.peers + 1)
+        self._attach(publisher, subscription)
+
+    def _attach(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+        if subscription.stalled and publisher.waits_for_readers:
+            return
         self._routes.attach(publisher, subscription)
         if subscription.depth is not None:
             return
@@ -167,6 +186,10 @@ class Topics:
         subscription = peer.endpoints.get(frame.subscription)
         if not isinstance(subscription, SubscriptionRecord):
             return
+        self.stalls.end(subscription)
+        if subscription.stalled:  # its new limits begin with ATTACHED
+            self._resume(subscription)
+            return
         publisher = subscription.matched.get(frame.publisher)
         if publisher is None:
             return
@@ -175,6 +198,44 @@ class Topics:
         else:
             publisher.credit.limits.grant(subscription.key, frame.sequence_limit, frame.byte_limit)
             self._update_credit(publisher)
+
+    def check_stalls(self, now: float) -> list[str]:
+        """Suspend the credit of subscriptions that have taken nothing for too long.
+
+        Args:
+            now: A monotonic time in seconds.
+
+        Returns:
+            What has happened, for the log.
+        """
+        if self._held:
+            return []
+        return [self._suspend_credit(each) for each in self.stalls.check(self._routes.publishers(), now)]
+
+    def _suspend_credit(self, subscription: SubscriptionRecord) -> str:
+        seconds = self.stalls.limit_sec(subscription)
+        what = f"has taken nothing for {seconds:g} s and held back its publishers; they wait no longer"
+        subscription.stalled = True
+        for publisher in subscription.matched.values():
+            if publisher.waits_for_readers:
+                publisher.credit.limits.remove(subscription.key)
+                self._update_credit(publisher)
+                self._routes.pause(publisher, subscription)
+                text = f"'{subscription.name}': the KEEP_ALL subscription of {subscription.node_name} {what}"
+                self._notices.send(publisher, NoticeKind.STALLED, text)
+        text = (
+            f"'{subscription.name}': this KEEP_ALL subscription {what}. It misses messages until it takes"
+            " one: iterate it, give it a callback, destroy it, or create it with a longer stall_timeout_sec"
+        )
+        self._notices.send(subscription, NoticeKind.STALLED, text)
+        return f"'{subscription.name}': the KEEP_ALL subscription of {subscription.node_name} {what}"
+
+    def _resume(self, subscription: SubscriptionRecord) -> None:
+        """Attach a stalled subscription again, from the current messages on."""
+        subscription.stalled = False
+        for publisher in subscription.matched.values():
+            if publisher.waits_for_readers:
+                self._attach(publisher, subscription)
 
     def confirm_credit(self, peer: Peer, frame: frames.Credit) -> None:
         """Note that a publisher has echoed a CREDIT.

@@ -64,6 +64,9 @@ class NoticeKind(IntEnum):
     SUSPENDED = 3
     """The link was silent for the keepalive limit, so its endpoints left the graph for a time."""
 
+    STALLED = 4
+    """A KEEP_ALL subscription has granted nothing for too long; KEEP_ALL publishers do not wait for it."""
+
 
 class PolicyKind(IntEnum):
     """QoS policies for which a publisher may offer less than a subscription requests: `policy` of NOTICE.

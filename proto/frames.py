@@ -118,7 +118,10 @@ class Publisher(NamedTuple):
 
 
 class Subscription(NamedTuple):
-    """Declares a subscription. Without a type (raw) it matches all types. Windows are its first credit."""
+    """Declares a subscription. Without a type (raw) it matches all types. Windows are its first credit.
+
+    `stall_ms`: how long it may hold publishers back without a GRANT; 0 is the broker's limit (§6.5.9).
+    """
 
     id: int
     node: int
@@ -128,6 +131,7 @@ class Subscription(NamedTuple):
     qos: Options
     window_messages: int
     window_bytes: int
+    stall_ms: int = 0
 
 
 class Service(NamedTuple):
@@ -402,7 +406,7 @@ SPECS: Mapping[int, Spec] = {
     Op.PUBLISHER: Spec(
         Publisher, ("u32", "u32", "str", "str", "str", "map", "bin16", "u64", "definition?", "u64")
     ),
-    Op.SUBSCRIPTION: Spec(Subscription, ("u32", "u32", "str", "str?", "str?", "map", "u64", "u64")),
+    Op.SUBSCRIPTION: Spec(Subscription, ("u32", "u32", "str", "str?", "str?", "map", "u64", "u64", "u32")),
     Op.SERVICE: Spec(Service, ("u32", "u32", "str", "str", "str", "definition?")),
     Op.CLIENT: Spec(Client, ("u32", "u32", "str", "str", "str")),
     Op.UNDECLARE: Spec(Undeclare, ("u32",)),

@@ -278,6 +278,7 @@ class Node(NodeGraph, NodeParameters):
         concurrent: bool = ...,
         raw: Literal[False] = ...,
         event_callbacks: SubscriptionEventCallbacks | None = ...,
+        stall_timeout_sec: float = ...,
     ) -> Subscription[MessageT]: ...
 
     @overload
@@ -292,6 +293,7 @@ class Node(NodeGraph, NodeParameters):
         concurrent: bool = ...,
         raw: bool = ...,
         event_callbacks: SubscriptionEventCallbacks | None = ...,
+        stall_timeout_sec: float = ...,
     ) -> Subscription[Any]: ...
 
     def create_subscription(
@@ -305,6 +307,7 @@ class Node(NodeGraph, NodeParameters):
         concurrent: bool = False,
         raw: bool = False,
         event_callbacks: SubscriptionEventCallbacks | None = None,
+        stall_timeout_sec: float = 0.0,
     ) -> Subscription[Any]:
         """Make a subscription.
 
@@ -317,6 +320,8 @@ class Node(NodeGraph, NodeParameters):
             concurrent: Do not wait for the node's other callbacks, nor for this one.
             raw: Give each message as bytes (msgpack), and match publishers of every type.
             event_callbacks: Callbacks for its QoS events.
+            stall_timeout_sec: Seconds that KEEP_ALL publishers wait while this KEEP_ALL subscription takes no
+                message, if that is longer than the broker's limit (60); at most the broker's maximum (600).
 
         Returns:
             The subscription.
@@ -339,6 +344,7 @@ class Node(NodeGraph, NodeParameters):
             concurrent=concurrent,
             raw=raw,
             event_callbacks=event_callbacks,
+            stall_timeout_sec=stall_timeout_sec,
         )
 
     def create_service(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from proto.codes import DetachReason
 from proto.errors import peer_name
-from proto.qos import MANUAL_BY_TOPIC
+from proto.qos import KEEP_ALL, MANUAL_BY_TOPIC
 
 if TYPE_CHECKING:
     from proto import frames
@@ -51,6 +51,7 @@ class Attachment:
         node: The publisher's node.
         lifespan_s: Seconds after which the publisher's messages expire; 0 for no limit.
         lease_s: Seconds within which a MANUAL_BY_TOPIC publisher must assert its liveliness; 0 for others.
+        keep_all: Whether the publisher is KEEP_ALL, so that it waits for a KEEP_ALL reader.
         current: Whether it is its publisher's newest attachment; set by the reader.
         watched: Whether a deadline or a lease depends on its batches; set by the reader.
         first_sequence: The first live sequence number for this subscription.
@@ -71,6 +72,7 @@ class Attachment:
         "gid",
         "granted_bytes",
         "granted_sequence",
+        "keep_all",
         "lease_s",
         "lifespan_s",
         "missed",
@@ -91,6 +93,7 @@ class Attachment:
         self.lifespan_s = _seconds(attached.qos, "lifespan_ns")
         manual = attached.qos.get("liveliness") == MANUAL_BY_TOPIC
         self.lease_s = _seconds(attached.qos, "lease_ns") if manual else 0.0
+        self.keep_all = attached.qos.get("history") == KEEP_ALL
         self.current = self.watched = False
         self.first_sequence = self.expected = self.due = attached.first_sequence
         self.missed = self.received = 0

@@ -134,6 +134,9 @@ class BrokerConnection:
                 now = self._loop.time()
                 link.lag.record(now, max(0.0, now - last_tick - tick))
                 stalled, last_tick = now - last_tick > 2 * tick, now
+                for each in tuple(link.ticks):
+                    each()
+                self.channel.flush()
                 if not stalled:
                     self._check(keepalive, now, awaited=link.awaited)
 

@@ -49,6 +49,7 @@ class Link:
         publishers: The publishers that the broker has accepted, by the id that it gave them.
         matched: Ids of the endpoints that have counterparts.
         answers: By a query's id, or the type hash that it asks for, the function that takes the answers.
+        ticks: Called several times within a keepalive limit, while a session is open.
         connections: Sessions opened so far; more than 1 if one was lost.
         url: The broker of the session, or of the last one.
         has_had_name: Whether a broker has accepted the node, now or in an earlier session.
@@ -70,6 +71,7 @@ class Link:
         self.publishers: dict[int, LinkEndpoint] = {}
         self.matched: set[int] = set()
         self.answers: dict[int | str, Callable[[Any], None]] = {}
+        self.ticks: dict[Callable[[], None], None] = {}
         self.connections = 0
         self.has_had_name = self.waits_for_name = False
         self.largest = _largest(limits.MAX_MESSAGE_BYTES)

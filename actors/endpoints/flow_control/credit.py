@@ -33,7 +33,7 @@ class SubscriptionCredit:
         send: Sends a GRANT of an attachment's credit.
     """
 
-    __slots__ = ("_last_detached", "_send", "_tracker", "_windows")
+    __slots__ = ("_last_detached", "_send", "_stalled", "_taken", "_tracker", "_windows")
 
     def __init__(self, tracker: SequenceTracker, send: Callable[[Attachment], None]) -> None:
         self._tracker = tracker
@@ -41,6 +41,10 @@ class SubscriptionCredit:
         self._windows = CreditWindows()
         self._last_detached: QueuedBatch | None = None
         """The newest batch at the moment when a publisher was detached, while it waits."""
+
+        self._stalled: list[Attachment] = []
+        """The attachments whose credit the broker has suspended."""
+        self._taken = 0
 
     @property
     def limit(self) -> int:
@@ -52,6 +56,26 @@ class SubscriptionCredit:
         self._windows.attached(attachment)
         self._windows.divide(len(self._tracker.attachments))
         self._open(attachment)
+
+    def stalled(self, attachments: list[Attachment], newest: QueuedBatch | None) -> None:
+        """Note that the broker sends nothing on these attachments until it gets a GRANT."""
+        self._stalled = attachments
+        self.detached(newest)
+
+    def report_progress(self, taken: int, pending: int) -> None:
+        """Send a GRANT if messages have been taken since the last call: a slow consumer has not stalled.
+
+        Args:
+            taken: Messages taken so far.
+            pending: Messages that wait.
+        """
+        if taken == self._taken or not (pending or self._stalled):
+            return
+        self._taken = taken
+        waiting = self._stalled or [each for each in self._tracker.attachments.values() if each.keep_all]
+        if waiting:
+            self._send(waiting[0])
+        self._stalled = []
 
     def detached(self, newest: QueuedBatch | None) -> None:
         """Grant nothing more before `newest`, the newest batch that waits, has been taken."""

@@ -23,8 +23,9 @@ from actors.endpoints.subscription.sequence_tracker import SequenceTracker
 from actors.interfaces.codec import codec_for
 from actors.interfaces.message import type_hash, type_name
 from actors.qos.profile import DurabilityPolicy, HistoryPolicy, ReliabilityPolicy
-from proto import frames
+from proto import frames, limits
 from proto.batches import message_bytes, slice_batch
+from proto.codes import NoticeKind
 from proto.frames import Batch, Replay
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ class SubscriptionEndpoint(Endpoint):
         *,
         concurrent: bool,
         event_callbacks: SubscriptionEventCallbacks | None,
+        stall_timeout_sec: float = 0.0,
     ) -> None:
         codec = None if msg_type is None else codec_for(msg_type)
         events = SubscriptionEvents(context, topic, event_callbacks or SubscriptionEventCallbacks())
@@ -67,13 +69,12 @@ class SubscriptionEndpoint(Endpoint):
         latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
         pushes_back = keep_all and resolved.reliability == ReliabilityPolicy.RELIABLE
         depth = BEST_EFFORT_KEEP_ALL_DEPTH if keep_all else max(1, resolved.depth)
-        self._msg_type = msg_type
-        self._topic = topic
-        self._qos = qos
+        self._msg_type, self._topic, self._qos = msg_type, topic, qos
+        self._stall_ms = min(round(stall_timeout_sec * 1000), limits.MAX_U32)
         self._events = events
         self.decoder = Decoder(codec, topic, context.log)
         self.tracker = SequenceTracker(events.message_lost, latched=latched)
-        self._credit = SubscriptionCredit(self.tracker, self._grant) if pushes_back else None
+        self._credit = self._begin_credit(context) if pushes_back else None
         self.consumer = Consumer(
             context,
             topic,
@@ -89,6 +90,10 @@ class SubscriptionEndpoint(Endpoint):
         context.link.add(self)
         context.link.attachments.add_reader(self.id, self)
 
+    def _begin_credit(self, context: NodeContext) -> SubscriptionCredit:
+        context.link.ticks[self._report_progress] = None
+        return SubscriptionCredit(self.tracker, self._grant)
+
     def attached(self, attachment: Attachment) -> None:
         """Reader: a publisher's batches will arrive. A known publisher continues where it stopped."""
         replaced = self.tracker.attached(attachment)
@@ -98,6 +103,19 @@ class SubscriptionEndpoint(Endpoint):
             if replaced:
                 self._credit.detached(self.consumer.backlog.newest)
             self._credit.attached(attachment)
+
+    def notice(self, notice: frames.Notice) -> None:
+        """Log a warning of the broker; track no publisher that has stopped to wait for this subscription."""
+        super().notice(notice)
+        if notice.kind == NoticeKind.STALLED and self._credit is not None:
+            stalled = [each for each in self.tracker.attachments.values() if each.keep_all]
+            for attachment in stalled:
+                self.tracker.detached(attachment)
+            self._credit.stalled(stalled, self.consumer.backlog.newest)
+
+    def _report_progress(self) -> None:
+        if self._credit is not None:
+            self._credit.report_progress(self.consumer.calls, self.consumer.backlog.pending)
 
     def asserted(self, attachment: Attachment) -> None:
         """Reader: a publisher has asserted its liveliness."""
@@ -188,6 +206,7 @@ class SubscriptionEndpoint(Endpoint):
             return
         super().destroy()
         self.context.link.attachments.remove_reader(self.id)
+        self.context.link.ticks.pop(self._report_progress, None)
         self.consumer.close()
         self._liveliness.stop()
         self._deadline.end()
@@ -198,7 +217,7 @@ class SubscriptionEndpoint(Endpoint):
         self._liveliness.session_ended()
         self.tracker.session_ended()
         if self._credit is not None:
-            self._credit.detached(self.consumer.backlog.newest)
+            self._credit.stalled([], self.consumer.backlog.newest)
         self._deadline.end()
 
     def declaration(self) -> frames.Frame:
@@ -212,6 +231,7 @@ class SubscriptionEndpoint(Endpoint):
             None if typed is None else type_hash(typed),
             self._qos.to_wire(),
             *DECLARED,
+            self._stall_ms,
         )
 
     def diagnostics(self) -> SubscriptionDiagnostics:

@@ -40,11 +40,19 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
         concurrent: bool,
         raw: bool,
         event_callbacks: SubscriptionEventCallbacks | None = None,
+        stall_timeout_sec: float = 0.0,
     ) -> None:
         typed = None if raw else msg_type
         super().__init__(
             SubscriptionEndpoint(
-                context, typed, topic, callback, qos, concurrent=concurrent, event_callbacks=event_callbacks
+                context,
+                typed,
+                topic,
+                callback,
+                qos,
+                concurrent=concurrent,
+                event_callbacks=event_callbacks,
+                stall_timeout_sec=stall_timeout_sec,
             )
         )
         self.msg_type = msg_type
