@@ -89,7 +89,7 @@ class BrokerOptions:
         30.0, "seconds after which a frozen peer's link is closed", 0.1, 86_400, reloads=True
     )
     name_grace_sec: float = _option(
-        5.0, "seconds after which another node may take a frozen node's name", 0, 86_400
+        5.0, "seconds after which another node may take a frozen node's name", 0, 86_400, reloads=True
     )
     keep_all_stall_sec: float = _option(
         60.0, "seconds that a KEEP_ALL subscription may hold back publishers and take nothing", 0.1, 86_400
@@ -132,7 +132,6 @@ class BrokerOptions:
         " may wait for it; beyond it they fail as OVERLOADED",
         65_536,
         2**40,
-        reloads=True,
     )
     max_reassembly_bytes: int = _option(
         128 * _MIB,
@@ -151,6 +150,7 @@ class BrokerOptions:
         "seconds without a further part after which an incomplete message ends its connection",
         0.1,
         3600,
+        reloads=True,
     )
     max_queued_call_bytes: int = _option(
         8 * _MIB,

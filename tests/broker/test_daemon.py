@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import tomllib
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from broker import Broker, BrokerOptions
 from broker.configuration import SETTINGS
 from broker.options import DaemonOptions
+from broker.router_limits import RouterLimits
 from proto.url import parse_url
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link, until
@@ -124,6 +126,12 @@ async def test_new_limits_hold_for_links_that_exist() -> None:
         async with link(broker, "/new"):
             await until(lambda: len(broker._dispatcher.links) == 2)
             assert {each.channel.outbox.max_held_bytes for each in broker._dispatcher.links} == {65_536}
+
+
+def test_what_a_router_keeps_needs_a_restart() -> None:
+    """A router has its limits for as long as it lives, so a reload must not claim to change them."""
+    kept = {each.name for each in fields(RouterLimits)}
+    assert [name for name in kept if SETTINGS[name].reloads] == []
 
 
 def test_options_of_the_daemon_do_not_clash_with_those_of_the_broker() -> None:
