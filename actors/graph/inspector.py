@@ -33,7 +33,7 @@ from proto.session import Role, Session, State
 from proto.url import parse_urls
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from typing import Self
 
     from actors.config.credentials import Credentials
@@ -80,6 +80,7 @@ class Inspector:
             be started there; None if there was none.
         error: Why it has not reached the first of `urls`; None if it has, or has not tried.
         welcome: The options of the broker's greeting: agent, broker, keepalive_ms, max_message_bytes, …
+        certificate: The broker's certificate, as `ssl.SSLSocket.getpeercert` shows it; empty without TLS.
         round_trip_sec: How long the broker took to answer the greeting.
         clock_ahead_sec: By how many seconds the broker's wall clock is ahead of this machine's, with an error
             of up to half a round trip; None if the broker does not report it.
@@ -99,6 +100,7 @@ class Inspector:
         self.listening: BrokerUrl | None = None
         self.error: OSError | None = None
         self.welcome: frames.Options = {}
+        self.certificate: Mapping[str, Any] = {}
         self.round_trip_sec = 0.0
         self.clock_ahead_sec: float | None = None
         self._domain = domain
@@ -243,10 +245,11 @@ class Inspector:
         self._socket = _connect(url, _left(deadline))
         if url.tls:
             self._socket.settimeout(_left(deadline))
-            self._socket = client_context(self._credentials.tls).wrap_socket(
+            self._socket = encrypted = client_context(self._credentials.tls).wrap_socket(
                 self._socket, server_hostname=url.host, do_handshake_on_connect=False
             )
-            self._socket.do_handshake()
+            encrypted.do_handshake()
+            self.certificate = encrypted.getpeercert() or {}
         options: dict[str, frames.Scalar] = {
             "agent": AGENT,
             "domain": self._domain,

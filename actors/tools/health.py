@@ -84,7 +84,13 @@ def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
                 *broker_checks.greeting(
                     inspector.welcome, inspector.clock_ahead_sec, inspector.round_trip_sec
                 ),
-                security_checks.openness(inspector.url, inspector.welcome.get("broker"), timeout_sec),
+                *security_checks.broker_certificate(inspector.certificate),
+                security_checks.openness(
+                    inspector.url,
+                    inspector.welcome.get("broker"),
+                    timeout_sec,
+                    ca=target.credentials.tls.ca,
+                ),
                 *broker_checks.numbers(inspector.report()),
                 *broker_checks.graph(inspector.graph()),
             ]

@@ -8,16 +8,18 @@ import stat
 import time
 from contextlib import suppress
 from ipaddress import ip_address
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.config import environment
 from actors.config.context_errors import ContextError
 from actors.config.contexts import Contexts
 from actors.config.credentials import Credentials
+from actors.errors import TlsFailed
 from actors.graph.inspector import Inspector
 from actors.tools.certificates import expiries
 from actors.tools.check import Check
 from proto.errors import CallboardError, escape
+from proto.tls import TlsFault, TlsFiles
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -34,14 +36,18 @@ _ELSEWHERE: Final = ("192.0.2.1", 9)
 
 
 def client_files() -> list[Check]:
-    """Return the checks of the files with secrets that nodes and commands of this user have."""
-    secrets: dict[str, str] = {}
-    if file := environment.token_file():
-        secrets["CALLBOARD_TOKEN_FILE"] = file
+    """Return the checks of the secrets and certificates that nodes and commands of this user have."""
+    tls = environment.tls_files()
+    secrets = {"CALLBOARD_TOKEN_FILE": environment.token_file(), "CALLBOARD_KEY": tls.key}
+    certificates = {"CALLBOARD_CERT": tls.certificate, "CALLBOARD_CA": tls.ca}
     with suppress(ContextError):  # another check reports it
-        named = Contexts.load().named.items()
-        secrets |= {f"context '{name}'": each.token_file for name, each in named if each.token_file}
-    return check_files(secrets, {})
+        for name, context in Contexts.load().named.items():
+            secrets |= {f"context '{name}'": context.token_file, f"context '{name}', key": context.key}
+            certificates |= {f"context '{name}', cert": context.cert, f"context '{name}', ca": context.ca}
+    return check_files(
+        {name: path for name, path in secrets.items() if path},
+        {name: path for name, path in certificates.items() if path},
+    )
 
 
 def check_files(secrets: Mapping[str, str], certificates: Mapping[str, str]) -> list[Check]:
@@ -98,7 +104,21 @@ def judged_expiry(shown: str, expires: float, now: float) -> Check:
     return Check("certificates", "ok", f"{shown} is valid for {days} days")
 
 
-def openness(url: BrokerUrl, broker: object, timeout_sec: float) -> Check:
+def broker_certificate(certificate: Mapping[str, Any]) -> list[Check]:
+    """Return the check of the certificate of a broker.
+
+    Args:
+        certificate: As `ssl.SSLSocket.getpeercert` shows it; empty without TLS.
+    """
+    if "notAfter" not in certificate:
+        return []
+    import ssl  # noqa: PLC0415 - loaded already, if there is a certificate
+
+    expires = ssl.cert_time_to_seconds(certificate["notAfter"])
+    return [judged_expiry("the broker's certificate", expires, time.time())]
+
+
+def openness(url: BrokerUrl, broker: object, timeout_sec: float, *, ca: str = "") -> Check:
     """Return the check of whether a broker lets in anybody from another machine.
 
     It connects as a stranger would: to the broker's address, or to this machine's own if that is a loopback
@@ -108,14 +128,20 @@ def openness(url: BrokerUrl, broker: object, timeout_sec: float) -> Check:
         url: Where it has answered.
         broker: The identity in its greeting.
         timeout_sec: The time limit.
+        ca: The authorities to trust for TLS; "" for those of the system.
     """
     host = None if url.path else _own_address() if is_loopback(url.host) else url.host
     if host is None:
         return Check("access", "ok", "only programs on this machine reach the broker")
     outside = url._replace(host=host)
+    nothing = Credentials(tls=TlsFiles(ca=ca))
     try:
-        with Inspector(str(outside), credentials=Credentials(), timeout_sec=timeout_sec) as stranger:
+        with Inspector(str(outside), credentials=nothing, timeout_sec=timeout_sec) as stranger:
             is_open = stranger.welcome.get("broker") == broker
+    except TlsFailed as error:
+        if error.fault is not TlsFault.CLIENT_CERTIFICATE_REQUIRED:
+            return Check("access", "skip", f"it is unknown whether the broker lets in anybody: {error}")
+        is_open = False
     except CallboardError:
         is_open = False
     if not is_open:

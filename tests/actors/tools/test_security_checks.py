@@ -14,6 +14,7 @@ from actors.tools import security_checks
 from actors.tools.certificates import expiries
 from broker import Broker, BrokerOptions
 from proto.url import BrokerUrl, parse_url
+from tests.certificates import Authority, expired
 
 if TYPE_CHECKING:
     from actors.tools.check import Check
@@ -131,9 +132,9 @@ def test_a_broken_certificate_is_no_traceback(cut: int) -> None:
         expiries(head + body + tail[:cut] + "-----END CERTIFICATE-----")
 
 
-async def open_check(broker: Broker, url: BrokerUrl) -> Check:
+async def open_check(broker: Broker, url: BrokerUrl, ca: str = "") -> Check:
     """Check in a thread whether a broker is open to others."""
-    return await asyncio.to_thread(security_checks.openness, url, broker.instance, 5)
+    return await asyncio.to_thread(security_checks.openness, url, broker.instance, 5, ca=ca)
 
 
 async def test_a_broker_that_listens_on_all_addresses_is_open() -> None:
@@ -155,6 +156,47 @@ async def test_a_broker_for_this_machine_is_not_open(tmp_path: Path) -> None:
     for options in (BrokerOptions(port=0), BrokerOptions(unix=tmp_path / "s")):
         async with Broker(options) as broker:
             assert (await open_check(broker, parse_url(broker.url))).status == "ok"
+
+
+async def test_a_broker_that_requires_certificates_is_not_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stranger has no certificate, even if whoever checks has one; if TLS fails, nothing is known."""
+    own = security_checks._own_address()
+    if own is None:
+        pytest.skip("needs an address besides loopback")
+    authority = Authority(tmp_path)
+    pair, client = authority.issue("127.0.0.1", own), authority.issue("client")
+    monkeypatch.setenv("CALLBOARD_CA", str(authority.ca))
+    monkeypatch.setenv("CALLBOARD_CERT", str(client.certificate))
+    monkeypatch.setenv("CALLBOARD_KEY", str(client.key))
+    for ca, certificate, status in (
+        (None, pair, "warn"),
+        (authority.ca, pair, "ok"),
+        (None, authority.issue("localhost"), "skip"),
+    ):
+        options = authority.options(certificate, host="0.0.0.0", insecure=True, tls_client_ca=ca)
+        async with Broker(options) as broker:
+            url = parse_url(broker.url)._replace(host="127.0.0.1")
+            assert (await open_check(broker, url, str(authority.ca))).status == status
+
+
+def test_files_for_tls_are_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The key of a client must be hidden; its certificate and the authority must be valid."""
+    authority = Authority(tmp_path)
+    client = authority.issue("client", **expired())
+    client.key.chmod(0o644)
+    monkeypatch.setenv("CALLBOARD_CA", str(authority.ca))
+    monkeypatch.setenv("CALLBOARD_CERT", str(client.certificate))
+    monkeypatch.setenv("CALLBOARD_KEY", str(client.key))
+    assert [check.status for check in security_checks.client_files()] == ["warn", "fail", "ok"]
+
+
+def test_the_certificate_of_a_broker_is_checked() -> None:
+    """Its time is that of Python's ssl module; without TLS there is none."""
+    assert security_checks.broker_certificate({}) == []
+    (check,) = security_checks.broker_certificate({"notAfter": "Jan  1 00:00:00 2020 GMT"})
+    assert check[:3] == ("certificates", "fail", "the broker's certificate has expired")
 
 
 @pytest.mark.parametrize(
