@@ -98,9 +98,9 @@ class Daemon:
         applied = [each.name for each in changed if each.reloads]
         self._values |= {name: values[name] for name in applied}
         options = self._broker.options
-        files = ["the access rules"] * (options.auth is not None)
-        files += ["the certificate"] * (options.tls_cert is not None)
-        text = f"Reloaded: {', '.join(files + applied) or 'no option has changed'}"
+        files = {"the access rules": options.auth, "the certificate": options.tls_cert}
+        read = [name for name, path in files.items() if path is not None]
+        text = f"Reloaded: {', '.join(read + applied) or 'no option has changed'}"
         logger.info("%s", text)
         waiting = [each.name for each in changed if not each.reloads]
         if waiting:
