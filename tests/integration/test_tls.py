@@ -52,7 +52,7 @@ class Reader:
             if self.broker is not None:
                 await self.broker.stop()
             self.broker = await self.callboard(*arguments, "--port", str(self._system.port))
-            await self.broker.wait_for_line("listening on callboards://127.0.0.1")
+            await self.broker.wait_for_line("listening on callboards://")
         elif program == "callboard":
             await self.succeed(*arguments)
         else:
@@ -97,3 +97,23 @@ async def test_a_system_over_tls_as_the_guide_sets_it_up(system: System, tmp_pat
     refused = await reader.callboard("node", "list")
     assert await refused.wait_for_exit() == 3
     assert "requires a client certificate" in refused.output
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="the guide uses openssl")
+async def test_rules_as_the_guide_makes_them(system: System, tmp_path: Path) -> None:
+    """A token of the guide lets in; a user that the guide removes is out, also where it is connected."""
+    reader = Reader(system, tmp_path)
+    await reader.follow("TLS in five minutes")
+    await reader.follow("Rules in five minutes")
+    assert "roles.observer.allow.subscribe" in reader.output
+    assert reader.broker is not None
+    system.variables["CALLBOARD_TOKEN_FILE"] = str(tmp_path / "dashboard.token")
+    await system.example("minimal_subscriber")
+    await reader.broker.wait_for_line("/minimal_subscriber")
+    await reader.follow("Take rights away")
+    await reader.broker.wait_for_line("Reloaded: the access rules")
+    refused = await reader.callboard("node", "list")
+    assert await refused.wait_for_exit() != 0
+    assert "refuses this client" in refused.output
+    system.variables["CALLBOARD_TOKEN_FILE"] = str(tmp_path / "operator.token")
+    assert "/minimal_subscriber" not in await reader.succeed("node", "list")
