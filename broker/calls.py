@@ -17,14 +17,13 @@ from proto.codes import Status
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import is_large
 from proto.frames import ReplyEntry, RequestEntry
-from proto.queued_calls import QueuedCalls
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
     from broker.pool import Pool
-    from proto.queued_calls import CallShare
+    from proto.queued_calls import CallShare, QueuedCalls
 
 EntryT = TypeVar("EntryT", RequestEntry, ReplyEntry)
 
@@ -33,6 +32,7 @@ SERVER_GONE: Final = "the server has gone"
 CLIENT_SILENT: Final = "this link was silent for too long"
 STOPPING: Final = "the broker is stopping"
 OVERLOADED: Final = "wait for the server already (the broker's --max-queued-call-bytes, --max-bulk-bytes)"
+MEMORY_FULL: Final = "the broker takes no large calls, since it holds too much (its --max-broker-bytes)"
 NO_SERVER: Final = "no server; wait for one with wait_for_service()"
 
 
@@ -43,15 +43,15 @@ class Calls:
         emit: Takes each delivery.
         max_pending: Unanswered calls of one link.
         max_bytes: Size of a frame that a link takes; the broker's call ids may make one longer than it came.
-        max_share_bytes: Bytes of requests from one link that may wait for one server's link.
-        max_queued_bytes: Bytes of requests from all links that may wait for one server's link.
+        queued: Returns a count of the requests that wait for one more server's link, with its limits.
 
     Attributes:
         closed: Whether new calls are refused, except those that the answer to another may need.
+        memory_full: Returns whether large calls are refused because the broker holds too much.
         pending: Calls without an answer.
         routed: Requests routed to a server.
         refused: Requests that the broker answered: there was no server, or too many calls were pending.
-        overloaded: Those of them that exceeded `max_share_bytes` or `max_queued_bytes`.
+        overloaded: Those of them that exceeded a limit of `queued`, or were large while the memory was full.
         late: Replies to calls that were no longer pending.
     """
 
@@ -61,16 +61,15 @@ class Calls:
         *,
         max_pending: int,
         max_bytes: int,
-        max_share_bytes: int,
-        max_queued_bytes: int,
+        queued: Callable[[], QueuedCalls],
     ) -> None:
         self._emit = emit
         self._max_bytes = max_bytes
         self._max_pending = max_pending
-        self._max_share_bytes = max_share_bytes
-        self._max_queued_bytes = max_queued_bytes
+        self._queued = queued
         self._last_call = 0
         self.closed = False
+        self.memory_full: Callable[[], bool] = lambda: False
         self.pending = self.routed = self.refused = self.overloaded = self.late = 0
 
     def request(
@@ -122,21 +121,26 @@ class Calls:
             self._take_back(client, server, entries, Status.UNAVAILABLE, TOO_LARGE)
             return
         share = self._share(client, server)
-        if share.admits(raw):
+        refused = is_large(raw) and self.memory_full()
+        if not refused and share.admits(raw):
             share.add(raw)
             self._emit(SendCalls(server.peer.id, raw, (server.id, entries[0].call), share))
             return
         self.routed -= len(entries)
         self.refused += len(entries)
         self.overloaded += len(entries)
-        text = f"{share.bytes} bytes of this link's calls, {share.all.bytes} of all links, {OVERLOADED}"
+        text = (
+            MEMORY_FULL
+            if refused
+            else f"{share.bytes} bytes of this link's calls, {share.all.bytes} of all links, {OVERLOADED}"
+        )
         self._take_back(client, server, entries, Status.OVERLOADED, text)
 
     def _share(self, client: ClientRecord, server: ServiceRecord) -> CallShare:
         """Return the count of the client's requests that wait for the server."""
         queued = server.peer.queued_calls
         if queued is None:
-            queued = server.peer.queued_calls = QueuedCalls(self._max_share_bytes, self._max_queued_bytes)
+            queued = server.peer.queued_calls = self._queued()
         return queued.share(client.peer.id)
 
     def _take_back(

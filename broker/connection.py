@@ -184,6 +184,8 @@ class Connection:
 
     def writable(self) -> None:
         """ChannelHandler: the transport has space again."""
+        if self._link.held_bytes:
+            self._dispatcher.memory.count(self._link)
         self._dispatcher.note_progress()
 
     def failed(self, error: ProtocolError) -> None:

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 from broker.access.errors import Unauthorized
 from broker.deliveries import Send
 from broker.link import logger
+from broker.machine_memory import memory_bytes, resident_bytes
+from broker.memory_guard import MemoryGuard
 from broker.refusal_log import RefusalLog
 from broker.router import Router
 from broker.router_limits import RouterLimits
 from proto.errors import ErrorCode
-from proto.fragments import ReassemblyTotal
+from proto.fragments import ByteTotal, ReassemblyTotal
 from proto.frames import Pong
 from proto.outbox import Outbox
 
@@ -44,6 +46,8 @@ class Dispatcher:
         strangers: Links that have not finished their handshake.
         joined: By router, the links of its graph, by peer.
         reassembly: The bytes of incomplete messages of all links.
+        latched: The bytes of latched messages of all links.
+        memory: What all links hold.
         partial: Links that have, or had, incomplete messages.
         max_reassembly_bytes: Bytes of incomplete messages of one link.
         draining: Whether the broker is stopping: no peer may join any more.
@@ -66,6 +70,10 @@ class Dispatcher:
         self.joined: dict[Router, dict[int, Link]] = {}
         self.reassembly = ReassemblyTotal(options.max_total_reassembly_bytes)
         self.partial: dict[Link, None] = {}
+        self.latched = ByteTotal()
+        self.memory = MemoryGuard(
+            options.max_broker_bytes or memory_bytes() // 2, resident_bytes, self.reassembly, self.latched
+        )
         self.max_reassembly_bytes = max(options.max_reassembly_bytes, options.max_message_bytes)
         self.draining = False
         self.on_progress: Callable[[], None] | None = None
@@ -167,6 +175,8 @@ class Dispatcher:
                 ),
             )
             router.declarations.on_limit = lambda peer, text: self._warn_of_limit(joined.get(peer.id), text)
+            router.latched = self.latched
+            router.calls.memory_full = lambda: self.memory.full
             self.joined[router] = joined
         return router
 
@@ -186,6 +196,7 @@ class Dispatcher:
             self.flush()
         link.channel.close()
         link.channel.outbox = Outbox()  # nothing of it is sent any more
+        self.memory.count(link)
 
     def note_ending(self, link: Link, reason: str, *, left: bool = False) -> None:
         """Record why a link ends; only the first reason counts.
@@ -304,8 +315,13 @@ class Dispatcher:
             for link in unflushed:
                 channel = link.channel
                 channel.flush()
-                if channel.outbox.held_bytes > channel.outbox.max_held_bytes:
+                outbox = channel.outbox
+                if outbox.held_bytes > outbox.max_held_bytes:
                     link.fail_if_over_limit()
+                if link.held_bytes or outbox.held_bytes or outbox.urgent_bytes or outbox.ordered_bytes:
+                    self.memory.count(link)
+        if self.memory.needs_relief:
+            self.memory.relieve(self.links)
         if self.on_progress is not None:
             self.on_progress()
 

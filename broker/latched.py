@@ -77,6 +77,7 @@ def unlatch(publisher: PublisherRecord) -> None:
 def _count(publisher: PublisherRecord, size: int) -> None:
     publisher.latched_bytes += size
     publisher.peer.latched_bytes += size
+    publisher.peer.all_latched.bytes += size
 
 
 class LatchedReplay(ReplaySource):

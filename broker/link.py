@@ -48,6 +48,7 @@ class Link:
         behind: Whether frames that it sent before the broker's hold may still arrive.
         left: Whether it ends because the client or the broker stops on purpose.
         ending: Why it ends; "" until that is known.
+        held_bytes: What waits for it, as last counted by the memory guard.
     """
 
     def __init__(self, channel: BudgetedChannel, options: BrokerOptions, now: float) -> None:
@@ -68,6 +69,7 @@ class Link:
         self.behind = False
         self.left = False
         self.ending = ""
+        self.held_bytes = 0
         self.liveness = Liveness(now)
 
     def reconfigure(self, options: BrokerOptions) -> None:

@@ -159,6 +159,13 @@ class BrokerOptions:
         1024,
         2**40,
     )
+    max_broker_bytes: int = _option(
+        0,
+        "bytes of all messages and calls that wait, are latched or incomplete; beyond it some are refused or"
+        " dropped; 0 is half of the memory of the machine or its container",
+        0,
+        2**50,
+    )
     max_message_bytes: int = _option(limits.MAX_MESSAGE_BYTES, "size of one message", 1024, limits.MAX_U32)
 
     def __post_init__(self) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from broker.flow_control import CreditLimits, PublisherCredit
+from proto.fragments import ByteTotal
 from proto.frames import GraphEntry, Matched, Options, Scalar
 from proto.qos import KEEP_ALL
 
@@ -39,6 +40,8 @@ class Peer:
     """Requests that wait for its servers; None before the first one."""
     latched_bytes: int = 0
     """Bytes kept for late joiners of its publishers."""
+    all_latched: ByteTotal = field(default_factory=ByteTotal)
+    """The same of all peers of the broker."""
     definitions: dict[str, int] = field(default_factory=dict[str, int])
     """By the hash of each type that it has defined, its endpoints that declared the definition."""
     definition_bytes: int = 0

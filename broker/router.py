@@ -5,6 +5,7 @@ One router is one graph. It knows the peers and gives each frame to the part tha
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, get_args
 
@@ -23,6 +24,8 @@ from broker.topics import Topics
 from proto import frames
 from proto.codes import NoticeKind, Status
 from proto.errors import ErrorCode, ProtocolError
+from proto.fragments import ByteTotal
+from proto.queued_calls import QueuedCalls
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -49,6 +52,7 @@ class Router:
         domain: The same number.
         relied_on: Ids of the peers to check closely: others are matched with them, wait for their answers, or
             have asked for the graph.
+        latched: Counts the bytes of latched messages, possibly of several graphs.
         routes, topics, calls, services, graph, declarations: The parts.
     """
 
@@ -62,6 +66,7 @@ class Router:
         limits = limits or RouterLimits()
         self.domain = domain
         self.relied_on: set[int] = set()
+        self.latched = ByteTotal()
         self._out: list[Delivery] = []
         self._peer_ids = count(1)
         self._peers: dict[int, Peer] = {}
@@ -74,8 +79,7 @@ class Router:
             self._emit,
             max_pending=limits.max_pending_calls,
             max_bytes=limits.max_message_bytes,
-            max_share_bytes=limits.max_queued_call_bytes,
-            max_queued_bytes=limits.max_bulk_bytes,
+            queued=partial(QueuedCalls, limits.max_queued_call_bytes, limits.max_bulk_bytes),
         )
         self.services = Services(self._notices, self.calls)
         self.graph = Graph(self._emit)
@@ -149,7 +153,14 @@ class Router:
         Returns:
             The new peer's id, and deliveries.
         """
-        peer = Peer(next(self._peer_ids), instance, token, relied_on=self.relied_on, principal=principal)
+        peer = Peer(
+            next(self._peer_ids),
+            instance,
+            token,
+            relied_on=self.relied_on,
+            principal=principal,
+            all_latched=self.latched,
+        )
         self._peers[peer.id] = peer
         old = self._instances.get(instance)
         if old is None or (old.token == token and _user(old) == _user(peer)):

@@ -71,6 +71,9 @@ class Statistics:
             urgent_bytes=sum(outbox.urgent_bytes for outbox in outboxes),
             ordered_bytes=sum(outbox.ordered_bytes for outbox in outboxes),
             reassembly_bytes=dispatcher.reassembly.bytes,
+            held_bytes=dispatcher.memory.held_bytes,
+            refused_messages=dispatcher.reassembly.refused,
+            closed_for_memory=dispatcher.memory.closed,
             bytes_received=dispatcher.closed_bytes_received + sum(each.bytes_received for each in channels),
             bytes_sent=dispatcher.closed_bytes_sent + sum(each.bytes_sent for each in channels),
         )

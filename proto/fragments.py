@@ -7,11 +7,16 @@ holds of incomplete frames is limited for each link, for all links together, and
 from __future__ import annotations
 
 import sys
+from typing import Final
 
 from proto import limits
 from proto.codec import encode_head
+from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import Abort, Buffer, Fragment
+
+_OPCODE_AT: Final = limits.PREFIX_BYTES + 1
+_BATCH: Final = bytes([Op.BATCH])
 
 
 def is_large(raw: Buffer) -> bool:
@@ -90,7 +95,16 @@ class Transfers:
         self.full = False
 
 
-class ReassemblyTotal:
+class ByteTotal:
+    """Bytes that several parts of a program hold together."""
+
+    __slots__ = ("bytes",)
+
+    def __init__(self) -> None:
+        self.bytes = 0
+
+
+class ReassemblyTotal(ByteTotal):
     """What several receivers hold of incomplete frames.
 
     Args:
@@ -98,13 +112,17 @@ class ReassemblyTotal:
 
     Attributes:
         bytes: How much that is.
+        refusing: Whether to discard the parts of large BATCH frames that begin now.
+        refused: Frames discarded.
     """
 
-    __slots__ = ("bytes", "max_bytes")
+    __slots__ = ("max_bytes", "refused", "refusing")
 
     def __init__(self, max_bytes: int = sys.maxsize) -> None:
+        super().__init__()
         self.max_bytes = max_bytes
-        self.bytes = 0
+        self.refusing = False
+        self.refused = 0
 
 
 class _Partial:
@@ -133,7 +151,7 @@ class Reassembler:
         held_bytes: Bytes of incomplete frames.
     """
 
-    __slots__ = ("_max_bytes", "_max_held_bytes", "_open", "_total", "held_bytes")
+    __slots__ = ("_max_bytes", "_max_held_bytes", "_open", "_refused", "_total", "held_bytes")
 
     def __init__(
         self,
@@ -145,21 +163,35 @@ class Reassembler:
         self._max_held_bytes = max_held_bytes
         self._total = total or ReassemblyTotal()
         self._open: dict[int, _Partial] = {}
+        self._refused: set[int] = set()
+        """Transfers whose fragments are discarded."""
         self.held_bytes = 0
 
     def add(self, fragment: Fragment) -> bytearray | None:
-        """Add one fragment; return the whole encoded frame if it was the last one.
+        """Add one fragment; return the whole encoded frame if it was the last one and is not refused.
 
         Raises:
             ProtocolError: The frame is too large, too many transfers are open or bytes are held, or the
                 fragments are inconsistent.
         """
+        if self._refused and fragment.transfer in self._refused and fragment.total is None:
+            if not fragment.more:
+                self._refused.discard(fragment.transfer)
+            return None
         partial = self._open.get(fragment.transfer)
         if (partial is None) == (fragment.total is None):
             raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: exactly the first one has the total size")
         if partial is None:
             assert fragment.total is not None
             self._check_start(fragment.total)
+            if (
+                self._total.refusing
+                and fragment.more
+                and fragment.payload[_OPCODE_AT : _OPCODE_AT + 1] == _BATCH
+            ):
+                self._total.refused += 1
+                self._refused.add(fragment.transfer)
+                return None
             partial = self._open[fragment.transfer] = _Partial(fragment.total)
         size = len(fragment.payload)
         end = len(partial.buffer) + size
@@ -184,12 +216,13 @@ class Reassembler:
         if total > self._max_bytes:
             text = f"a message of {total} bytes is over the limit of {self._max_bytes}"
             raise ProtocolError(ErrorCode.TOO_LARGE, text)
-        if len(self._open) >= limits.MAX_TRANSFERS:
+        if len(self._open) + len(self._refused) >= limits.MAX_TRANSFERS:
             text = f"more than {limits.MAX_TRANSFERS} fragmented frames at a time"
             raise ProtocolError(ErrorCode.LIMIT, text)
 
     def abort(self, abort: Abort) -> None:
         """Forget a transfer; ignore an unknown one, since its last fragment may have been sent already."""
+        self._refused.discard(abort.transfer)
         partial = self._open.pop(abort.transfer, None)
         if partial is not None:
             self._count(-len(partial.buffer))

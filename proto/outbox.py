@@ -328,7 +328,8 @@ class Outbox:
             if queue.pending or queue.counted_bytes:
                 self._recount(queue)
         if self.held_bytes > self.max_held_bytes:
-            self._drop_from_fullest()
+            # The margin makes the search over all queues rare.
+            self.drop_from_fullest(self.max_held_bytes - self.max_held_bytes // 8)
         self._touched.clear()
 
     def _recount(self, queue: PublisherQueue) -> None:
@@ -336,12 +337,8 @@ class Outbox:
         self.held_bytes += held - queue.counted_bytes
         queue.counted_bytes = held
 
-    def _drop_from_fullest(self) -> None:
-        """Drop the oldest batches of the fullest KEEP_LAST queues until an eighth of the limit is free.
-
-        The margin makes the search over all queues rare.
-        """
-        enough = self.max_held_bytes - self.max_held_bytes // 8
+    def drop_from_fullest(self, enough: int) -> None:
+        """Drop the oldest batches of the fullest KEEP_LAST queues until `held_bytes` is at most `enough`."""
         fullest = [
             (-queue.held_bytes, number, queue)
             for number, queue in enumerate(dict.fromkeys((*self._ready, *self._touched)))  # some lack credit

@@ -117,6 +117,12 @@ class BrokerStats:
     """Control frames and latched messages that wait in order with messages."""
     reassembly_bytes: int = 0
     """Parts of large messages that links have not sent completely."""
+    held_bytes: int = 0
+    """All that counts for the broker's `max_broker_bytes`."""
+    refused_messages: int = 0
+    """Large messages discarded because the broker held too much."""
+    closed_for_memory: int = 0
+    """Links closed because the broker held too much, and most of it for them."""
     latched: int = 0
     """Messages kept for late joiners."""
     latched_bytes: int = 0

@@ -16,12 +16,13 @@ import actors
 from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
 from broker.departed_queues import FORGET_QUEUES, MAX_QUEUES_PER_PEER
+from broker.memory_guard import MemoryGuard
 from proto import frames, limits
 from proto.batches import with_raw
 from proto.codec import Decoder, encode
 from proto.codes import Status
 from proto.errors import ErrorCode
-from proto.fragments import Reassembler, ReassemblyTotal
+from proto.fragments import ByteTotal, Reassembler, ReassemblyTotal
 from proto.outbox import REPLAY_AHEAD_BYTES, Outbox
 from proto.publisher_queue import PublisherQueue
 from tests.broker import frame_makers as make
@@ -418,3 +419,96 @@ def test_queues_of_publishers_that_are_gone_are_bounded() -> None:
         switch.send(passing, frames.Undeclare(1))
         assert routes.peer_queues() == []
         assert {type(frame) for frame in switch.read_all(reader)} == {frames.Detached, frames.Matched}
+
+
+async def test_a_full_broker_refuses_then_drops_then_closes() -> None:
+    """Case 46: at max_broker_bytes large messages are refused, old ones go, the greediest link is closed."""
+    limit = 4 * KIB * KIB
+    async with AsyncExitStack() as stack:
+        broker = await stack.enter_async_context(
+            Broker(BrokerOptions(port=0, max_broker_bytes=limit, drain_timeout_sec=0.2))
+        )
+        talker, other = [
+            await stack.enter_async_context(link(broker, name)) for name in ("/talker", "/other")
+        ]
+        talker.send(make.publisher(1), make.publisher(2, "/latched", qos=MANY), make.client(3))
+        number = (await talker.next(frames.Accepted)).number
+        latched = (await talker.next(frames.Accepted)).number
+        other.send(make.service(1))
+        deaf = await stack.enter_async_context(link(broker, "/deaf"))
+        deaf.send(make.subscription(1, qos={"depth": 1000}))
+        await deaf.synchronise()
+        deaf.stop_reading()
+        # KEEP_LAST queues: the oldest go, and no link is closed.
+        for first in range(200):
+            talker.send(make.batch(number, first, 1, size=100 * KIB))
+            await talker.synchronise()
+        stats = broker.stats()
+        assert stats.held_bytes <= limit
+        assert stats.dropped > 100
+        assert stats.connections == 3
+        deaf.channel.abort()
+        await until(lambda: broker.stats().connections == 2)
+        # Latched messages cannot be dropped: large messages and calls are refused first.
+        while broker.stats().held_bytes <= limit - limit // 8:
+            talker.send(make.batch(latched, broker.stats().latched, 1, size=100 * KIB))
+            await talker.synchronise()
+        talker.send(make.batch(number, 200, 1, size=KIB * KIB), make.request(3, 1, body=bytes(280 * KIB)))
+        assert (await talker.next(frames.Reply)).entries[0].status == Status.OVERLOADED
+        await until(lambda: broker.stats().refused_messages == 1)
+        # Then the link that holds most is closed, and the others go on.
+        for first in range(broker.stats().latched, 1000):
+            if talker.ended.done() or broker.stats().connections < 2:
+                break
+            talker.send(make.batch(latched, first, 1, size=100 * KIB))
+            await other.synchronise()
+        assert "--max-broker-bytes" in (await talker.next(frames.Error)).text
+        await until(lambda: broker.stats().connections == 1)
+        await other.synchronise()
+        stats = broker.stats()
+        assert (stats.closed_for_memory, stats.latched) == (1, 0)
+        assert stats.held_bytes < limit
+
+
+async def test_the_count_of_held_bytes_returns_to_zero(broker: Broker) -> None:
+    """Case 46: what waited, was latched or incomplete counts until it is sent or its link has ended."""
+    async with link(broker, "/talker") as talker, link(broker, "/reader") as reader:
+        talker.send(make.publisher(1, qos=MANY))
+        number = (await talker.next(frames.Accepted)).number
+        reader.send(make.subscription(1, qos={"depth": 1000}))
+        await reader.synchronise()
+        reader.stop_reading()
+        for first in range(50):
+            talker.send(make.batch(number, first, 1, size=100 * KIB))
+            await talker.synchronise()
+        talker.send(*part(1, 200 * KIB))
+        await talker.synchronise()
+        assert broker.stats().held_bytes > 50 * 100 * KIB
+        reader.go_on_reading()
+        for _ in range(50):
+            await reader.next(frames.Batch)
+        await until(lambda: broker.stats().queued == 0)
+        stats = broker.stats()
+        assert stats.held_bytes == stats.latched_bytes + stats.reassembly_bytes
+    await until(lambda: broker.stats().connections == 0)
+    assert broker.stats().held_bytes == 0
+
+
+def test_messages_that_are_only_counted_several_times_are_no_reason_to_refuse() -> None:
+    """What waits for many links is in memory once: the process must really use too much."""
+    total, latched = ReassemblyTotal(), ByteTotal()
+    used = [100]
+    guard = MemoryGuard(1000, lambda: used[0], total, latched)
+    latched.bytes = 5000
+    assert guard.needs_relief
+    guard.relieve(())
+    assert (guard.full, guard.needs_relief) == (False, False)
+    used[0] = 990
+    latched.bytes = 6000
+    assert guard.needs_relief
+    guard.relieve(())
+    assert guard.full
+    assert total.refusing
+    latched.bytes = 0
+    guard.relieve(())
+    assert (guard.full, total.refusing, guard.needs_relief) == (False, False, False)

@@ -1,0 +1,47 @@
+"""The memory of the machine or its container, and how much of it this process uses."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Final
+
+FALLBACK_BYTES: Final = 4 * 1024**3
+"""What a machine that does not tell is taken to have."""
+
+_CGROUPS: Final = Path("/sys/fs/cgroup")
+
+
+def memory_bytes() -> int:
+    """Return the memory that this process may use: the machine's, or the limit of its control group."""
+    try:
+        found = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # Windows
+        found = FALLBACK_BYTES
+    return min([found, *_cgroup_limits()])
+
+
+def _cgroup_limits() -> list[int]:
+    """Return the limits of the control groups, version 1 or 2, that this process is in."""
+    files = [_CGROUPS / "memory/memory.limit_in_bytes", _CGROUPS / "memory.max"]
+    try:
+        path = Path("/proc/self/cgroup").read_text().rpartition("::")[2].strip().lstrip("/")
+        group = _CGROUPS / path
+        files += [each / "memory.max" for each in (group, *group.parents) if _CGROUPS in each.parents]
+    except OSError:
+        pass
+    limits: list[int] = []
+    for file in files:
+        try:
+            limits.append(int(file.read_text()))
+        except (OSError, ValueError):  # no such group, or "max"
+            continue
+    return [limit for limit in limits if limit > 0]
+
+
+def resident_bytes() -> int | None:
+    """Return how much memory this process uses; None if the system does not tell."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, ValueError, IndexError, AttributeError):
+        return None

@@ -1,0 +1,115 @@
+"""The memory that a broker holds for all its links, and what gives way when it is too much.
+
+It counts what waits for links, latched messages and incomplete messages. A message that waits for many links
+counts for each of them, so nothing is refused before the process really uses too much memory, too.
+The order, for a limit of `max_bytes`:
+
+    above 7/8   parts of new large messages are discarded, and large calls are refused as OVERLOADED
+    above all   the links with most waiting messages lose the oldest half of them, from KEEP_LAST queues
+    still       the link that holds most is closed
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from proto.errors import ErrorCode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from broker.link import Link
+    from proto.fragments import ByteTotal, ReassemblyTotal
+
+
+class MemoryGuard:
+    """Counts the memory of one run of a broker.
+
+    Args:
+        max_bytes: The limit.
+        resident: Returns the memory that the process uses, or None if that is unknown.
+        reassembly: The bytes of incomplete messages.
+        latched: The bytes of latched messages.
+
+    Attributes:
+        queued_bytes: Bytes that wait for links.
+        full: Whether large messages and calls are refused; set by `relieve`.
+        closed: Links closed because they held most.
+    """
+
+    def __init__(
+        self,
+        max_bytes: int,
+        resident: Callable[[], int | None],
+        reassembly: ReassemblyTotal,
+        latched: ByteTotal,
+    ) -> None:
+        self.max_bytes = max_bytes
+        self.queued_bytes = 0
+        self.full = False
+        self.closed = 0
+        self._enough = max_bytes - max_bytes // 8
+        self._check_above = self._enough
+        self._resident = resident
+        self._reassembly = reassembly
+        self._latched = latched
+        self._closing: Link | None = None
+
+    @property
+    def held_bytes(self) -> int:
+        """Bytes held in all."""
+        return self.queued_bytes + self._reassembly.bytes + self._latched.bytes
+
+    @property
+    def needs_relief(self) -> bool:
+        """Whether to call `relieve`."""
+        held = self.queued_bytes + self._reassembly.bytes + self._latched.bytes
+        return held > self._check_above or self.full
+
+    def count(self, link: Link) -> None:
+        """Note what waits for a link now."""
+        outbox = link.channel.outbox
+        held = outbox.held_bytes + outbox.urgent_bytes + outbox.ordered_bytes
+        self.queued_bytes += held - link.held_bytes
+        link.held_bytes = held
+
+    def relieve(self, links: Iterable[Link]) -> None:
+        """Free memory in the stated order, if the process really uses too much."""
+        held = self.held_bytes
+        resident = self._resident() if held > self._enough else 0
+        self.full = held > self._enough and (resident is None or resident > self._enough)
+        self._reassembly.refusing = self.full
+        if not self.full:
+            self._closing = None
+        # If messages are only counted several times, look again when there are considerably more.
+        self._check_above = self._enough if self.full else max(self._enough, held + self.max_bytes // 16)
+        if self.full and held > self.max_bytes:
+            self._drop(links)
+            if self.held_bytes > self.max_bytes:
+                self._close(links)
+
+    def _drop(self, links: Iterable[Link]) -> None:
+        for link in sorted(links, key=lambda link: link.channel.outbox.held_bytes, reverse=True):
+            if self.held_bytes <= self._enough:
+                break
+            outbox = link.channel.outbox
+            outbox.drop_from_fullest(outbox.held_bytes // 2)
+            self.count(link)
+
+    def _close(self, links: Iterable[Link]) -> None:
+        if self._closing is not None and self._closing.router is not None:
+            return  # what it holds is about to be freed
+        most = max((link for link in links if link.channel.connected), key=_memory, default=None)
+        if most is None:
+            return
+        self._closing = most
+        self.closed += 1
+        text = f"the broker holds {self.held_bytes} bytes, {_memory(most)} of them for this link, and"
+        most.fail(ErrorCode.LIMIT, f"{text} {self.max_bytes} may be (the broker's --max-broker-bytes)")
+        most.channel.reassembler.clear()
+
+
+def _memory(link: Link) -> int:
+    """Return what is held for a link: what waits for it, and what it has sent."""
+    peer = None if link.router is None else link.router.peer(link.peer)
+    return link.held_bytes + link.channel.reassembler.held_bytes + (0 if peer is None else peer.latched_bytes)
