@@ -97,6 +97,21 @@ async def test_a_flood_of_calls_is_refused_and_the_server_stays() -> None:
         await server.next(frames.Request)
 
 
+async def test_refused_calls_are_logged_together(caplog: pytest.LogCaptureFixture) -> None:
+    """Case 52: a flood gives one line in ten seconds, with the number and the option."""
+    caplog.set_level(logging.WARNING, "callboard.broker")
+    options = BrokerOptions(port=0, max_queued_call_bytes=4 * KIB, keepalive_sec=0.6, drain_timeout_sec=0.2)
+    async with AsyncExitStack() as stack:
+        broker = await stack.enter_async_context(Broker(options))
+        await serve(stack, broker)
+        await flood(broker, await caller(stack, broker, "/first"), bytes(200 * KIB))
+        await until(lambda: caplog.records)
+        await flood(broker, await caller(stack, broker, "/second"), bytes(200 * KIB))
+        lines = [record.getMessage() for record in caplog.records if "refused" in record.getMessage()]
+        assert len(lines) == 1
+        assert "--max-queued-call-bytes" in lines[0]
+
+
 async def test_many_flooding_clients_leave_space_for_others() -> None:
     """Case 52: shares shrink as more clients flood one server, so that a small call still passes."""
     options = BrokerOptions(port=0, max_bulk_bytes=KIB * KIB, drain_timeout_sec=0.2)
