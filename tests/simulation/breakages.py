@@ -275,7 +275,7 @@ def does_not_count_gaps() -> Iterator[None]:
 @contextmanager
 def has_no_ceiling() -> Iterator[None]:
     """However much waits for a link, nothing goes."""
-    with mock.patch.object(Outbox, "_drop_from_fullest"), mock.patch.object(Link, "fail_if_over_limit"):
+    with mock.patch.object(Outbox, "drop_from_fullest"), mock.patch.object(Link, "fail_if_over_limit"):
         yield
 
 

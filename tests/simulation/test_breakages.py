@@ -7,7 +7,7 @@ import pytest
 from tests.simulation.breakages import BREAKAGES
 from tests.simulation.histories import live
 
-SEEDS = 12
+SEEDS = 30
 """Histories in which a breakage has to show."""
 
 
