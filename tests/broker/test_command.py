@@ -109,7 +109,7 @@ async def test_a_port_in_use_is_one_plain_line() -> None:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_full_disk_behind_stdout_is_one_plain_line() -> None:
-    """Without a line that says where it listens the broker is useless: it exits with 1."""
+    """Case 42: without a line that says where it listens the broker is useless: it exits with 1."""
     command_line = [sys.executable, "-m", "broker", "--port", "0"]
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(command_line, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -120,7 +120,7 @@ def test_a_full_disk_behind_stdout_is_one_plain_line() -> None:
 def test_a_url_file_that_cannot_be_written_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On a full disk no partial file is left."""
+    """Case 42: on a full disk no partial file is left."""
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     def refuse(*_: object) -> None:

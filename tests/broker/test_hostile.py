@@ -1,4 +1,4 @@
-"""Hostile input: only the connection at fault closes, with a reason; others continue."""
+"""Hostile input beyond `tests/hostile/bytes`: only the connection at fault closes, with a reason."""
 
 from __future__ import annotations
 
@@ -7,25 +7,19 @@ import logging
 import struct
 from typing import TYPE_CHECKING
 
-import msgpack
 import pytest
 
 from broker import Broker, BrokerOptions
-from proto import frames, limits
+from proto import frames
 from proto.codec import encode
-from proto.codes import Op
 from proto.errors import ErrorCode
-from proto.frames import SPECS
 from proto.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import GREETING_BYTES as GREETING
-from tests.broker.rawclient import RawClient, hello, link, read_error, stream, until
+from tests.broker.rawclient import RawClient, link, read_error, stream, until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
-
-
-IDENTITY: dict[str, frames.Scalar] = {"instance": b"i" * 16, "token": b"t" * 16}
 
 
 @pytest.fixture
@@ -46,92 +40,9 @@ async def bystander(broker: Broker) -> AsyncIterator[RawClient]:
         assert broker.stats().endpoints == 1
 
 
-def framed(content: bytes) -> bytes:
-    """Put content into a frame."""
-    return b"\xc6" + len(content).to_bytes(4, "big") + content
-
-
-@pytest.mark.usefixtures("bystander")
-@pytest.mark.parametrize(
-    ("data", "code"),
-    [
-        (b"GET / HTTP/1.1\r\nHost: x\r\n\r\n", ErrorCode.MALFORMED),
-        (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", ErrorCode.MALFORMED),
-        (b"SSH-2.0-OpenSSH_9.6\r\n", ErrorCode.MALFORMED),
-        (b"\xc6\xff\xff\xff\xff", ErrorCode.TOO_LARGE),
-        (b"\xc6\x00\x00\x00\x00", ErrorCode.MALFORMED),
-        (framed(b"\x92\x01"), ErrorCode.MALFORMED),
-        (framed(b"\x93\x01\x01\xdf\xff\xff\xff\xff"), ErrorCode.MALFORMED),
-        (framed(b"\x93\x01\x01" + b"\x91" * 3000), ErrorCode.MALFORMED),
-        (framed(b"\x93\x01\x01\xd4\x05\x00"), ErrorCode.MALFORMED),
-        (framed(b"\x93\x01\x01\xd6\xff\xff\xff\xff\xff"), ErrorCode.MALFORMED),
-        (framed(b"\x93\x01\x01\x81\xa2\xff\xfe\x01"), ErrorCode.MALFORMED),
-        (framed(b"\x93\x01\x01\x81\x80\x01"), ErrorCode.MALFORMED),
-        (framed(b"\x93\x01\x01\x80trailing"), ErrorCode.MALFORMED),
-        (framed(b"\x93\x7e\x01\x80"), ErrorCode.MALFORMED),
-        (encode(frames.Node(0, "/n")), ErrorCode.UNEXPECTED),
-        (encode(frames.Welcome(1, {})), ErrorCode.UNEXPECTED),
-        (GREETING + GREETING, ErrorCode.UNEXPECTED),
-        (encode(frames.Hello(99, {"instance": b"i" * 16, "token": b"t" * 16})), ErrorCode.VERSION),
-        (encode(frames.Hello(1, {"instance": b"i", "token": b"t" * 16})), ErrorCode.MALFORMED),
-        (encode(hello(**IDENTITY, domain=233)), ErrorCode.MALFORMED),
-        (encode(hello(**IDENTITY, domain="x")), ErrorCode.MALFORMED),
-        (encode(hello(**IDENTITY, filler=bytes(5000))), ErrorCode.TOO_LARGE),
-    ],
-)
-async def test_a_bad_beginning_gets_a_reason(broker: Broker, data: bytes, code: ErrorCode) -> None:
-    """Other protocols, impossible lengths and broken msgpack get one ERROR frame, then the link closes."""
-    async with stream(broker) as (reader, writer):
-        writer.write(data)
-        error = await read_error(reader)
-        assert error is not None
-        assert error.code == code
-
-
-@pytest.mark.usefixtures("bystander")
-@pytest.mark.parametrize("op", [op for op in Op if op not in {Op.ERROR, Op.GOODBYE, Op.PING, Op.PONG}])
-@pytest.mark.parametrize("fault", ["missing", "nil", "text", "negative", "nested"])
-async def test_a_field_that_is_missing_or_wrong_closes_the_link(broker: Broker, op: Op, fault: str) -> None:
-    """Every frame with any field missing or of another type is answered with an ERROR."""
-    kinds = SPECS[op].kinds
-    wrong: dict[str, object] = {"nil": None, "text": "\x1b[2J", "negative": -1, "nested": [[[]]]}
-    if (op, fault) == (Op.DESCRIBE, "text"):
-        pytest.skip("any text may be asked for")
-    header = [int(op), *([wrong.get(fault)] * len(kinds))]
-    if fault == "missing":
-        header.pop()
-    async with stream(broker) as (reader, writer):
-        writer.write(GREETING + framed(msgpack.packb(header)))
-        error = await read_error(reader)
-        assert error is not None
-        assert error.code in {ErrorCode.MALFORMED, ErrorCode.UNEXPECTED}
-        assert "\x1b" not in error.text
-
-
-@pytest.mark.usefixtures("bystander")
-@pytest.mark.parametrize(
-    "frame",
-    [
-        frames.Accepted(1, 0),
-        frames.Matched(1, 1, 1),
-        frames.Detached(1, (1,), 0),
-        frames.Notice(1, 1, "x", 0, 1),
-        frames.Graph(1, False, (), (), ()),
-        frames.Definition("x", None),
-    ],
-)
-async def test_frames_of_the_broker_close_the_link(broker: Broker, frame: frames.Frame) -> None:
-    """A client must not send MATCHED."""
-    async with stream(broker) as (reader, writer):
-        writer.write(GREETING + encode(frame))
-        error = await read_error(reader)
-        assert error is not None
-        assert error.code == ErrorCode.UNEXPECTED
-
-
 @pytest.mark.usefixtures("bystander")
 async def test_a_session_split_at_every_byte_is_understood(broker: Broker) -> None:
-    """Segment boundaries have no meaning."""
+    """Case 5: segment boundaries have no meaning."""
     async with stream(broker) as (reader, writer):
         for byte in GREETING + encode(frames.Node(0, "/split")) + encode(frames.Ping(77)):
             writer.write(bytes([byte]))
@@ -142,7 +53,7 @@ async def test_a_session_split_at_every_byte_is_understood(broker: Broker) -> No
 
 @pytest.mark.usefixtures("bystander")
 async def test_ten_thousand_frames_in_one_segment_are_all_answered(broker: Broker) -> None:
-    """The broker handles a whole burst."""
+    """Case 5: the broker handles a whole burst."""
     async with link(broker) as client:
         client.send(*(frames.Ping(token) for token in range(10_000)))
         for token in range(10_000):
@@ -152,7 +63,7 @@ async def test_ten_thousand_frames_in_one_segment_are_all_answered(broker: Broke
 @pytest.mark.usefixtures("bystander")
 @pytest.mark.parametrize("how", ["reset", "half-close"])
 async def test_an_end_in_mid_frame_leaves_nothing(broker: Broker, how: str) -> None:
-    """A reset or a half-close removes the endpoints of the link."""
+    """Case 9: a reset or a half-close removes the endpoints of the link."""
     async with stream(broker) as (reader, writer):
         writer.write(GREETING + encode(frames.Node(0, "/short")) + encode(frames.Ping(1)))
         await reader.readuntil(encode(frames.Pong(1)))
@@ -167,7 +78,7 @@ async def test_an_end_in_mid_frame_leaves_nothing(broker: Broker, how: str) -> N
 
 @pytest.mark.usefixtures("bystander")
 async def test_the_log_has_one_escaped_line(broker: Broker, caplog: pytest.LogCaptureFixture) -> None:
-    """A closed link is one warning, without control characters from the peer."""
+    """Case 20: a closed link is one warning, without control characters from the peer."""
     async with link(broker, agent="evil\x1b[2J\nforged line") as client:
         with caplog.at_level(logging.INFO, "callboard.broker"):
             client.send(make.batch(12345, 0))
@@ -180,28 +91,8 @@ async def test_the_log_has_one_escaped_line(broker: Broker, caplog: pytest.LogCa
 
 
 @pytest.mark.usefixtures("bystander")
-async def test_too_many_fragments_at_a_time_close_the_link(broker: Broker) -> None:
-    """Reassembly is bounded in number and in size."""
-    async with link(broker) as client:
-        client.send(*(frames.Fragment(n, 2**20, True, b"x") for n in range(limits.MAX_TRANSFERS + 1)))
-        assert (await client.next(frames.Error)).code == ErrorCode.LIMIT
-    async with link(broker) as client:
-        client.send(frames.Fragment(1, limits.MAX_MESSAGE_BYTES + 1, True, b"x"))
-        assert (await client.next(frames.Error)).code == ErrorCode.TOO_LARGE
-
-
-@pytest.mark.usefixtures("bystander")
-async def test_control_frames_do_not_travel_in_fragments(broker: Broker) -> None:
-    """Fragments do not circumvent the limits of control frames."""
-    inner = encode(frames.Node(0, "/n"))
-    async with link(broker) as client:
-        client.send(frames.Fragment(1, len(inner), False, inner))
-        assert (await client.next(frames.Error)).code == ErrorCode.UNEXPECTED
-
-
-@pytest.mark.usefixtures("bystander")
 async def test_questions_without_reading_the_answers_close_the_link() -> None:
-    """Control frames are never dropped, so a peer that does not read them is closed at the limit."""
+    """Case 29: control frames are never dropped, so a peer that does not read them is closed at the limit."""
     options = BrokerOptions(port=0, max_queue_bytes=2**20, drain_timeout_sec=0.2)
     async with Broker(options) as small, link(small, "/n") as deaf:
         definition = bytes(60_000)
@@ -216,7 +107,7 @@ async def test_questions_without_reading_the_answers_close_the_link() -> None:
 
 
 async def test_a_keep_all_reader_that_lies_about_its_window_is_bounded() -> None:
-    """Unlimited credit from a reader that does not read must not fill the broker's memory."""
+    """Case 29: unlimited credit from a reader that does not read must not fill the broker's memory."""
     most = 2**20
     options = BrokerOptions(port=0, max_queue_bytes=most, drain_timeout_sec=0.2)
     async with Broker(options) as small, link(small, "/a") as a, link(small, "/b") as b:
@@ -239,7 +130,7 @@ async def test_a_keep_all_reader_that_lies_about_its_window_is_bounded() -> None
 
 
 async def test_a_keep_last_reader_that_stops_costs_its_depth() -> None:
-    """A stopped reader holds `depth` messages, the rest is dropped and counted, and the publisher goes on."""
+    """Cases 29 and 30: a stopped reader holds `depth` messages; the rest is dropped, and counted."""
     async with (
         Broker(BrokerOptions(port=0, drain_timeout_sec=0.2)) as running,
         link(running, "/a") as a,
@@ -260,7 +151,7 @@ async def test_a_keep_last_reader_that_stops_costs_its_depth() -> None:
 
 
 async def test_a_subscription_on_each_of_many_topics_costs_the_same() -> None:
-    """Ten thousand endpoints of one link are declared, and forgotten, in seconds."""
+    """Case 27: ten thousand endpoints of one link are declared, and forgotten, in seconds."""
     async with (
         Broker(BrokerOptions(port=0, drain_timeout_sec=0.2)) as running,
         link(running, "/viewer") as viewer,

@@ -129,7 +129,7 @@ def test_both_sides_learn_how_many_match() -> None:
 
 @pytest.mark.parametrize("how", ["leave", "suspend", "undeclare"])
 def test_a_server_that_goes_ends_its_calls(how: str) -> None:
-    """Whether it dies, freezes or is taken back: its callers hear at once, and a late reply is nothing."""
+    """Case 38: its callers hear at once if it dies, freezes or is undeclared; a late reply is ignored."""
     switch = Switch()
     asker, server = pair(switch)
     switch.send(asker, make.request(1, 5, 6))
@@ -218,7 +218,7 @@ def test_a_large_unsent_request_is_removed_when_cancelled() -> None:
 
 
 def test_nobody_answers_for_another_server() -> None:
-    """A reply with a stolen or guessed id, from another link or another service, is ignored."""
+    """Case 25: a reply with a stolen or guessed id, from another link or another service, is ignored."""
     switch = Switch()
     asker, server = pair(switch)
     thief = switch.join("/thief")
@@ -262,7 +262,7 @@ def test_too_many_pending_calls_are_turned_away() -> None:
 
 
 def test_a_hundred_thousand_unanswered_calls_vanish_with_their_asker() -> None:
-    """Pending calls cost their own size, and all of them end when the asker goes."""
+    """Case 28: pending calls cost their own size, and all of them end when the asker goes."""
     switch = Switch()
     asker, server = pair(switch)
     for start in range(0, 100_000, 1000):

@@ -80,7 +80,7 @@ async def test_domains_are_disjoint(broker: Broker) -> None:
 
 
 async def test_a_reconnecting_client_takes_over(broker: Broker) -> None:
-    """The same instance and token closes the old link with a reason, and gets its name."""
+    """Case 24: the same instance and token closes the old link with a reason, and gets its name."""
     async with (
         link(broker, "/n", instance=b"i" * 16, token=b"t" * 16) as old,
         link(broker, "/n", instance=b"i" * 16, token=b"t" * 16),
@@ -129,7 +129,7 @@ async def test_the_size_limit_is_exact_for_a_request() -> None:
 
 
 async def test_a_silent_client_is_suspended_and_its_next_bytes_restore_it() -> None:
-    """It leaves the graph, its callers get an error, and it returns with its next bytes."""
+    """Case 35: it leaves the graph, its callers get an error, and it returns with its next bytes."""
     async with Broker(QUICK) as quick, link(quick, "/viewer") as viewer:
         beat = asyncio.create_task(keep_alive(viewer))
         async with link(quick, "/frozen") as frozen:
@@ -168,7 +168,7 @@ async def keep_alive(client: RawClient) -> None:
 
 
 async def test_a_client_suspended_for_long_is_closed() -> None:
-    """After the second limit the link ends, and nothing of it is left."""
+    """Case 35: after the second limit the link ends, and nothing of it is left."""
     options = BrokerOptions(
         port=0, keepalive_sec=0.1, idle_keepalive_sec=0.1, suspend_close_sec=0.1, drain_timeout_sec=0.2
     )
@@ -180,7 +180,7 @@ async def test_a_client_suspended_for_long_is_closed() -> None:
 
 
 async def test_the_handshake_has_one_deadline_for_all_its_bytes() -> None:
-    """A client that sends nothing, or too slowly, is closed with a reason."""
+    """Cases 1 and 2: a client that sends nothing, or too slowly, is closed with a reason."""
     options = BrokerOptions(port=0, handshake_timeout_sec=0.2, drain_timeout_sec=0.2)
     async with Broker(options) as quick, stream(quick) as (silent, _), stream(quick) as (dripping, writer):
 
@@ -199,7 +199,7 @@ async def test_the_handshake_has_one_deadline_for_all_its_bytes() -> None:
 
 
 async def test_connections_are_limited() -> None:
-    """One more than allowed is refused with a reason; the others continue."""
+    """Case 8: one more than allowed is refused with a reason; the others continue."""
     options = BrokerOptions(port=0, max_connections=1, drain_timeout_sec=0.2)
     async with Broker(options) as small, link(small, "/n") as first:
         async with stream(small) as (reader, _):
@@ -319,7 +319,7 @@ def test_options_out_of_range_are_named(options: dict[str, int]) -> None:
 
 
 async def test_ten_connections_that_only_say_hello_leave_nothing(broker: Broker) -> None:
-    """Short connections are forgotten whole."""
+    """Case 32: short connections are forgotten whole."""
     for _ in range(10):
         async with link(broker, "/n"):
             pass

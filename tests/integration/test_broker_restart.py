@@ -115,7 +115,7 @@ async def test_latched_values_survive_the_broker(system: System) -> None:
 
 
 async def test_nodes_leave_a_frozen_broker_and_reconnect(system: System) -> None:
-    """Nodes close the connection after the keepalive limit and reconnect when the broker continues."""
+    """Case 35: nodes close the link after the keepalive limit, and reconnect when the broker continues."""
     daemon = await system.broker("--keepalive-sec", "0.6")
     publisher = await system.example("minimal_publisher")
     subscriber = await system.example("minimal_subscriber")

@@ -130,7 +130,7 @@ async def test_a_killed_reader_releases_the_publisher_that_waited_for_it(system:
 
 
 async def test_every_call_fails_at_once_when_the_broker_is_killed(system: System) -> None:
-    """A thousand calls of ten nodes end with ServiceUnavailable, and none stays pending."""
+    """Case 35: a thousand calls of ten nodes end with ServiceUnavailable, and none stays pending."""
     nodes, calls = 10, 100
     daemon = await system.broker()
     server = await system.python("-c", SILENT_SERVER)

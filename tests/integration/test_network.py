@@ -72,7 +72,7 @@ async def far(system: System) -> AsyncIterator[RemoteCounter]:
 async def test_a_cut_in_one_direction_is_noticed_and_the_counts_add_up(
     far: RemoteCounter, direction: Direction
 ) -> None:
-    """The call fails, the publisher continues, and after the repair every message is counted."""
+    """Case 40: the call fails, the publisher continues, and after the repair every message is counted."""
     far.publish(99)
     assert (await far.counted()).received == 100  # a reply does not prove it, as calls overtake messages
     far.proxy.black_hole(direction=direction)
@@ -90,7 +90,7 @@ async def test_a_cut_in_one_direction_is_noticed_and_the_counts_add_up(
 
 
 async def test_a_late_reply_does_not_answer_another_call(far: RemoteCounter) -> None:
-    """The late reply of a disconnected server is dropped; the next call gets its own reply."""
+    """Case 38: the late reply of a disconnected server is dropped; the next call gets its own reply."""
     far.proxy.black_hole(direction=Direction.TO_BROKER)  # the call arrives, its reply does not
     call = far.client.call_async(AddTwoInts.Request(a=7), timeout_sec=1000)
     await far.counter.wait_for_line("blocking")
@@ -123,7 +123,7 @@ async def test_resets_repeat_no_message_and_hide_no_loss(far: RemoteCounter) -> 
 
 
 async def test_a_slow_connection_delays_and_loses_nothing(far: RemoteCounter) -> None:
-    """In pieces of 100 bytes all messages and replies arrive, over one connection."""
+    """Case 40: in pieces of 100 bytes all messages and replies arrive, over one connection."""
     far.proxy.drip(100, every_sec=0.001)
     far.publish(1000)
     calls = [far.client.call_async(AddTwoInts.Request(a=0)) for _ in range(50)]

@@ -63,7 +63,7 @@ actors.run(Counting)
 
 @pytest.mark.parametrize("loop", ["uvloop", "asyncio"])
 async def test_a_broker_out_of_descriptors_serves_its_connections(system: System, loop: str) -> None:
-    """It refuses others with a reason, does not spin, and accepts again when descriptors are free."""
+    """Case 8: it refuses others with a reason, does not spin, and accepts again when descriptors are free."""
     daemon = await system.python("-c", CRAMPED_BROKER, loop, "--port", str(system.port))
     await daemon.wait_for_line("listening on")
     loop_now = asyncio.get_running_loop()
@@ -108,7 +108,7 @@ def connect_and_leave(port: int, count: int) -> None:
 
 
 async def test_short_connections_leave_nothing(system: System) -> None:
-    """After ten thousand of them the broker holds no descriptor and no memory of theirs, and still serves."""
+    """Case 32: after ten thousand the broker holds no descriptor and no memory of theirs, and serves."""
     daemon = await system.broker("--log-level", "error")
     pid = daemon.process.pid
     async with actors.Node("inside", url=system.url) as inside:
@@ -130,7 +130,7 @@ async def test_short_connections_leave_nothing(system: System) -> None:
 
 
 async def test_ten_thousand_calls_cancelled_at_once_leave_nothing(hub: broker.Broker, system: System) -> None:
-    """Afterwards nothing is pending at caller, broker and server."""
+    """Case 39: afterwards nothing is pending at caller, broker and server."""
     calls = 10_000
     system.url = hub.url
     await system.python("-c", COUNTING_SERVER)

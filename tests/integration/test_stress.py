@@ -45,7 +45,7 @@ actors.run(Counter)
 
 @pytest.mark.parametrize("qos", ["10", "all"])
 async def test_a_frozen_subscriber_delays_no_other(system: System, qos: str) -> None:
-    """Another subscription receives everything meanwhile; losses are counted, and only with KEEP_LAST."""
+    """Cases 29 and 35: another subscription receives everything; only KEEP_LAST loses, and counts it."""
     total, padding = 4000, "x" * 2000
     await system.broker()
     counter = await system.python("-c", COUNTER, qos)

@@ -125,7 +125,7 @@ def test_a_broker_that_says_nothing_does_not_use_up_the_time_of_the_next() -> No
 
 
 async def test_everything_is_declared_again(meeting: Meeting) -> None:
-    """After a broker's restart node, endpoints and matches are as before, and ids go on."""
+    """Case 36: after a broker's restart node, endpoints and matches are as before, and ids go on."""
     node = await meeting.node("n")
     received: list[str] = []
     node.create_subscription(String, "chatter", lambda msg: received.append(msg.data))

@@ -368,7 +368,7 @@ async def test_ten_thousand_calls_in_flight(meeting: Meeting) -> None:
 
 
 async def test_ten_thousand_cancellations_in_one_turn(meeting: Meeting) -> None:
-    """10,000 calls given up in one loop turn leave nothing behind."""
+    """Case 39: 10,000 calls given up in one loop turn leave nothing behind."""
     server, client = await pair(meeting, Sloth())
     futures = [client.call_async(AddTwoInts.Request(a=number)) for number in range(10_000)]
     await turns()

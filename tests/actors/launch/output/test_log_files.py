@@ -118,7 +118,7 @@ def test_files_that_cannot_be_made_are_reported_once(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_is_reported_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What cannot be written is counted; when there is room again, files go on."""
+    """Case 42: what cannot be written is counted; when there is room again, files go on."""
     write = LogFolder.write
     full = {b"2", b"3"}
 
