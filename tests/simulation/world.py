@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import secrets
 import time
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from random import Random
 from typing import TYPE_CHECKING, Final
 from unittest import mock
@@ -18,6 +18,7 @@ from actors.endpoints.flow_control import queue_limits, window
 from broker.options import BrokerOptions
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
+from tests.simulation.hostile import Attacker
 from tests.simulation.member import Member
 from tests.simulation.network import BROKER, LinkFaults
 from tests.simulation.records import Journal
@@ -33,6 +34,9 @@ CHAOS_SEC: Final = 15.0
 
 CEILINGS: Final = (65_536, 200_000)
 """Bytes that may wait for one link, in some troubled histories: queues lose messages, and links end."""
+
+HOSTILE_SHARE: Final = 0.3
+"""Histories with one or two attackers."""
 
 LINK_FAULTS: Final = (
     LinkFaults(),
@@ -112,6 +116,11 @@ class World:
             for number in range(self.random.randint(2, 4))
         ]
         self.steps = Steps(self)
+        hostile = Random(f"{seed} hostile")
+        self._attackers = [
+            Attacker(self, f"attacker{number}", hostile)
+            for number in range(hostile.choice([1, 2]) if hostile.random() < HOSTILE_SHARE else 0)
+        ]
 
     @property
     def url(self) -> str:
@@ -184,6 +193,7 @@ class World:
         if late:
             await asyncio.sleep(3 * self.random.random())
             await self.home.start()
+        attacks = [asyncio.create_task(attacker.run()) for attacker in self._attackers]
         end = self.loop.time() + CHAOS_SEC
         if self.calm:
             await faults.intrude(self, self.random.choice(self.members), 1.0)
@@ -191,6 +201,10 @@ class World:
             await self._suffer_all(end)
             self.heal()
         await asyncio.sleep(max(0.0, end - self.loop.time()))
+        for attack in attacks:
+            attack.cancel()
+            with suppress(asyncio.CancelledError):
+                await attack
         if self.standby is not None:
             await self.standby.stop()
         self.record("quiet")
