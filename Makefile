@@ -4,8 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 BENCH_READY := $(VENV)/.bench-ready
+FUZZ_READY := $(VENV)/.fuzz-ready
 
-.PHONY: demo test check lint types contracts format bench soak clean
+.PHONY: demo test check lint types contracts format bench soak fuzz clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -54,6 +55,19 @@ FIRST ?= 0
 
 soak: $(READY)
 	@$(BIN)/python -m tests.simulation.soak --minutes $(SOAK_MINUTES) --first-seed $(FIRST) $(if $(SEEDS),--seeds $(SEEDS))
+
+# Fuzz each target for FUZZ_SECONDS. An input that fails is kept in build/fuzz, and printed.
+FUZZ_SECONDS ?= 450
+FUZZ_TARGETS ?= codec session router rules
+
+$(FUZZ_READY): $(READY)
+	@echo "Adding atheris to $(VENV) (once) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,fuzz]'
+	@touch $@
+
+fuzz: $(FUZZ_READY)
+	@for target in $(FUZZ_TARGETS); do \
+		$(BIN)/python -m tests.fuzz $$target -max_total_time=$(FUZZ_SECONDS) -max_len=4096 || exit 1; done
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
