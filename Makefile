@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 BENCH_READY := $(VENV)/.bench-ready
 FUZZ_READY := $(VENV)/.fuzz-ready
 
-.PHONY: demo test check lint types contracts format bench soak fuzz clean
+.PHONY: demo test check lint types contracts format bench soak fuzz hostile clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -68,6 +68,10 @@ $(FUZZ_READY): $(READY)
 fuzz: $(FUZZ_READY)
 	@for target in $(FUZZ_TARGETS); do \
 		$(BIN)/python -m tests.fuzz $$target -max_total_time=$(FUZZ_SECONDS) -max_len=4096 || exit 1; done
+
+# Attack brokers with floods of full size, and measure innocent nodes next to them; ATTACKS selects some.
+hostile: $(READY)
+	@$(BIN)/python -m tests.hostile.attack --json build/hostile.json $(ATTACKS)
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
