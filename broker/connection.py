@@ -115,13 +115,13 @@ class Connection:
     def _note_change(self, kind: type[Any]) -> None:
         """Report later what a frame of this type has changed."""
         if kind in REPORTED:
-            self._dispatcher.report_soon()
+            self._dispatcher.reports.report_soon()
         if kind is frames.Watch:  # the answer costs much more than the question
             self.channel.end_share()
 
     def _handle_own(self, frame: frames.Frame) -> None:
         if isinstance(frame, frames.Ping):
-            self._dispatcher.answer_ping(self._link, frame.token)
+            self._dispatcher.reports.answer_ping(self._link, frame.token)
         elif isinstance(frame, frames.Goodbye):
             self._dispatcher.note_ending(self._link, peer_text(frame.text), left=True)
             self._dispatcher.leave(self._link)

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import asyncio
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 from broker.access.errors import Unauthorized
-from broker.deliveries import Send
 from broker.link import logger
 from broker.machine_memory import memory_bytes, resident_bytes
 from broker.memory_guard import MemoryGuard
 from broker.refusal_log import RefusalLog
+from broker.reports import Reports
 from broker.router import Router
 from broker.router_limits import RouterLimits
 from proto.errors import ErrorCode
 from proto.fragments import ByteTotal, ReassemblyTotal
-from proto.frames import Pong
 from proto.outbox import Outbox
 
 if TYPE_CHECKING:
@@ -53,7 +51,7 @@ class Dispatcher:
         draining: Whether the broker is stopping: no peer may join any more.
         on_progress: Called after each delivery, write and end of a link; set while draining.
         budget: Limits the frames that are handled in one loop turn; set before the first link.
-        report_due: Whether changes will be reported in the next loop turn.
+        reports: Reports changes of the graphs, once per loop turn.
         closed_bytes_received, closed_bytes_sent: Bytes of the closed links.
     """
 
@@ -78,7 +76,7 @@ class Dispatcher:
         self.draining = False
         self.on_progress: Callable[[], None] | None = None
         self.budget: ReadBudget | None = None
-        self.report_due = False
+        self.reports = Reports(self)
         self.closed_bytes_received = self.closed_bytes_sent = 0
         self._routers: dict[int, Router] = {}
         self._unflushed: dict[Link, None] = {}
@@ -86,8 +84,6 @@ class Dispatcher:
             "Refused %d connections beyond --max-connections-per-address, the last from %s"
         )
         self._attempts = RefusalLog("Refused %d connections without valid credentials, the last from %s")
-        self._pings: list[tuple[Link, int]] = []
-        """PINGs to answer after the reports that are due."""
 
     def open(self, link: Link) -> None:
         """Add a new link, or refuse it if there are too many."""
@@ -150,7 +146,7 @@ class Dispatcher:
                 )
             else:
                 self.deliver(router, router.set_principal(link.peer, link.principal))
-        self.report_soon()
+        self.reports.report_soon()
         self.flush()
 
     def join(self, link: Link, domain: int, instance: bytes, token: bytes) -> None:
@@ -161,7 +157,7 @@ class Dispatcher:
         self.strangers.pop(link, None)
         self.joined[router][link.peer] = link
         self.deliver(router, deliveries)
-        self.report_soon()
+        self.reports.report_soon()
 
     def _router(self, domain: int) -> Router:
         router = self._routers.get(domain)
@@ -192,7 +188,7 @@ class Dispatcher:
             deliveries = router.disconnect(link.peer)
             self.joined[router].pop(link.peer, None)
             self.deliver(router, deliveries)
-            self.report_soon()
+            self.reports.report_soon()
             self.flush()
         link.channel.close()
         link.channel.outbox = Outbox()  # nothing of it is sent any more
@@ -216,7 +212,7 @@ class Dispatcher:
             logger.warning("%s has been silent for %.1f s: suspended", link, now - link.liveness.last_seen_at)
         link.suspended_at = now
         self.deliver(router, router.suspend(link.peer))
-        self.report_soon()
+        self.reports.report_soon()
 
     def restore(self, link: Link) -> None:
         """Put the endpoints of a suspended link back into the graph, because something has arrived on it."""
@@ -225,7 +221,7 @@ class Dispatcher:
             if self.presence_log.warnings.admits("links that are back"):
                 logger.warning("%s is back", link)
             self.deliver(link.router, link.router.restore(link.peer))
-            self.report_soon()
+            self.reports.report_soon()
 
     def caught_up(self, link: Link) -> None:
         """Note that everything a link sent before the hold has arrived."""
@@ -269,44 +265,6 @@ class Dispatcher:
             if outbox.undroppable_bytes > most or outbox.bulk_bytes > most_bulk:
                 channel.flush()
                 link.fail_if_over_limit()
-
-    def report_soon(self) -> None:
-        """Report changes of the graphs in the next loop turn, once, however many there are."""
-        if not self.report_due:
-            self.report_due = True
-            asyncio.get_running_loop().call_soon(self._report_in_turn)
-
-    def _report_in_turn(self) -> None:
-        if not self.report_due:
-            return
-        budget = self.budget
-        began = 0.0 if budget is None else budget.clock()
-        self.report()
-        if budget is not None:
-            budget.spend(budget.clock() - began)
-
-    def report(self) -> None:
-        """Report changes of the graphs now, and answer the PINGs that were received after them."""
-        self.report_due = False
-        for router in tuple(self.joined):
-            self.deliver(router, router.report())
-            if router.graph.asked:
-                self.report_soon()
-        pings, self._pings = self._pings, []
-        for link, token in pings:
-            self._pong(link, token)
-        self.flush()
-
-    def answer_ping(self, link: Link, token: int) -> None:
-        """Send PONG after everything that the frames before the PING have caused."""
-        if self.report_due:
-            self._pings.append((link, token))
-        else:
-            self._pong(link, token)
-
-    def _pong(self, link: Link, token: int) -> None:
-        if link.router is not None:
-            self.deliver(link.router, [Send(link.peer, Pong(token))])
 
     def flush(self) -> None:
         """Write to every link with new deliveries; close those that are over their limits."""

@@ -57,7 +57,7 @@ class Drain:
         if not await self._until(self._delivered, deadline):
             unread = sum(link.has_unsent for link in dispatcher.links)
             logger.warning("%d links did not read what waits for them in time", unread)
-        dispatcher.report()
+        dispatcher.reports.report()
         for link in tuple(dispatcher.links):
             link.send_goodbye()
         deadline = max(deadline, loop.time() + least)

@@ -9,20 +9,22 @@ from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, get_args
 
-from broker.calls import NO_SERVER, Calls, answer
+from broker.assertions import Assertions
+from broker.call_frames import CallFrames
+from broker.calls import Calls
 from broker.declarations import Declarations
 from broker.definitions import Definitions
 from broker.deliveries import Close, Delivery, Send
 from broker.graph import Graph
 from broker.notices import Notices
-from broker.records import ClientRecord, Endpoint, NodeRecord, Peer, ServiceRecord
+from broker.records import Endpoint, NodeRecord, Peer
 from broker.router_limits import RouterLimits
 from broker.routes import Routes
 from broker.services import Services
 from broker.stalls import Stalls
 from broker.topics import Topics
 from proto import frames
-from proto.codes import NoticeKind, Status
+from proto.codes import NoticeKind
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import ByteTotal
 from proto.queued_calls import QueuedCalls
@@ -74,6 +76,7 @@ class Router:
         self._notices = Notices(self._emit)
         stalls = Stalls(stall_sec=limits.keep_all_stall_sec, max_sec=limits.keep_all_stall_max_sec)
         self.routes = Routes(self._emit, max_queue_bytes=limits.max_queue_bytes)
+        self._assertions = Assertions(self._emit, self.routes)
         self.topics = Topics(self._emit, self._notices, self.routes, stalls)
         self.calls = Calls(
             self._emit,
@@ -82,6 +85,7 @@ class Router:
             queued=partial(QueuedCalls, limits.max_queued_call_bytes, limits.max_bulk_bytes),
         )
         self.services = Services(self._notices, self.calls)
+        self._call_frames = CallFrames(self._emit, self.calls, self.services)
         self.graph = Graph(self._emit)
         self.declarations = Declarations(
             self._emit,
@@ -99,11 +103,11 @@ class Router:
         declare = self.declarations.declare
         return {
             frames.Batch: self.routes.route,
-            frames.Request: self._request,
-            frames.Reply: self._reply,
-            frames.Cancel: self._cancel,
+            frames.Request: self._call_frames.request,
+            frames.Reply: self._call_frames.reply,
+            frames.Cancel: self._call_frames.cancel,
             frames.Grant: self.topics.grant,
-            frames.Assert: self.routes.assert_liveliness,
+            frames.Assert: self._assertions.add,
             frames.Credit: self.topics.confirm_credit,
             frames.Node: declare,
             frames.Publisher: declare,
@@ -132,7 +136,7 @@ class Router:
         Call it once after many frames, soon after the last: these frames are combined, so that their number
         does not depend on that of the declarations. While `graph.asked`, another call is needed.
         """
-        self.routes.report_assertions()
+        self._assertions.report()
         self._notices.flush()
         self.graph.flush()
         return self._take()
@@ -262,28 +266,6 @@ class Router:
                     raise
         out, self._out = self._out, []
         return out
-
-    def _request(self, peer: Peer, frame: frames.Request) -> None:
-        client = peer.endpoints.get(frame.endpoint)
-        if isinstance(client, ClientRecord):
-            self.calls.request(client, self.services.pool(client), frame.entries)
-            return
-        # The client was refused, or has just been undeclared.
-        for entry in frame.entries:
-            refusal = answer(entry.call, Status.UNAVAILABLE, NO_SERVER)
-            self._emit(Send(peer.id, frames.Reply(frame.endpoint, (refusal,))))
-
-    def _reply(self, peer: Peer, frame: frames.Reply) -> None:
-        server = peer.endpoints.get(frame.endpoint)
-        if isinstance(server, ServiceRecord):
-            self.calls.reply(server, frame.entries)
-        else:
-            self.calls.late += len(frame.entries)
-
-    def _cancel(self, peer: Peer, frame: frames.Cancel) -> None:
-        client = peer.endpoints.get(frame.endpoint)
-        if isinstance(client, ClientRecord):
-            self.calls.cancel(client, frame.calls)
 
     def _watch(self, peer: Peer, frame: frames.Watch) -> None:
         self.relied_on.update(self._peers)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from broker.attachment_frames import AttachmentFrames
-from broker.deliveries import Close, Discard, Enqueue, Send, Shed
+from broker.deliveries import Close, Discard, Enqueue, Shed
 from broker.departed_queues import DepartedQueues, PeerQueue
 from broker.latched import latch, unlatch
 from broker.reader_credit import ReaderCredit
@@ -16,7 +16,6 @@ from broker.records import PublisherRecord, Route, SubscriptionRecord, Tally, To
 from proto.batches import message_bytes, slice_batch
 from proto.codes import DetachReason
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import Assert
 from proto.limits import MAX_U64
 from proto.publisher_queue import PublisherQueue
 
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
 
     from broker.deliveries import Delivery
     from broker.records import Peer
-    from proto import frames
     from proto.frames import Batch
 
 
@@ -52,7 +50,6 @@ class Routes:
         self._departed = DepartedQueues()
         self._attachments = AttachmentFrames(emit)
         self.reader_credit = ReaderCredit(emit)
-        self._asserted: dict[int, PublisherRecord] = {}
         self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
 
     # Publishers
@@ -174,14 +171,6 @@ class Routes:
         if self._attachments.pending:
             self._attachments.flush()
 
-    def report_assertions(self) -> None:
-        """Forward the ASSERTs since the last call, one for each publisher, to its readers."""
-        if self._asserted:
-            asserted, self._asserted = self._asserted, {}
-            for publisher in asserted.values():
-                for route in publisher.routes.values():
-                    self._emit(Send(route.peer.id, Assert(publisher.key)))
-
     # Messages
 
     def route(self, peer: Peer, batch: Batch) -> None:
@@ -236,15 +225,6 @@ class Routes:
         else:
             text = f"a subscription to '{publisher.name}' grants credit without reading"
             self._emit(Close(route.peer.id, ErrorCode.LIMIT, text))
-
-    def assert_liveliness(self, peer: Peer, frame: frames.Assert) -> None:
-        """Forward a publisher's ASSERT to its readers with the next `report_assertions`.
-
-        Raises:
-            ProtocolError: The publisher is not this peer's.
-        """
-        publisher = self.publisher(peer, frame.publisher)
-        self._asserted[publisher.key] = publisher
 
     # Statistics
 

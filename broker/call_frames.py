@@ -1,0 +1,58 @@
+"""REQUEST, REPLY and CANCEL frames: finds the client or server whose calls they are about."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from broker.calls import NO_SERVER, Calls, answer
+from broker.deliveries import Send
+from broker.records import ClientRecord, ServiceRecord
+from proto import frames
+from proto.codes import Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from broker.deliveries import Delivery
+    from broker.records import Peer
+    from broker.services import Services
+
+
+class CallFrames:
+    """The handlers of these frames in one graph.
+
+    Args:
+        emit: Takes each delivery.
+        calls: The graph's calls.
+        services: Knows the servers for a client's calls.
+    """
+
+    def __init__(self, emit: Callable[[Delivery], None], calls: Calls, services: Services) -> None:
+        self._emit = emit
+        self._calls = calls
+        self._services = services
+
+    def request(self, peer: Peer, frame: frames.Request) -> None:
+        """Send a client's calls to servers."""
+        client = peer.endpoints.get(frame.endpoint)
+        if isinstance(client, ClientRecord):
+            self._calls.request(client, self._services.pool(client), frame.entries)
+            return
+        # The client was refused, or has just been undeclared.
+        for entry in frame.entries:
+            refusal = answer(entry.call, Status.UNAVAILABLE, NO_SERVER)
+            self._emit(Send(peer.id, frames.Reply(frame.endpoint, (refusal,))))
+
+    def reply(self, peer: Peer, frame: frames.Reply) -> None:
+        """Send a server's answers to the clients."""
+        server = peer.endpoints.get(frame.endpoint)
+        if isinstance(server, ServiceRecord):
+            self._calls.reply(server, frame.entries)
+        else:
+            self._calls.late += len(frame.entries)
+
+    def cancel(self, peer: Peer, frame: frames.Cancel) -> None:
+        """Cancel calls of a client."""
+        client = peer.endpoints.get(frame.endpoint)
+        if isinstance(client, ClientRecord):
+            self._calls.cancel(client, frame.calls)
