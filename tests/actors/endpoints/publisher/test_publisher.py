@@ -135,7 +135,7 @@ async def test_a_turn_of_the_loop_makes_few_frames_and_no_task(meeting: Meeting)
     """1,000 messages published in one loop turn leave as one run: no task, and hardly a frame."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     received: list[int] = []
-    listener.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data))
+    listener.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data), 1000)
     publisher = talker.create_publisher(Int64, "numbers", 1000)
     await matched(publisher)
     await meeting.settled(talker, listener)
