@@ -17,8 +17,8 @@ from actors.config import environment
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-MEASURED = tuple(Path(__file__).parent / name for name in ("proto", "broker", "actors"))
-"""Tests that run the code in this process and mirror it: `make test` measures what they cover."""
+MEASURED = tuple(Path(__file__).parent / name for name in ("proto", "broker", "actors", "hostile"))
+"""Tests that run the code in this process: `make test` measures what they cover."""
 
 
 @pytest.hookimpl(optionalhook=True)  # without pytest-xdist there is no such hook
