@@ -6,6 +6,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from broker.access.rules import Action
+from broker.definitions import Definitions
 from broker.deliveries import Send
 from broker.graph import Graph, is_type_text
 from broker.latched import latched_depth
@@ -36,8 +37,9 @@ from proto.qos import Refusal, parse_qos
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from broker.definitions import Definitions
     from broker.deliveries import Delivery
+    from broker.refusals import Refusals
+    from broker.router_limits import RouterLimits
     from broker.services import Services
 
 
@@ -84,22 +86,22 @@ class Declarations:
 
     Args:
         emit: Takes each delivery.
-        max_endpoints: Nodes and endpoints that one peer may declare.
-        definitions: Keeps the definitions of their types.
+        limits: What one peer may declare.
+        refusals: Counts what limits refuse.
         topics, services, graph: The parts that match and publish endpoints.
         replace_peer: Removes a suspended peer whose node's name another node takes; with the reason.
         report: See `Router`.
 
     Attributes:
-        on_limit: Called with the peer and the text if a declaration is refused because of a limit.
+        definitions: Keeps the definitions of declared types.
     """
 
     def __init__(
         self,
         emit: Callable[[Delivery], None],
         *,
-        max_endpoints: int,
-        definitions: Definitions,
+        limits: RouterLimits,
+        refusals: Refusals,
         topics: Topics,
         services: Services,
         graph: Graph,
@@ -107,7 +109,8 @@ class Declarations:
         report: Callable[[Endpoint, str | None], None],
     ) -> None:
         self._emit = emit
-        self._max_endpoints = max_endpoints
+        self._max_endpoints = limits.max_endpoints
+        self._max_matches = limits.max_matches
         self._topics = topics
         self._services = services
         self._graph = graph
@@ -115,8 +118,10 @@ class Declarations:
         self._report = report
         self._keys = count(1)
         self._names: dict[str, NodeRecord] = {}
-        self.definitions = definitions
-        self.on_limit: Callable[[Peer, str], None] | None = None
+        self.definitions = Definitions(
+            max_number=limits.max_definitions, max_bytes=limits.max_definition_bytes
+        )
+        self._refusals = refusals
 
     def declare(self, peer: Peer, frame: Any) -> None:
         """Take a declaration, or refuse it.
@@ -128,16 +133,18 @@ class Declarations:
             raise ProtocolError(ErrorCode.UNEXPECTED, f"the id {frame.id} is in use")
         try:
             if len(peer.endpoints) >= self._max_endpoints:
-                text = f"one connection may declare {self._max_endpoints} endpoints"
+                text = f"one connection may declare {self._max_endpoints} endpoints (--max-endpoints)"
                 raise Refusal(ErrorCode.LIMIT, text)
             endpoint = self._make(peer, frame)
+            if not self.fits(endpoint):
+                raise Refusal(ErrorCode.LIMIT, self.too_many_matches)
             if isinstance(frame, frames.Publisher | frames.Service) and frame.type_hash and frame.definition:
                 endpoint.described = self.definitions.add(peer, frame.type_hash, frame.definition)
         except (Refusal, InvalidNameError) as error:
             code = error.code if isinstance(error, Refusal) else ErrorCode.INVALID_NAME
             self._emit(Send(peer.id, frames.Refused(frame.id, code, str(error))))
-            if code is ErrorCode.LIMIT and self.on_limit is not None:
-                self.on_limit(peer, str(error))
+            if code is ErrorCode.LIMIT:
+                self._refusals.add(peer, str(error))
             return
         peer.endpoints[endpoint.id] = endpoint
         if endpoint.node is not None:
@@ -226,6 +233,19 @@ class Declarations:
             stall_ms=frame.stall_ms,
             **common,
         )
+
+    @property
+    def too_many_matches(self) -> str:
+        """Why an endpoint does not fit."""
+        return f"the endpoints of one connection may have {self._max_matches} matches (--max-matches)"
+
+    def fits(self, endpoint: Endpoint) -> bool:
+        """Return whether an endpoint that has not joined leaves its peer within the limit of matches."""
+        if isinstance(endpoint, PublisherRecord | SubscriptionRecord):
+            return not self._topics.exceeds(endpoint, self._max_matches)
+        if isinstance(endpoint, ServiceRecord | ClientRecord):
+            return not self._services.exceeds(endpoint, self._max_matches)
+        return True
 
     def join(self, endpoint: Endpoint) -> None:
         """Take an endpoint that is new or back into the graph, and match it."""

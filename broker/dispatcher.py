@@ -6,6 +6,7 @@ from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 from broker.access.errors import Unauthorized
+from broker.graph import WatchCount
 from broker.link import logger
 from broker.machine_memory import memory_bytes, resident_bytes
 from broker.memory_guard import MemoryGuard
@@ -80,6 +81,7 @@ class Dispatcher:
         self.closed_bytes_received = self.closed_bytes_sent = 0
         self._routers: dict[int, Router] = {}
         self._unflushed: dict[Link, None] = {}
+        self._watches = WatchCount(options.max_watches)
         self._crowds = RefusalLog(
             "Refused %d connections beyond --max-connections-per-address, the last from %s"
         )
@@ -166,19 +168,20 @@ class Dispatcher:
             router = self._routers[domain] = Router(
                 domain=domain,
                 limits=self._limits,
+                watches=self._watches,
                 report=lambda endpoint, reason: self.presence_log.log_change(
                     domain, joined.get(endpoint.peer.id), endpoint, reason
                 ),
             )
-            router.declarations.on_limit = lambda peer, text: self._warn_of_limit(joined.get(peer.id), text)
+            router.refusals.on_limit = lambda peer, text: self._warn_of_limit(joined.get(peer.id), text)
             router.latched = self.latched
             router.calls.memory_full = lambda: self.memory.full
             self.joined[router] = joined
         return router
 
     def _warn_of_limit(self, link: Link | None, text: str) -> None:
-        if self.presence_log.warnings.admits("declarations beyond a limit"):
-            logger.warning("Refused a declaration of %s: %s", link, text)
+        if self.presence_log.warnings.admits("declarations and watches beyond a limit"):
+            logger.warning("Refused a declaration or watch of %s: %s", link, text)
 
     def leave(self, link: Link) -> None:
         """Remove a link from its graph, and close it."""

@@ -7,8 +7,8 @@ from itertools import islice
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from broker.access.rules import Action
-from broker.deliveries import SendEncoded
-from proto import limits
+from broker.deliveries import Send, SendEncoded
+from proto import frames, limits
 from proto.codec import encode_graph, encode_graph_changes, encode_graph_entry
 from proto.errors import ErrorCode, ProtocolError
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from broker.access.rules import Rights
     from broker.deliveries import Delivery
     from broker.records import Endpoint, Peer
-    from proto import frames
+    from broker.refusals import Refusals
     from proto.frames import GraphEntry
 
 ENTRIES_PER_FRAME: Final = 100
@@ -28,6 +28,9 @@ REMOVED_PER_FRAME: Final = 4000
 
 MAX_WATCHES: Final = 100
 """Kept watches of one link."""
+
+MAX_BROKER_WATCHES: Final = 1000
+"""Kept watches of all links: each gets every change of its graph."""
 
 ENTRIES_PER_REPORT: Final = 20_000
 """Entries sent in answer to WATCHes in one loop turn, or one answer: it costs much more than its question."""
@@ -49,15 +52,35 @@ class _Watch(NamedTuple):
     keep: bool
 
 
+class WatchCount:
+    """The kept watches of all graphs of a broker.
+
+    Attributes:
+        most: How many there may be.
+        kept: How many there are.
+    """
+
+    def __init__(self, most: int = MAX_BROKER_WATCHES) -> None:
+        self.most = most
+        self.kept = 0
+
+
 class Graph:
     """The entries of one graph, by key.
 
     Changes and answers to WATCH are collected until `flush`. Entries are encoded once, and changes once for
     all watches whose users may see the same: only the head of a frame depends on the watch.
+
+    Args:
+        emit: Takes each delivery.
+        count: The kept watches of all graphs of the broker.
+        refusals: Counts the watches that are refused.
     """
 
-    def __init__(self, emit: Callable[[Delivery], None]) -> None:
+    def __init__(self, emit: Callable[[Delivery], None], count: WatchCount, refusals: Refusals) -> None:
         self._emit = emit
+        self._count = count
+        self._refusals = refusals
         self._entries: dict[int, _Entry] = {}
         self._watches: dict[tuple[int, int], Rights | None] = {}
         """Kept watches that have been answered, by peer and id: what the peer's user may see."""
@@ -132,6 +155,8 @@ class Graph:
     def watch(self, peer: Peer, frame: frames.Watch) -> None:
         """Answer WATCH with all entries, with the next `flush`; keep the watch if the frame says so.
 
+        A watch to be kept is refused if the broker has too many.
+
         Raises:
             ProtocolError: The id is in use, or the link has too many watches.
         """
@@ -141,7 +166,13 @@ class Graph:
         if frame.keep:
             if peer.watches >= MAX_WATCHES:
                 raise ProtocolError(ErrorCode.LIMIT, f"more than {MAX_WATCHES} watches on one link")
+            if self._count.kept >= self._count.most:
+                text = f"the broker keeps {self._count.most} watches of the graph (--max-watches)"
+                self._refusals.add(peer, text)
+                self._emit(Send(peer.id, frames.Refused(frame.id, ErrorCode.LIMIT, text)))
+                return
             peer.watches += 1
+            self._count.kept += 1
         self._unanswered[key] = _Watch(peer.rights, frame.keep)
 
     def unwatch(self, peer: Peer, watch: int) -> None:
@@ -150,17 +181,21 @@ class Graph:
         unanswered = self._unanswered.get(key)
         if key in self._watches:
             del self._watches[key]
-            peer.watches -= 1
+            self._end_watches(peer, 1)
         elif unanswered and unanswered.keep:  # it is answered all the same, so that its client need not wait
             self._unanswered[key] = unanswered._replace(keep=False)
-            peer.watches -= 1
+            self._end_watches(peer, 1)
+
+    def _end_watches(self, peer: Peer, number: int) -> None:
+        peer.watches -= number
+        self._count.kept -= number
 
     def forget(self, peer: Peer) -> None:
         """End all watches of a link."""
         if peer.watches:
             for key in [key for key in self._watches if key[0] == peer.id]:
                 del self._watches[key]
-            peer.watches = 0
+            self._end_watches(peer, peer.watches)
         for key in [key for key in self._unanswered if key[0] == peer.id]:
             del self._unanswered[key]
 

@@ -112,6 +112,14 @@ class BrokerOptions:
     max_endpoints: int = _option(
         20_000, "nodes, publishers, subscriptions, services and clients of one connection", 1, 10_000_000
     )
+    max_matches: int = _option(
+        200_000,
+        "counterparts of all endpoints of one connection together: a subscription counts once for each of its"
+        " publishers, a publisher once for each of its subscriptions",
+        1,
+        100_000_000,
+    )
+    max_watches: int = _option(1000, "watches of the graph that all connections keep together", 0, 1_000_000)
     max_pending_calls: int = _option(200_000, "unanswered calls of one connection", 1, 100_000_000)
     max_definitions: int = _option(2000, "types that one connection may define", 0, 1_000_000)
     max_definition_bytes: int = _option(4 * _MIB, "bytes of type definitions of one connection", 0, 64 * _MIB)

@@ -48,6 +48,8 @@ class Peer:
     """Size of these definitions."""
     matched: int = 0
     """Endpoints with counterparts, which must learn soon when this peer is gone."""
+    matches: int = 0
+    """Counterparts of all its endpoints together."""
     watches: int = 0
     """Its kept watches of the graph."""
     relied_on: set[int] = field(default_factory=set[int])
@@ -105,6 +107,7 @@ class Endpoint:
         peer.matched += change
         if change > 0:
             peer.relied_on.add(peer.id)
+        peer.matches += peers - self.peers
         self.total += max(0, peers - self.peers)
         self.peers = peers
 

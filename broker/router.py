@@ -13,11 +13,11 @@ from broker.assertions import Assertions
 from broker.call_frames import CallFrames
 from broker.calls import Calls
 from broker.declarations import Declarations
-from broker.definitions import Definitions
 from broker.deliveries import Close, Delivery, Send
-from broker.graph import Graph
+from broker.graph import Graph, WatchCount
 from broker.notices import Notices
 from broker.records import Endpoint, NodeRecord, Peer
+from broker.refusals import Refusals
 from broker.router_limits import RouterLimits
 from broker.routes import Routes
 from broker.services import Services
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 REPORTED: Final = frozenset({*get_args(frames.Declaration), frames.Assert, frames.Watch, frames.Unwatch})
 """Frames that change what `Router.report` returns."""
 
+DEFAULT_LIMITS: Final = RouterLimits()
+
 WAS_SILENT: Final = "This node was silent for the keepalive limit; until now the graph was without it"
 
 
@@ -46,7 +48,8 @@ class Router:
 
     Args:
         domain: The graph's number.
-        limits: What its peers may have and send; None for the defaults.
+        limits: What its peers may have and send.
+        watches: The kept watches of all graphs of the broker, and their limit; None for its own.
         report: For logs. Called with each endpoint and None when it is declared, and with the reason when it
             is removed; "" if its connection has ended.
 
@@ -55,6 +58,7 @@ class Router:
         relied_on: Ids of the peers to check closely: others are matched with them, wait for their answers, or
             have asked for the graph.
         latched: Counts the bytes of latched messages, possibly of several graphs.
+        refusals: What limits have refused.
         routes, topics, calls, services, graph, declarations: The parts.
     """
 
@@ -62,10 +66,10 @@ class Router:
         self,
         *,
         domain: int = 0,
-        limits: RouterLimits | None = None,
+        limits: RouterLimits = DEFAULT_LIMITS,
+        watches: WatchCount | None = None,
         report: Callable[[Endpoint, str | None], None] | None = None,
     ) -> None:
-        limits = limits or RouterLimits()
         self.domain = domain
         self.relied_on: set[int] = set()
         self.latched = ByteTotal()
@@ -85,12 +89,12 @@ class Router:
             queued=partial(QueuedCalls, limits.max_queued_call_bytes, limits.max_bulk_bytes),
         )
         self.services = Services(self._notices, self.calls)
-        self._call_frames = CallFrames(self._emit, self.calls, self.services)
-        self.graph = Graph(self._emit)
+        self.refusals = Refusals()
+        self.graph = Graph(self._emit, watches or WatchCount(), self.refusals)
         self.declarations = Declarations(
             self._emit,
-            max_endpoints=limits.max_endpoints,
-            definitions=Definitions(max_number=limits.max_definitions, max_bytes=limits.max_definition_bytes),
+            limits=limits,
+            refusals=self.refusals,
             topics=self.topics,
             services=self.services,
             graph=self.graph,
@@ -101,11 +105,12 @@ class Router:
 
     def _handler_table(self) -> dict[type[Any], Callable[[Peer, Any], None]]:
         declare = self.declarations.declare
+        calls = CallFrames(self._emit, self.calls, self.services)
         return {
             frames.Batch: self.routes.route,
-            frames.Request: self._call_frames.request,
-            frames.Reply: self._call_frames.reply,
-            frames.Cancel: self._call_frames.cancel,
+            frames.Request: calls.request,
+            frames.Reply: calls.reply,
+            frames.Cancel: calls.cancel,
             frames.Grant: self.topics.grant,
             frames.Assert: self._assertions.add,
             frames.Credit: self.topics.confirm_credit,
@@ -234,6 +239,12 @@ class Router:
         if peer is not None and peer.suspended:
             peer.suspended = peer.names_released = False
             for endpoint in peer.endpoints.values():
+                if not self.declarations.fits(endpoint):  # its counterparts have increased meanwhile
+                    text = self.declarations.too_many_matches
+                    self.refusals.add(peer, text)
+                    self._emit(Close(peer.id, ErrorCode.LIMIT, text))
+                    self._remove_peer(peer, text)
+                    break
                 if isinstance(endpoint, NodeRecord):
                     notice = frames.Notice(endpoint.id, NoticeKind.SUSPENDED, WAS_SILENT, policy=0, peers=1)
                     self._emit(Send(peer.id, notice))

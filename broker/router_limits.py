@@ -16,6 +16,8 @@ class RouterLimits:
 
     max_endpoints: int = 20_000
     """Nodes and endpoints that one peer may declare."""
+    max_matches: int = 200_000
+    """Counterparts that all endpoints of one peer may have together."""
     max_pending_calls: int = 200_000
     """Unanswered calls of one peer."""
     max_definitions: int = 2000

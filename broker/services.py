@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from broker.matching import exceeds
 from broker.pool import Pool
 from broker.records import ClientRecord, ServiceGroup, ServiceRecord
 
@@ -31,6 +32,15 @@ class Services:
         """Return the servers for a client's calls."""
         group = self._groups.get(client.name)
         return None if group is None else group.pools.get((client.type_name, client.type_hash))
+
+    def exceeds(self, endpoint: ClientRecord | ServiceRecord, most: int) -> bool:
+        """Return whether an endpoint, if it joined, would raise the `matches` of its peer above `most`."""
+        group = self._groups.get(endpoint.name)
+        if group is None:
+            return False
+        others: list[ClientRecord | ServiceRecord]
+        others = [*(group.servers if isinstance(endpoint, ClientRecord) else group.clients).values()]
+        return exceeds(endpoint.peer, others, lambda other: _same_type(endpoint, other), most)
 
     def join(self, endpoint: ClientRecord | ServiceRecord) -> None:
         """Match a client or server that is new or back."""

@@ -137,6 +137,7 @@ def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
         calls=sum(each.routed for each in calls),
         refused_calls=sum(each.refused for each in calls),
         overloaded_calls=sum(each.overloaded for each in calls),
+        refused_declarations=sum(router.refusals.count for router in graphs),
         pending_calls=sum(each.pending for each in calls),
         late_replies=sum(each.late for each in calls),
         definitions=sum(len(router.declarations.definitions) for router in graphs),

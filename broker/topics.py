@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from broker.deliveries import Send
 from broker.flow_control import HOLD, CreditLimits
+from broker.matching import exceeds
 from broker.records import PublisherRecord, SubscriptionRecord, TopicRecord
 from proto import frames
 from proto.codes import NoticeKind, PolicyKind
@@ -50,11 +51,22 @@ class Topics:
         """Return all topics with an endpoint that is not suspended."""
         return self._topics.values()
 
+    def exceeds(self, endpoint: PublisherRecord | SubscriptionRecord, most: int) -> bool:
+        """Return whether an endpoint, if it joined, would raise the `matches` of its peer above `most`."""
+        topic = self._topics.get(endpoint.name)
+        if topic is None:
+            return False
+        if isinstance(endpoint, PublisherRecord):
+            subscriptions = topic.subscriptions.values()
+            return exceeds(endpoint.peer, subscriptions, lambda other: _same_type(endpoint, other), most)
+        publishers = topic.publishers.values()
+        return exceeds(endpoint.peer, publishers, lambda other: _same_type(other, endpoint), most)
+
     def join_publisher(self, publisher: PublisherRecord) -> None:
         """Match a publisher that is new or restored."""
         self._routes.prune()
         self._routes.add_publisher(publisher)
-        topic = publisher.topic = self._topic(publisher.name)
+        topic = publisher.topic = self._topics.setdefault(publisher.name, TopicRecord(publisher.name))
         topic.publishers[publisher.key] = publisher
         for subscription in publisher.awaited_by.values():  # each is attached again below
             del subscription.awaits[publisher.key]
@@ -69,7 +81,7 @@ class Topics:
     def join_subscription(self, subscription: SubscriptionRecord) -> None:
         """Match a subscription that is new or restored."""
         self._routes.prune()
-        topic = self._topic(subscription.name)
+        topic = self._topics.setdefault(subscription.name, TopicRecord(subscription.name))
         topic.subscriptions[subscription.key] = subscription
         self._notices.begin(subscription)
         for publisher in topic.publishers.values():
@@ -124,12 +136,6 @@ class Topics:
                 self._routes.report_gone(publisher, subscription)
         subscription.awaits.clear()
         self._notices.set_count(subscription, 0)
-
-    def _topic(self, name: str) -> TopicRecord:
-        topic = self._topics.get(name)
-        if topic is None:
-            topic = self._topics[name] = TopicRecord(name)
-        return topic
 
     def _leave(self, endpoint: PublisherRecord | SubscriptionRecord) -> None:
         topic = self._topics.get(endpoint.name)

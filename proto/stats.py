@@ -49,6 +49,7 @@ class BrokerRates:
     stale: float
     calls: float
     refused_calls: float
+    refused_declarations: float
     late_replies: float
     refused_connections: float
     bytes_received: float
@@ -137,6 +138,8 @@ class BrokerStats:
     refused_calls: int = 0
     overloaded_calls: int = 0
     """Those of them that were refused because too many bytes of calls waited for their server."""
+    refused_declarations: int = 0
+    """Declarations and watches of the graph that a limit has refused."""
     pending_calls: int = 0
     late_replies: int = 0
     definitions: int = 0

@@ -65,6 +65,8 @@ class BrokerView:
                             if watch is not None:
                                 watch.close()
                             watch = _Watch(context, keep=True) if link.connected else None
+                        if watch is not None and watch.refusal:
+                            raise BrokerUnreachable(f"The broker does not report changes: {watch.refusal}")
                         if watch is not None and watch.complete and condition(watch.snapshot):
                             return True
                         await link.changed()
@@ -129,6 +131,7 @@ class _Watch:
         self._keep = keep
         self.session = 0
         self.complete = False
+        self.refusal = ""
         self.snapshot = GraphSnapshot()
         self._link.answers[self._id] = self._received
         self.ask()
@@ -139,7 +142,10 @@ class _Watch:
             self.session = self._link.connections
             self._link.channel.send(frames.Watch(self._id, self._keep))
 
-    def _received(self, frame: frames.Graph) -> None:
+    def _received(self, frame: frames.Graph | frames.Refused) -> None:
+        if isinstance(frame, frames.Refused):
+            self.refusal = frame.text
+            return
         self.snapshot.apply(frame)
         if not frame.more:
             self.complete = True

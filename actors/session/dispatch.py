@@ -27,8 +27,10 @@ def _endpoint(link: Link, number: int) -> LinkEndpoint:
 def _refused(connection: BrokerConnection, link: Link, frame: frames.Refused) -> None:
     if frame.code == ErrorCode.NAME_TAKEN:
         connection.name_taken(peer_text(frame.text))
+    elif frame.id in link.endpoints:
+        link.endpoints[frame.id].refused(frame.code, peer_text(frame.text))
     else:
-        _endpoint(link, frame.id).refused(frame.code, peer_text(frame.text))
+        link.answer_received(frame.id, frame._replace(text=peer_text(frame.text)))
 
 
 def _notice(_: BrokerConnection, link: Link, frame: frames.Notice) -> None:
