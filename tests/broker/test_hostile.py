@@ -16,7 +16,7 @@ from proto.errors import ErrorCode
 from proto.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import GREETING_BYTES as GREETING
-from tests.broker.rawclient import RawClient, link, read_error, stream, until
+from tests.broker.rawclient import RawClient, hello, link, read_error, stream, until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -38,6 +38,39 @@ async def bystander(broker: Broker) -> AsyncIterator[RawClient]:
         await client.synchronise()
         assert client.problem is None
         assert broker.stats().endpoints == 1
+
+
+@pytest.mark.usefixtures("bystander")
+async def test_frames_sent_before_the_welcome_are_handled_after_it(broker: Broker) -> None:
+    """Case 61: HELLO, NODE and a publisher in one write (§4.1.1): the answers come in this order."""
+    async with RawClient().connected(broker) as client:
+        client.send(hello(), frames.Node(0, "/early"), make.publisher(1), frames.Ping(3))
+        kinds = [type(await client.next(object)) for _ in range(4)]
+        assert kinds == [frames.Welcome, frames.Accepted, frames.Accepted, frames.Pong]
+
+
+@pytest.mark.usefixtures("bystander")
+async def test_frames_sent_before_an_error_are_lost(broker: Broker) -> None:
+    """Case 61: what follows a HELLO that is refused declares nothing (§4.1.1)."""
+    bad = frames.Hello(99, {"instance": b"i" * 16, "token": b"t" * 16})
+    async with stream(broker) as (reader, writer):
+        writer.write(encode(bad) + encode(frames.Node(0, "/early")))
+        error = await read_error(reader)
+        assert error is not None
+        assert error.code == ErrorCode.VERSION
+
+
+@pytest.mark.usefixtures("bystander")
+async def test_an_id_can_be_declared_again_after_undeclare(broker: Broker) -> None:
+    """Case 61: an id in use ends the session; a free one is accepted, as another endpoint too (§5.1.1)."""
+    async with link(broker, "/n") as client:
+        client.send(make.publisher(1), frames.Undeclare(1), make.subscription(1), make.publisher(2))
+        numbers = [(await client.next(frames.Accepted)).id for _ in range(3)]
+        assert numbers == [1, 1, 2]
+        matched = {await client.next(frames.Matched) for _ in range(2)}
+        assert matched == {frames.Matched(1, 1, 1), frames.Matched(2, 1, 1)}
+        client.send(make.publisher(2))
+        assert (await client.next(frames.Error)).code == ErrorCode.UNEXPECTED
 
 
 @pytest.mark.usefixtures("bystander")
