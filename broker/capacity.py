@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import Final
 
-from broker.refusal_log import RefusalLog
 from proto.aio import process
 
 RESERVED_FILES: Final = 2048
@@ -30,6 +29,7 @@ class Capacity:
         backlog: Connections that the kernel may hold for it. asyncio's own loop accepts as many in a row
             before any of them can be refused, so twice as many must fit: refused ones take a while to close.
         refused: Connections turned away so far.
+        full: Why no more are taken, for clients and the log.
     """
 
     def __init__(self, wanted: int) -> None:
@@ -38,18 +38,5 @@ class Capacity:
         self.most = min(wanted, files - reserved)
         self.backlog = min(MAX_BACKLOG, max(1, reserved // 2))
         self.refused = 0
-        remedy = "--max-connections" if self.most == wanted else "the limit of open files (ulimit -n)"
-        self._log = RefusalLog(f"Refused %d connections: {self.most} are open, and {remedy} allows no more")
-
-    def refuse(self, now: float) -> str:
-        """Count and log a refused connection.
-
-        Args:
-            now: Loop time.
-
-        Returns:
-            The text for the client.
-        """
-        self.refused += 1
-        self._log.add(now)
-        return f"this broker takes {self.most} connections"
+        limit = "--max-connections" if self.most == wanted else "limit of open files, ulimit -n"
+        self.full = f"this broker takes {self.most} connections (its {limit})"

@@ -10,7 +10,6 @@ from broker.graph import WatchCount
 from broker.link import logger
 from broker.machine_memory import memory_bytes, resident_bytes
 from broker.memory_guard import MemoryGuard
-from broker.refusal_log import RefusalLog
 from broker.reports import Reports
 from broker.router import Router
 from broker.router_limits import RouterLimits
@@ -82,21 +81,17 @@ class Dispatcher:
         self._routers: dict[int, Router] = {}
         self._unflushed: dict[Link, None] = {}
         self._watches = WatchCount(options.max_watches)
-        self._crowds = RefusalLog(
-            "Refused %d connections beyond --max-connections-per-address, the last from %s"
-        )
-        self._attempts = RefusalLog("Refused %d connections without valid credentials, the last from %s")
 
     def open(self, link: Link) -> None:
         """Add a new link, or refuse it if there are too many."""
         self.links[link] = self.strangers[link] = None
         too_many = self.admission.enter(link.origin)
-        if len(self.links) > self.capacity.most:
-            link.refuse(ErrorCode.LIMIT, self.capacity.refuse(link.opened_at))
-        elif too_many:
+        refusal = self.capacity.full if len(self.links) > self.capacity.most else too_many
+        if refusal:
             self.capacity.refused += 1
-            self._crowds.add(link.opened_at, link.address)
-            link.refuse(ErrorCode.LIMIT, too_many)
+            if self.presence_log.warnings.admits(refusal):
+                logger.warning("Refused a connection from %s: %s", link.address, refusal)
+            link.refuse(ErrorCode.LIMIT, refusal)
 
     def close(self, link: Link) -> None:
         """Remove a link whose connection has ended."""
@@ -125,7 +120,8 @@ class Dispatcher:
         try:
             link.principal = self.admission.identify(link.origin, token, now)
         except Unauthorized as error:
-            self._attempts.add(now, link.address)
+            if self.presence_log.warnings.admits("connections without valid credentials"):
+                logger.warning("Refused a connection from %s: %s", link.address, error)
             if error.late:  # the periodic check answers
                 link.rejected = str(error)
             else:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 import resource
 
 import pytest
 
 from broker import capacity
 from broker.capacity import Capacity
-from broker.refusal_log import COMPLAINT_PERIOD_S
 
 
 @pytest.fixture
@@ -49,14 +47,8 @@ def test_a_whole_backlog_fits(files: int) -> None:
     ("files", "wanted", "remedy"), [(64, 999, "ulimit"), (1024, 9, "--max-connections")], indirect=["files"]
 )
 @pytest.mark.usefixtures("files")
-def test_refusals_are_logged_once_in_a_while(
-    caplog: pytest.LogCaptureFixture, wanted: int, remedy: str
-) -> None:
-    """The first is logged at once, later ones together; the line names what to change."""
+def test_a_refusal_names_the_limit(wanted: int, remedy: str) -> None:
+    """Clients and the log learn what to change."""
     full = Capacity(wanted)
-    for now in (0.0, 1.0, 2.0, COMPLAINT_PERIOD_S):
-        assert str(full.most) in full.refuse(now)
-    assert full.refused == 4
-    texts = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]
-    assert [text.split()[1] for text in texts] == ["1", "3"]
-    assert all(remedy in text for text in texts)
+    assert str(full.most) in full.full
+    assert remedy in full.full

@@ -15,6 +15,7 @@ from broker.access.errors import AccessFileError
 from broker.access.origin import Origin
 from proto import frames
 from proto.errors import ErrorCode
+from proto.limited_log import MAX_LINES
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
 
@@ -110,7 +111,7 @@ async def test_a_token_must_not_come_over_plain_tcp(rules: Path, come_from: Call
 
 
 async def test_attempts_are_slowed_down(rules: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """After some failures an address waits for the answer; a right token does not; one line is logged."""
+    """After ten failures an address waits for the answer, except with a right token; the log has a sum."""
     options = BrokerOptions(port=0, auth=rules, handshake_timeout_sec=1.0)
     async with Broker(options) as broker:
         for _ in range(MAX_FAILURES):
@@ -123,8 +124,9 @@ async def test_attempts_are_slowed_down(rules: Path, caplog: pytest.LogCaptureFi
             assert (await client.next(frames.Error)).code == ErrorCode.UNAUTHORIZED
             await client.gone()
     lines = [record for record in caplog.records if record.levelno >= logging.WARNING]
-    assert len(lines) == 1
-    assert "1 connections without valid credentials" in lines[0].getMessage()
+    assert len(lines) == MAX_LINES + 1
+    assert "127.0.0.1" in lines[0].getMessage()
+    assert lines[-1].getMessage() == "… and 1 more like this: connections without valid credentials"
 
 
 async def test_case_33_a_token_is_in_no_log_line_and_no_error(
@@ -171,7 +173,7 @@ async def test_case_8_connections_of_one_address_are_limited(
             come_from("192.0.2.7")
         await until(lambda: broker.stats().connections == 0)
         assert await greet(broker) is None, "the ended ones do not count any more"
-    assert "--max-connections-per-address, the last from" in caplog.text
+    assert "takes 3 connections from one address (its --max-connections-per-address)" in caplog.text
 
 
 FULL = "".join(
