@@ -89,14 +89,18 @@ class Credentials:
         return token.reveal()
 
 
-def refused_credentials(url: str, text: str) -> NotAuthorized:
+def refused_credentials(url: str, text: str, presented: Credentials) -> NotAuthorized:
     """Return the error about a broker that has refused what was presented.
 
     Args:
         url: The broker.
         text: Its reason.
+        presented: The credentials that it has refused.
     """
+    source = presented.token_file or ("CALLBOARD_TOKEN" if presented.token is not None else "")
     hint = "Name a file with a token in CALLBOARD_TOKEN_FILE; `callboard auth token` makes one"
+    if source:
+        hint = f"This client presented the token in {escape(source)}; `callboard auth token` makes another"
     return NotAuthorized(f"The broker at {url} refuses this client: {escape(text)}. {hint}.")
 
 

@@ -269,7 +269,7 @@ class Inspector:
             if error.code is ErrorCode.MALFORMED and self._session.state is State.GREETED:
                 raise ProtocolError(error.code, f"what listens at {url} is no callboard broker") from error
             if error.code is ErrorCode.UNAUTHORIZED:
-                raise refused_credentials(str(url), str(error)) from error
+                raise refused_credentials(str(url), str(error), self._credentials) from error
             if error.code is ErrorCode.TLS_REQUIRED:
                 raise tls_required(url, self._credentials.tls) from error
             raise

@@ -179,7 +179,7 @@ class BrokerConnection:
         if frame.code == ErrorCode.VERSION:
             self.fatal = ProtocolError(ErrorCode.VERSION, text)
         elif frame.code == ErrorCode.UNAUTHORIZED:
-            self.fatal = refused_credentials(str(self.url), text)
+            self.fatal = refused_credentials(str(self.url), text, self._credentials)
         self.close()
 
     def name_taken(self, text: str) -> None:

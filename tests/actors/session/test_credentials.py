@@ -47,13 +47,22 @@ async def test_a_node_presents_its_token(broker: Broker, monkeypatch: pytest.Mon
         assert broker.stats().endpoints == 1
 
 
-@pytest.mark.parametrize("token", ["", OTHER])
+@pytest.mark.parametrize(
+    ("variable", "token", "hint"),
+    [
+        ("CALLBOARD_TOKEN", "", "Name a file with a token in CALLBOARD_TOKEN_FILE"),
+        ("CALLBOARD_TOKEN", OTHER, "presented the token in CALLBOARD_TOKEN;"),
+        ("CALLBOARD_TOKEN_FILE", OTHER, "presented the token in /.*/wrong.token;"),
+    ],
+)
 async def test_a_node_without_a_valid_token_ends(
-    broker: Broker, monkeypatch: pytest.MonkeyPatch, token: str
+    broker: Broker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, variable: str, token: str, hint: str
 ) -> None:
-    """It does not try for ever: the error says what to set, and not what was set."""
-    monkeypatch.setenv("CALLBOARD_TOKEN", token)
-    with pytest.raises(NotAuthorized, match="CALLBOARD_TOKEN_FILE") as caught:
+    """It does not try for ever: the error names what to set, or the source of the wrong token."""
+    file = tmp_path / "wrong.token"
+    file.write_text(token)
+    monkeypatch.setenv(variable, str(file) if variable == "CALLBOARD_TOKEN_FILE" else token)
+    with pytest.raises(NotAuthorized, match=hint) as caught:
         async with asyncio.timeout(10), Node("n"):
             pass
     assert OTHER not in str(caught.value)
