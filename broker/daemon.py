@@ -104,7 +104,7 @@ class Daemon:
         logger.info("%s", text)
         waiting = [each.name for each in changed if not each.reloads]
         if waiting:
-            logger.warning("needs a restart: %s", ", ".join(waiting))
+            logger.warning("Needs a restart: %s", ", ".join(waiting))
         return text
 
 

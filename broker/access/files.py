@@ -36,6 +36,9 @@ def read_text(path: Path) -> str:
         with path.open("rb") as file:
             mode = os.fstat(file.fileno()).st_mode
             content = file.read(MAX_FILE_BYTES + 1)
+    except FileNotFoundError as error:
+        hint = "`callboard auth add` writes the file"
+        raise AccessFileError(f"There are no access rules in {path}: {hint}") from error
     except OSError as error:
         raise AccessFileError(f"Cannot read {path}: {error.strerror or error}") from error
     if stat.S_ISREG(mode) and mode & stat.S_IWOTH:

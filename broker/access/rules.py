@@ -114,10 +114,8 @@ class Rights:
                 return Decision(allowed=True, reason=f"roles.{role.name}.allow.{word} has '{pattern}'")
         if not self._roles:
             return Decision(allowed=False, reason=self._no_role)
-        asked = ", ".join(role.name for role in self._roles)
-        return Decision(
-            allowed=False, reason=f"allow.{word} of the roles {asked} has no pattern that matches"
-        )
+        entries = ", ".join(f"roles.{role.name}.allow.{word}" for role in self._roles)
+        return Decision(allowed=False, reason=f"no pattern matches in {entries}")
 
 
 def _find(patterns: Mapping[Action, PatternSet], action: Action, name: str) -> str | None:

@@ -78,7 +78,7 @@ async def test_sighup_applies_what_can_change_and_names_the_rest(tmp_path: Path)
         await reload("port = 0\n", "Reloaded: no option has changed")
         changes = "suspend_close_sec = 9\nmax_endpoints = 5\n"
         await reload(
-            f"port = 7\n{changes}", "Reloaded: suspend_close_sec", "needs a restart: port, max_endpoints"
+            f"port = 7\n{changes}", "Reloaded: suspend_close_sec", "Needs a restart: port, max_endpoints"
         )
         await reload(
             f"prt = 7\n{changes}",
@@ -86,7 +86,7 @@ async def test_sighup_applies_what_can_change_and_names_the_rest(tmp_path: Path)
             " did you mean 'port'?",
         )
         # What needs a restart is named until it is the same again.
-        await reload(changes, "Reloaded: no option has changed", "needs a restart: port, max_endpoints")
+        await reload(changes, "Reloaded: no option has changed", "Needs a restart: port, max_endpoints")
         path.write_text('port = 0\nlog_level = "warning"\n')
         process.send_signal(signal.SIGHUP)
         path.unlink()

@@ -143,7 +143,12 @@ def test_a_role_applies_from_its_addresses_only() -> None:
     [
         ("robot", Action.PUBLISH, "/robot1/cmd", "roles.driver.allow.publish has '/robot1/**'"),
         ("robot", Action.PUBLISH, "/robot1/secret/x", "roles.careful.deny.publish has '/robot1/secret/**'"),
-        ("robot", Action.CALL, "/x", "allow.call of the roles driver, careful has no pattern that matches"),
+        (
+            "robot",
+            Action.CALL,
+            "/x",
+            "no pattern matches in roles.driver.allow.call, roles.careful.allow.call",
+        ),
         ("nobody", Action.CALL, "/x", "users.nobody has no roles"),
     ],
 )

@@ -44,8 +44,8 @@ def hand_over(token: str, options: Options, text: str) -> None:
 
     if options.token_file:
         write_private(Path(options.token_file), token + "\n")
-        text = f"{text} Its token is in {options.token_file}."
+        text = f"{text} The token is in {options.token_file}."
     else:
         print_out(token)
-        text = f"{text} Its token is shown only now."
+        text = f"{text} The token is shown only now."
     print_err(f"{text} A running broker reads the file again at SIGHUP.")
