@@ -43,9 +43,10 @@ async def test_messages_and_calls_go_through(broker: Broker) -> None:
         await b.synchronise()
         a.send(make.publisher(1), make.client(2))
         number = (await a.next(frames.Accepted)).number
-        a.send(make.batch(number, 0, 3), make.request(2, 9))
-        (entry,) = (await b.next(frames.Request)).entries
+        a.send(make.batch(number, 0, 3))
         assert (await b.next(frames.Batch)).length == 3
+        a.send(make.request(2, 9))
+        (entry,) = (await b.next(frames.Request)).entries
         b.send(make.reply(2, entry.call))
         assert (await a.next(frames.Reply)).entries[0].call == 9
         stats = broker.stats()
