@@ -95,8 +95,8 @@ VERBS: Final[dict[str, Verb | Group]] = {
     "auth": Group(
         "say who may connect to a broker, and explain what they may do",
         {
-            "add": Verb("add a user, and print a new token"),
             "list": Verb("list the users"),
+            "add": Verb("add a user, and print a new token"),
             "remove": Verb("remove a user"),
             "token": Verb("give a user a new token"),
             "check": Verb("say whether a user may do something, and why"),
