@@ -29,7 +29,7 @@ class Capacity:
         backlog: Connections that the kernel may hold for it. asyncio's own loop accepts as many in a row
             before any of them can be refused, so twice as many must fit: refused ones take a while to close.
         refused: Connections turned away so far.
-        full: Why no more are taken, for clients and the log.
+        refusal: Why no more are taken, for clients and the log.
     """
 
     def __init__(self, wanted: int) -> None:
@@ -39,4 +39,4 @@ class Capacity:
         self.backlog = min(MAX_BACKLOG, max(1, reserved // 2))
         self.refused = 0
         limit = "--max-connections" if self.most == wanted else "limit of open files, ulimit -n"
-        self.full = f"this broker takes {self.most} connections (its {limit})"
+        self.refusal = f"this broker takes {self.most} connections (its {limit})"

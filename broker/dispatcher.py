@@ -41,7 +41,7 @@ class Dispatcher:
 
     Attributes:
         links: All links.
-        strangers: Links that have not finished their handshake.
+        handshaking: Links that have not finished their handshake.
         joined: By router, the links of its graph, by peer.
         reassembly: The bytes of incomplete messages of all links.
         latched: The bytes of latched messages of all links.
@@ -64,7 +64,7 @@ class Dispatcher:
         self.presence_log = presence_log
         self._limits = _router_limits(options)
         self.links: dict[Link, None] = {}
-        self.strangers: dict[Link, None] = {}
+        self.handshaking: dict[Link, None] = {}
         self.joined: dict[Router, dict[int, Link]] = {}
         self.reassembly = ReassemblyTotal(options.max_total_reassembly_bytes)
         self.partial: dict[Link, None] = {}
@@ -84,9 +84,9 @@ class Dispatcher:
 
     def open(self, link: Link) -> None:
         """Add a new link, or refuse it if there are too many."""
-        self.links[link] = self.strangers[link] = None
+        self.links[link] = self.handshaking[link] = None
         too_many = self.admission.enter(link.origin)
-        refusal = self.capacity.full if len(self.links) > self.capacity.most else too_many
+        refusal = self.capacity.refusal if len(self.links) > self.capacity.most else too_many
         if refusal:
             self.capacity.refused += 1
             if self.presence_log.warnings.admits(refusal):
@@ -101,13 +101,13 @@ class Dispatcher:
         self.closed_bytes_received += link.channel.bytes_received
         self.closed_bytes_sent += link.channel.bytes_sent
         self.links.pop(link, None)
-        self.strangers.pop(link, None)
+        self.handshaking.pop(link, None)
         self.partial.pop(link, None)
         self._unflushed.pop(link, None)
         self.note_progress()
 
     def identify(self, link: Link, token: object, now: float) -> bool:
-        """Find out whose a link is; refuse one that is nobody's.
+        """Identify the user of a link; refuse the link if there is none.
 
         Args:
             link: The link, which has sent its HELLO.
@@ -152,7 +152,7 @@ class Dispatcher:
         router = self._router(domain)
         link.peer, deliveries = router.connect(instance, token, link.principal)
         link.router = router
-        self.strangers.pop(link, None)
+        self.handshaking.pop(link, None)
         self.joined[router][link.peer] = link
         self.deliver(router, deliveries)
         self.reports.report_soon()

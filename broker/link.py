@@ -40,7 +40,7 @@ class Link:
         address: Its host and port, or "unix socket".
         origin: Where it comes from.
         principal: Whose it is; None if there are no access rules, or before the handshake.
-        rejected: Why it is nobody's, if it is to learn that only when the time for the handshake is over.
+        rejected: Why it has no user, if it is refused only when the time for the handshake is over.
         opened_at: Loop time when it was opened.
         check_at: Loop time of the next keepalive check, even if nothing relies on the link.
         suspended_at: Loop time since which it is suspended for silence, or None.

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 FALLBACK_BYTES: Final = 4 * 1024**3
-"""What a machine that does not tell is taken to have."""
+"""Memory to assume if the machine does not report it."""
 
 _CGROUPS: Final = Path("/sys/fs/cgroup")
 

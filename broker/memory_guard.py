@@ -1,11 +1,11 @@
-"""The memory that a broker holds for all its links, and what gives way when it is too much.
+"""Counts the memory that a broker holds for all its links, and frees some when it is too much.
 
 It counts what waits for links, latched messages and incomplete messages. A message that waits for many links
 counts for each of them, so nothing is refused before the process really uses too much memory, too.
 The order, for a limit of `max_bytes`:
 
     above 7/8   parts of new large messages are discarded, and large calls are refused as OVERLOADED
-    above all   the links with most waiting messages lose the oldest half of them, from KEEP_LAST queues
+    above it    the links with most waiting messages lose the oldest half of them, from KEEP_LAST queues
     still       the link that holds most is closed
 """
 

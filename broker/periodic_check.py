@@ -21,7 +21,7 @@ CHECKS_PER_KEEPALIVE: Final = 6
 """Checks of a link within the time that it may be silent."""
 
 REJECTION_DELAY: Final = 0.2
-"""The part of the handshake timeout after which a link learns that it is nobody's, if its address has failed
+"""The part of the handshake timeout after which a link without a user is refused, if its address has failed
 often. Its client should still be waiting for the answer."""
 
 
@@ -79,7 +79,7 @@ class PeriodicCheck:
             for line in lines:
                 logger.warning("%s", line)
         all_due = dispatcher.draining or any(router.graph.watched for router in dispatcher.joined)
-        due = dict(dispatcher.strangers)
+        due = dict(dispatcher.handshaking)
         for router, joined in dispatcher.joined.items():
             due.update((joined[peer], None) for peer in router.relied_on if peer in joined)
         if all_due or now >= self._next_round:

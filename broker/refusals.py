@@ -1,4 +1,4 @@
-"""What the limits of a graph have refused, counted and logged in one place."""
+"""Counts and reports what the limits of a graph refuse."""
 
 from __future__ import annotations
 

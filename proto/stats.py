@@ -87,7 +87,7 @@ class BrokerStats:
     refused_connections: int = 0
     """Connections refused because there were too many, in all or from one address."""
     unauthorized_connections: int = 0
-    """Connections refused because they were nobody's by the access rules."""
+    """Connections refused because the access rules have no user for them."""
     suspended: int = 0
     """Links that have been silent for too long and may return."""
     endpoints: int = 0

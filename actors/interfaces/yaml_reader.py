@@ -139,7 +139,7 @@ def deeper_than(levels: int, events: Iterable[Any]) -> Any:
 
 
 class _Expansion:
-    """The size of a document with each alias replaced by what it stands for."""
+    """The size of a document with each alias replaced by its value."""
 
     def __init__(self, max_depth: int) -> None:
         self._max_depth = max_depth
@@ -153,11 +153,11 @@ class _Expansion:
         self._measure(root, 0)
 
     def _measure(self, node: Any, level: int) -> tuple[int, int]:
-        """Return how many values a node comes to, and how many levels."""
+        """Return how many values a node has with its aliases replaced, and how many levels."""
         if node.id == "scalar":
             return 1, 0
         if id(node) in self._open:
-            raise _fail(node, "an alias stands within its own value")
+            raise _fail(node, "an alias is part of its own value")
         measured = self._known.get(id(node))
         if measured is not None:
             self._aliased += measured[0]

@@ -121,7 +121,7 @@ def broker_certificate(certificate: Mapping[str, Any]) -> list[Check]:
 def openness(url: BrokerUrl, broker: object, timeout_sec: float, *, ca: str = "") -> Check:
     """Return the check of whether a broker lets in anybody from another machine.
 
-    It connects as a stranger would: to the broker's address, or to this machine's own if that is a loopback
+    It connects without credentials: to the broker's address, or to this machine's own if that is a loopback
     address, and without credentials.
 
     Args:

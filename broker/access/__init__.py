@@ -1,4 +1,4 @@
-"""Who may do what at a broker: users, roles and rules, and the credentials that identify a user.
+"""Access control: users, roles and rules, and the credentials that identify a user.
 
 Pure except `files.py`, which reads and edits the file, and `transport.py`, which asks a connection where it
 comes from. Imports proto only.

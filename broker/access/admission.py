@@ -1,4 +1,4 @@
-"""Admission of connections: how many an address may have, and whom each belongs to. Pure."""
+"""Admission of connections: how many an address may have, and the user of each. Pure."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MAX_FAILING_ADDRESSES: Final = 10_000
 """Addresses whose failures are counted; beyond it the one that failed first is forgotten."""
 
 NOT_AUTHORIZED: Final = "this broker requires a valid token or client certificate"
-"""Says neither which of them was missing or wrong, nor whether the user exists."""
+"""Does not say which of them was missing or wrong, or whether the user exists."""
 
 PLAIN_TOKEN: Final = (
     "a token must not travel over plain TCP: use TLS, or start the broker with --insecure, too"  # noqa: S105
@@ -30,9 +30,9 @@ PLAIN_TOKEN: Final = (
 
 
 def source_of(origin: Origin) -> Address | None:
-    """Return what counts as one address; None for this machine.
+    """Return the address or network that limits apply to; None for this machine.
 
-    Whoever has one IPv6 address usually has the 2^64 of its network, so that is what counts.
+    The owner of one IPv6 address usually has all 2^64 of its /64 network, so the network counts.
     """
     if origin.local:
         return None
@@ -41,7 +41,7 @@ def source_of(origin: Origin) -> Address | None:
 
 
 class Admission:
-    """Decides which connections of one broker come in.
+    """Decides which connections one broker accepts.
 
     Args:
         rules: The access rules; None if everybody may do everything.
@@ -65,7 +65,7 @@ class Admission:
         """Count a new connection.
 
         Returns:
-            Why it must not stay, for the peer; "" if it may. `leave` follows in either case.
+            Why it is refused, for the peer; "" if it is not. `leave` follows in either case.
         """
         source = source_of(origin)
         if source is None:

@@ -3,7 +3,7 @@
 CallboardError (proto.errors)
 ├── AccessFileError (ValueError)   the access rules are broken, or cannot be read or written
 └── ProtocolError
-└── Unauthorized               a connection is nobody's; with the code UNAUTHORIZED
+    └── Unauthorized               a connection is no user's; with the code UNAUTHORIZED
 """
 
 from __future__ import annotations

@@ -183,7 +183,7 @@ class AccessRules:
         object.__setattr__(self, "_certificates", certificates)
 
     def authenticate(self, origin: Origin, token: str | None) -> Principal | None:
-        """Return who a connection belongs to.
+        """Return the user of a connection.
 
         A token decides if there is one, then the certificate, then `local_user`. A wrong token identifies
         nobody, even if the certificate or `local_user` would identify somebody.
@@ -193,7 +193,7 @@ class AccessRules:
             token: The token that it presents; None for none.
 
         Returns:
-            The user with the rights from there; None if it is nobody's.
+            The user with the rights from there; None if there is none.
         """
         if token is not None:
             user, stored = self._tokens.find(token)
@@ -203,10 +203,10 @@ class AccessRules:
         return self.principal(user or (self.local_user if origin.local else ""), origin)
 
     def renewed(self, principal: Principal, origin: Origin) -> Principal | None:
-        """Return who a connection belongs to by these rules, which were read after it was authenticated.
+        """Return the user of a connection by these rules, which were read after it was authenticated.
 
         Args:
-            principal: Who it belonged to by the rules of then.
+            principal: The user by the earlier rules.
             origin: Where it comes from.
 
         Returns:

@@ -50,5 +50,5 @@ def test_a_whole_backlog_fits(files: int) -> None:
 def test_a_refusal_names_the_limit(wanted: int, remedy: str) -> None:
     """Clients and the log learn what to change."""
     full = Capacity(wanted)
-    assert str(full.most) in full.full
-    assert remedy in full.full
+    assert str(full.most) in full.refusal
+    assert remedy in full.refusal

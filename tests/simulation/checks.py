@@ -286,7 +286,7 @@ def _check_broker_empty(world: World) -> None:
     stats = world.home.broker.stats()
     if stats.connections or stats.endpoints or stats.queued or stats.pending_calls:
         world.complain(f"without nodes the broker has {stats}")
-    _check_empty(world, world.home.broker._dispatcher, "links", "strangers", "_unflushed")
+    _check_empty(world, world.home.broker._dispatcher, "links", "handshaking", "_unflushed")
     for router, joined in world.home.broker._dispatcher.joined.items():
         if joined:
             world.complain(f"without nodes {len(joined)} links are joined")

@@ -32,7 +32,7 @@ MERGES = "a: &a {x: 1}\nb: {" + "<<: *a, " * 2000 + "}"
         (BOMB, "line [0-9]+: aliases add more than 100000 values"),
         (CHAIN, "line [0-9]+: it is nested deeper than 100"),
         (MERGES, "line 2: more than 1000 merged mappings"),
-        ("a: &x {b: *x}", "line 1: an alias stands within its own value"),
+        ("a: &x {b: *x}", "line 1: an alias is part of its own value"),
         ("\n" + "[" * 100_000, "line 2: it is nested deeper than 100"),
         ("a: 1" + ":1" * 100_000, "line 1: a number of more than 100 characters"),
         ("a: 0x" + "f" * 5000, "line 1: a number of more than 100 characters"),

@@ -35,7 +35,7 @@ def rules_file(options: Options) -> Path:
 
 
 def hand_over(token: str, options: Options, text: str) -> None:
-    """Print a token, or write it to a file; then say what has happened.
+    """Print a token, or write it to a file; then report the change.
 
     The token is not stored anywhere else.
     """

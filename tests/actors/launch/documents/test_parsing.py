@@ -53,7 +53,7 @@ def test_yaml_is_plain_data(text: str, meant: object) -> None:
         ("a: 1\nb: !!int x", 2, "'x' is not what its tag says"),
         ("a: !!bool x", 1, "'x' is not what its tag says"),
         ("<<: 3", 1, "<< takes mappings only"),
-        ("a: &x [*x]", 1, "an alias stands within its own value"),
+        ("a: &x [*x]", 1, "an alias is part of its own value"),
         ("[" * 100_000, 1, f"it is nested deeper than {MAX_DEPTH}"),
         ("a: " + "9" * 10_000, 1, "a number of more than 100 characters"),
     ],
