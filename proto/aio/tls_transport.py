@@ -262,10 +262,14 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
                 size = cipher.decrypt(cast("memoryview", self._channel.get_buffer(-1)))
                 if size:
                     self._channel.buffer_updated(size)
-                if cipher.ended:
-                    self._channel.eof_received()
+            # Not while the channel keeps bytes, which it would discard.
+            if cipher.ended and not (self._paused or self._closing):
+                self._channel.eof_received()
         except ssl.SSLError as error:
             self._end(error)
+        except BaseException:
+            self.abort()  # as the event loop does after an error in buffer_updated
+            raise
         self._flush()  # TLS itself may have something to say, too
 
     def _flush(self) -> None:

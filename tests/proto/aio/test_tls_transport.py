@@ -151,6 +151,52 @@ def test_a_pause_holds_decrypted_bytes_back(run: Callable[..., None]) -> None:
     run(test)
 
 
+def test_the_end_of_the_stream_waits_for_a_channel_that_has_paused(run: Callable[..., None]) -> None:
+    """What a channel keeps when it pauses is not discarded because the goodbye came in the same read."""
+
+    async def test(near: End, far: End) -> None:
+        update = far.buffer_updated
+
+        def update_and_pause(nbytes: int) -> None:
+            update(nbytes)
+            far.transport.pause_reading()
+
+        far.buffer_updated = update_and_pause  # type: ignore[method-assign]
+        near.transport.write(b"last words")
+        near.transport.close()
+        await far.until(lambda: far.received)
+        assert not far.ended
+        far.transport.resume_reading()
+        await far.lost
+        assert far.ended
+
+    run(test)
+
+
+def test_an_error_of_the_channel_ends_the_connection(run: Callable[..., None]) -> None:
+    """Also if it is raised when a paused channel goes on, where no event loop would close the socket."""
+
+    async def test(near: End, far: End) -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _loop, _context: None)
+        far._buffer = bytearray(1)
+
+        def pause_and_break_down(_nbytes: int) -> None:
+            far.transport.pause_reading()
+            far.buffer_updated = break_down  # type: ignore[method-assign]
+            far.changed.set()
+
+        def break_down(_nbytes: int) -> None:
+            raise MemoryError
+
+        far.buffer_updated = pause_and_break_down  # type: ignore[method-assign]
+        near.transport.write(b"xy")
+        await far.until(lambda: far.buffer_updated is break_down)
+        far.transport.resume_reading()
+        await far.lost
+
+    run(test)
+
+
 def test_a_full_socket_pauses_the_writer(run: Callable[..., None]) -> None:
     """The writer is told when the peer does not read, and when it reads again."""
 
