@@ -205,7 +205,7 @@ class Connection:
         link = self._link
         if is_tls_error(error):
             reason = describe(error)
-            if not link.session:
+            if not link.session and self._warnings.admits("failures of TLS"):
                 logger.warning("Closing %s: TLS: %s", link, reason)
             self._dispatcher.note_ending(link, f"TLS: {reason}")
         self._dispatcher.note_ending(

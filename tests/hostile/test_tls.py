@@ -158,6 +158,20 @@ async def test_other_bytes_to_a_tls_port(
     assert len([record for record in caplog.records if record.levelno == logging.WARNING]) == 1
 
 
+async def test_failures_of_tls_cannot_fill_the_log(ours: Authority, caplog: pytest.LogCaptureFixture) -> None:
+    """Case 6, often: ten lines, and the rest in one."""
+    async with Broker(ours.options()) as broker:
+        for _ in range(15):
+            async with stream(broker) as (reader, writer):
+                writer.write(b"\x16" * 70)
+                with contextlib.suppress(ConnectionError):
+                    while await reader.read(100):
+                        pass
+        await until(lambda: not broker.stats().connections)
+    assert caplog.text.count(": TLS:") == 10
+    assert "5 more like this: failures of TLS" in caplog.text
+
+
 async def test_a_silent_client_has_as_long_as_without_tls(ours: Authority) -> None:
     """Cases 1, 2: a connection counts from the beginning, and is closed at the handshake's deadline."""
     async with Broker(ours.options(handshake_timeout_sec=0.2)) as broker:
