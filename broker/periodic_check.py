@@ -130,7 +130,9 @@ class PeriodicCheck:
             all_due: Whether the short keepalive applies even if nothing relies on the link.
         """
         options, router = self._options, link.router
-        if router is None:
+        if router is None and link.session:
+            pass  # it has left and still reads why; its channel ends that in time
+        elif router is None:
             age = now - link.opened_at
             if link.rejected and age > REJECTION_DELAY * options.handshake_timeout_sec:
                 link.refuse(ErrorCode.UNAUTHORIZED, link.rejected)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from typing import TYPE_CHECKING
 
 from broker.access.admission import Admission
 from broker.capacity import Capacity
@@ -10,13 +11,18 @@ from broker.deliveries import Discard
 from broker.dispatcher import Dispatcher
 from broker.link import Link
 from broker.options import BrokerOptions
+from broker.periodic_check import PeriodicCheck
 from broker.presence_log import PresenceLog
 from proto.aio.budgeted_channel import BudgetedChannel
 from proto.aio.read_budget import ReadBudget
 from proto.codec import encode
 from proto.frames import Undeclare
+from proto.loop_lag import LoopLag
 from proto.publisher_queue import PublisherQueue
 from proto.session import Role
+
+if TYPE_CHECKING:
+    import pytest
 
 
 class Silent:
@@ -44,3 +50,22 @@ async def test_a_link_that_is_closing_counts_nothing_that_is_gone() -> None:
     dispatcher.deliver(link.router, [Discard(link.peer, queue)])
     assert queue.empty
     assert not channel.outbox.undroppable_bytes
+
+
+async def test_a_link_that_was_closed_after_its_handshake_may_read_the_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The handshake's deadline is not for it, however old it is: unsent bytes are not discarded."""
+    options = BrokerOptions()
+    admission = Admission(None, max_per_address=10, plain_tokens=False)
+    dispatcher = Dispatcher(options, Capacity(10), admission, PresenceLog(10, lambda: 0.0))
+    loop = asyncio.get_running_loop()
+    channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
+    aborted: list[bool] = []
+    monkeypatch.setattr(BudgetedChannel, "abort", lambda _: aborted.append(True))
+    link = Link(channel, options, 0.0)
+    link.session = 1
+    dispatcher.join(link, 0, b"instance", b"token")
+    dispatcher.leave(link)
+    PeriodicCheck(dispatcher, LoopLag()).check_link(link, 3600.0, all_due=True)
+    assert not aborted
