@@ -130,7 +130,8 @@ class Routes:
         if not route.subscriptions:
             del publisher.routes[route.peer.id]
             peer_queue = PeerQueue(route.queue, route.topic, route.peer.id, route.earlier_ids)
-            self._departed.add(publisher.gid, publisher.key, peer_queue)
+            if excess := self._departed.add(publisher.gid, publisher.key, peer_queue):
+                self._emit(Shed(route.peer.id, excess))
 
     def detach_all(self, publisher: PublisherRecord) -> None:
         """End the routes of a publisher that leaves; its readers get what is queued, and then DETACHED."""

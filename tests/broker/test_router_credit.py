@@ -292,3 +292,19 @@ def test_byte_credit_of_a_keep_last_publisher_counts_from_the_attachment() -> No
 def spans(switch: Switch, peer: int) -> list[tuple[int, int]]:
     """Return the first numbers and lengths of the batches that wait for a peer."""
     return [(batch.first_sequence, batch.length) for batch in switch.read(peer, frames.Batch)]
+
+
+def test_a_stalled_reader_keeps_a_limited_number_of_queues(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What waits for it from publishers that wait no longer is limited as if the publishers were gone."""
+    monkeypatch.setattr("broker.departed_queues.MAX_QUEUES_PER_PEER", 2)
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window=1))
+    for each in range(1, 6):
+        declared = make.publisher(each, qos=make.KEEP_ALL)._replace(gid=each.to_bytes(16, "big"))
+        switch.send(talker, make.batch(switch.publisher(talker, declared), 0))
+    for now in (0.0, 61.0):
+        _, deliveries = switch.router.check_stalls(now)
+        switch._carry(deliveries)
+    tally, _ = switch.router.routes.tallies()
+    assert (tally.queued, tally.dropped) == (2, 3)
