@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
+from broker.access.rules import Action
 from broker.deliveries import Send
 from broker.flow_control import HOLD, CreditLimits
 from broker.matching import exceeds
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from broker.records import Peer
     from broker.routes import Routes
     from broker.stalls import Stalls
+
+HIDDEN: Final = "a KEEP_ALL subscription that this user may not see"
 
 
 class Topics:
@@ -227,7 +230,9 @@ class Topics:
                 publisher.credit.limits.remove(subscription.key)
                 self._update_credit(publisher)
                 self._routes.pause(publisher, subscription)
-                text = f"'{subscription.name}': the KEEP_ALL subscription of {subscription.node_name} {what}"
+                visible = publisher.peer.may(Action.SEE, subscription.node_name)
+                whose = f"the KEEP_ALL subscription of {subscription.node_name}" if visible else HIDDEN
+                text = f"'{subscription.name}': {whose} {what}"
                 self._notices.send(publisher, NoticeKind.STALLED, text)
         text = (
             f"'{subscription.name}': this KEEP_ALL subscription {what}. It misses messages until it takes"

@@ -349,3 +349,20 @@ def test_another_user_cannot_take_over_a_link() -> None:
     assert switch.router.peer(first) is not None
     switch.join(instance=b"i" * 16, principal=user("one", publish="/**"))
     assert switch.router.peer(first) is None
+
+
+@pytest.mark.parametrize("see", ["/talker /t", "/**"])
+def test_a_stalled_reader_is_named_to_those_only_who_may_see_it(see: str) -> None:
+    """§5.7.3: the NOTICE of a KEEP_ALL subscription that takes nothing is no way around hidden names."""
+    switch = Switch()
+    talker = switch.join("/talker", principal=user("talker", publish="/t", see=see))
+    reader = switch.join("/reader", principal=EVERYTHING)
+    switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window=1))
+    number = switch.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
+    switch.send(talker, make.batch(number, 0))
+    for now in (0.0, 61.0):
+        _, deliveries = switch.router.check_stalls(now)
+        switch._carry(deliveries)
+    (notice,) = switch.read(talker, frames.Notice)
+    assert notice.kind == NoticeKind.STALLED
+    assert ("/reader" in notice.text) == (see == "/**")
