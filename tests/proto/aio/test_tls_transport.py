@@ -180,13 +180,14 @@ def test_an_error_of_the_channel_ends_the_connection(run: Callable[..., None]) -
         asyncio.get_running_loop().set_exception_handler(lambda _loop, _context: None)
         far._buffer = bytearray(1)
 
-        def pause_and_break_down(_nbytes: int) -> None:
+        def pause_and_break_down(nbytes: int) -> None:
+            assert nbytes == 1
             far.transport.pause_reading()
             far.buffer_updated = break_down  # type: ignore[method-assign]
             far.changed.set()
 
-        def break_down(_nbytes: int) -> None:
-            raise MemoryError
+        def break_down(nbytes: int) -> None:
+            raise MemoryError(nbytes)
 
         far.buffer_updated = pause_and_break_down  # type: ignore[method-assign]
         near.transport.write(b"xy")
