@@ -35,6 +35,8 @@ def of_broker(broker: Broker) -> Wrongs:
     for link in broker._dispatcher.links:
         outbox = link.channel.outbox
         joined = link.router if link.channel.connected else None
+        if link.router is not joined:
+            continue  # it has failed with messages waiting, and leaves in the next loop turn
         queues = [] if joined is None else joined.routes.peer_queues()
         of_link = {id(each.queue): each.queue for each in queues if each.peer == link.peer}.values()
         yield from of_outbox(outbox, [queue for queue in of_link if not queue.scheduled])
