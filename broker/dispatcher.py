@@ -181,6 +181,7 @@ class Dispatcher:
 
     def leave(self, link: Link) -> None:
         """Remove a link from its graph, and close it."""
+        self.memory.end(link)
         router, link.router = link.router, None
         if router is not None:
             self.note_ending(link, "")

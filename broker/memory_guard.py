@@ -11,7 +11,7 @@ The order, for a limit of `max_bytes`:
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from proto.errors import ErrorCode
 
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
     from broker.link import Link
     from proto.fragments import ByteTotal, ReassemblyTotal
+
+MUCH_BYTES: Final = 16 * 1024 * 1024
+"""Of a link: when it ends, free memory goes back to the system."""
 
 
 class MemoryGuard:
@@ -32,6 +35,7 @@ class MemoryGuard:
         latched: The bytes of latched messages.
 
     Attributes:
+        freed: Whether links that held at least `MUCH_BYTES` have ended; reset by those who return the memory.
         queued_bytes: Bytes that wait for links.
         full: Whether large messages and calls are refused; set by `relieve`.
         closed: Links closed because they held most.
@@ -46,7 +50,7 @@ class MemoryGuard:
     ) -> None:
         self.max_bytes = max_bytes
         self.queued_bytes = 0
-        self.full = False
+        self.full = self.freed = False
         self.closed = 0
         self._enough = max_bytes - max_bytes // 8
         self._check_above = self._enough
@@ -72,6 +76,12 @@ class MemoryGuard:
         held = outbox.held_bytes + outbox.urgent_bytes + outbox.ordered_bytes
         self.queued_bytes += held - link.held_bytes
         link.held_bytes = held
+
+    def end(self, link: Link) -> None:
+        """Note that a link ends, before it leaves its graph."""
+        self.count(link)
+        if _memory(link) >= MUCH_BYTES:
+            self.freed = True
 
     def relieve(self, links: Iterable[Link]) -> None:
         """Free memory in the stated order, if the process really uses too much."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from broker.link import logger
 from proto import frames
+from proto.aio.process import return_memory
 from proto.errors import ErrorCode
 from proto.liveness import PeerState
 
@@ -24,6 +25,9 @@ REJECTION_DELAY: Final = 0.2
 """The part of the handshake timeout after which a link without a user is refused, if its address has failed
 often. Its client should still be waiting for the answer."""
 
+
+RETURN_PERIOD_SEC: Final = 10.0
+"""Freed memory is returned to the system at most once in this time, as it stops all else for milliseconds."""
 
 REPORT_PERIOD_SEC: Final = 10.0
 """Refusals are logged at most once in this time, with their number."""
@@ -47,6 +51,7 @@ class PeriodicCheck:
         self._lag = lag
         self._next_round = 0.0
         self._next_report = 0.0
+        self._next_return = 0.0
         self._reported = (0,) * len(_REFUSALS)
 
     @property
@@ -68,6 +73,7 @@ class PeriodicCheck:
             if not stalled:
                 self._check(now)
                 self._dispatcher.flush()
+                self._return_memory(now)
                 self._dispatcher.presence_log.report_omitted()
 
     def _check(self, now: float) -> None:
@@ -97,6 +103,13 @@ class PeriodicCheck:
             except Exception:  # noqa: BLE001 - a bug; the other links must be checked all the same
                 logger.exception("Closing %s: its periodic check failed", link)
                 link.channel.abort()
+
+    def _return_memory(self, now: float) -> None:
+        memory = self._dispatcher.memory
+        if memory.freed and now >= self._next_return:
+            memory.freed = False
+            self._next_return = now + RETURN_PERIOD_SEC
+            return_memory()
 
     def _check_partial(self, now: float) -> None:
         """Close the links that do not complete a message that they have begun to send."""

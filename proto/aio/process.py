@@ -30,6 +30,9 @@ MAPPED_BYTES: Final = 32 * 1024 * 1024
 GROWTH_BYTES: Final = 1024 * 1024
 """The heap grows by this much at a time."""
 
+_trims: Final[list[Callable[[int], object]]] = []
+"""glibc's malloc_trim, once `configure_process` has found it."""
+
 MANY_FILES: Final = 2**31
 """The limit of open files where the system has none."""
 
@@ -97,9 +100,20 @@ def configure_process() -> None:
     gc.collect()
     gc.freeze()
     try:
-        mallopt = ctypes.CDLL(None).mallopt
+        libc = ctypes.CDLL(None)
+        mallopt = libc.mallopt
+        _trims.append(libc.malloc_trim)
     except (OSError, AttributeError, TypeError):  # not glibc, or Windows
         return
     mallopt(_M_TRIM_THRESHOLD, KEPT_BYTES)
     mallopt(_M_TOP_PAD, GROWTH_BYTES)
     mallopt(_M_MMAP_THRESHOLD, MAPPED_BYTES)
+
+
+def return_memory() -> None:
+    """Return to the system what has been freed and malloc keeps, if `configure_process` has configured it.
+
+    It takes some milliseconds for each 100 MiB: call it seldom.
+    """
+    for trim in _trims[:1]:
+        trim(0)

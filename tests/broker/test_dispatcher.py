@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING
+
+import pytest
 
 from broker.access.admission import Admission
 from broker.capacity import Capacity
 from broker.deliveries import Discard
 from broker.dispatcher import Dispatcher
 from broker.link import Link
+from broker.memory_guard import MUCH_BYTES
 from broker.options import BrokerOptions
 from broker.periodic_check import PeriodicCheck
 from broker.presence_log import PresenceLog
@@ -20,9 +22,6 @@ from proto.frames import Undeclare
 from proto.loop_lag import LoopLag
 from proto.publisher_queue import PublisherQueue
 from proto.session import Role
-
-if TYPE_CHECKING:
-    import pytest
 
 
 class Silent:
@@ -69,3 +68,25 @@ async def test_a_link_that_was_closed_after_its_handshake_may_read_the_reason(
     dispatcher.leave(link)
     PeriodicCheck(dispatcher, LoopLag()).check_link(link, 3600.0, all_due=True)
     assert not aborted
+
+
+@pytest.mark.parametrize(("held", "times"), [(MUCH_BYTES, 1), (1000, 0)])
+async def test_memory_is_returned_after_a_link_that_held_much(
+    monkeypatch: pytest.MonkeyPatch, held: int, times: int
+) -> None:
+    """Case 46: the end of a link with 16 MiB lets the periodic check return free memory, once."""
+    returned: list[bool] = []
+    monkeypatch.setattr("broker.periodic_check.return_memory", lambda: returned.append(True))
+    options = BrokerOptions()
+    admission = Admission(None, max_per_address=10, plain_tokens=False)
+    dispatcher = Dispatcher(options, Capacity(10), admission, PresenceLog(10, lambda: 0.0))
+    loop = asyncio.get_running_loop()
+    channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
+    link = Link(channel, options, 0.0)
+    dispatcher.join(link, 0, b"instance", b"token")
+    channel.outbox.put_control(bytes(held))
+    dispatcher.leave(link)
+    check = PeriodicCheck(dispatcher, LoopLag())
+    for second in range(3):
+        check._return_memory(100.0 + second)
+    assert len(returned) == times

@@ -96,3 +96,20 @@ def test_the_limit_of_open_files_is_raised_as_far_as_it_goes(
     assert asked == [(result, hard)]
     monkeypatch.setattr(resource, "setrlimit", refuse)
     assert process.raise_file_limit(wanted) == soft
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs glibc and /proc")
+def test_freed_memory_is_returned_on_request() -> None:
+    """Case 46: blocks below one that lives stay with malloc until `return_memory`."""
+    if not hasattr(ctypes.CDLL(None), "malloc_trim"):
+        pytest.skip("not glibc")
+    code = (
+        "from broker.machine_memory import resident_bytes; from proto.aio import process;"
+        "process.return_memory(); process.configure_process();"
+        "blocks = [bytes(60_000) for _ in range(2000)]; last = bytes(60_000); del blocks;"
+        "before = resident_bytes(); process.return_memory(); print(before - resident_bytes())"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=30
+    )
+    assert int(done.stdout) > 80_000_000
