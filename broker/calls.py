@@ -92,7 +92,9 @@ class Calls:
             if entry.call in client.pending:
                 raise ProtocolError(ErrorCode.UNEXPECTED, f"REQUEST: the call id {entry.call} is in use")
             if client.peer.pending_calls >= self._max_pending:
-                text = f"{self._max_pending} calls of this link wait already"
+                text = (
+                    f"{self._max_pending} calls of this link wait already (the broker's --max-pending-calls)"
+                )
                 refused.append(answer(entry.call, Status.OVERLOADED, text))
                 continue
             server = None if pool is None or closed else pool.least_busy()

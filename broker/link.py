@@ -90,9 +90,9 @@ class Link:
                 f" {options.max_bulk_bytes} may (the broker's --max-bulk-bytes)"
             )
         elif outbox.undroppable_bytes > options.max_queue_bytes:
-            text = _too_slow("replies and control frames", options.max_queue_bytes)
+            text = _too_slow("replies and control frames", options.max_queue_bytes, "--max-queue-bytes")
         elif outbox.held_bytes > options.max_link_bytes:
-            text = _too_slow("messages that must not be dropped", options.max_link_bytes)
+            text = _too_slow("messages that must not be dropped", options.max_link_bytes, "--max-link-bytes")
         else:
             return
         self.fail(ErrorCode.LIMIT, text)
@@ -136,5 +136,7 @@ class Link:
         return f"link {self.peer or '(no handshake)'} [{self.agent}] ({where})"
 
 
-def _too_slow(what: str, limit: int) -> str:
-    return f"more than {limit} bytes of {what} wait for this link: it reads too slowly"
+def _too_slow(what: str, limit: int, option: str) -> str:
+    return (
+        f"more than {limit} bytes of {what} wait for this link: it reads too slowly (the broker's {option})"
+    )

@@ -22,6 +22,7 @@ TOPICS: Final = 4
 SIZE: Final = 20_000
 TEXT: Final = (
     f"more than {CEILING} bytes of messages that must not be dropped wait for this link: it reads too slowly"
+    " (the broker's --max-link-bytes)"
 )
 
 
