@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import tracemalloc
 from array import array
 from typing import TYPE_CHECKING, Any, cast
 
@@ -19,6 +18,7 @@ from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import SPECS, Frame, GraphEntry, ReplyEntry, RequestEntry
 from proto.stats import LinkStats, TopicStats
+from tests.allocations import peak_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -180,13 +180,7 @@ def test_a_batch_keeps_its_bytes_and_copies_no_payload() -> None:
 def test_decoding_a_large_batch_allocates_little() -> None:
     """A 16 MiB payload is not copied into the unpacker to read a header of 30 bytes."""
     raw = encode(frames.Batch(1, 2, 3, 1, None, None, array_head(1) + bytes(16 << 20), b""))
-    tracemalloc.start()
-    try:
-        decode(raw)
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    assert peak < 256 * 1024
+    assert peak_bytes(lambda: decode(raw)) < 256 * 1024
 
 
 @settings(deadline=None, max_examples=300)
@@ -309,14 +303,12 @@ def test_hostile_bytes(raw: bytes) -> None:
 
 def test_hostile_claims_cost_no_memory() -> None:
     """Hostile case 10: announced sizes make the decoder allocate less than 2 MiB."""
-    tracemalloc.start()
-    try:
+
+    def refuse_all() -> None:
         for raw in HOSTILE.values():
             refused(raw)
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    assert peak < 2 * 1024 * 1024
+
+    assert peak_bytes(refuse_all) < 2 * 1024 * 1024
 
 
 NESTED_CLAIMS: dict[str, bytes] = {
@@ -334,26 +326,20 @@ def test_nested_claims_are_compared_with_the_content_first(claims: bytes) -> Non
     for op in OPS:
         with contextlib.suppress(ProtocolError):  # its unpackers exist
             decoder.decode_content(header_of(op, *good_fields(op)))
-        tracemalloc.start()
-        try:
+        raw = framed(bytes((0x93, op, 0x01)) + claims)
+
+        def refuse(raw: bytes = raw) -> None:
             with pytest.raises(ProtocolError):
-                decoder.decode_content(framed(bytes((0x93, op, 0x01)) + claims))
-            _, peak = tracemalloc.get_traced_memory()
-        finally:
-            tracemalloc.stop()
-        assert peak < 32 * 1024, Op(op).name
+                decoder.decode_content(raw)
+
+        assert peak_bytes(refuse) < 32 * 1024, Op(op).name
 
 
 def test_nested_claims_in_a_reassembled_frame_are_found_in_place() -> None:
     """Case 50: a frame beyond MAX_FRAME_BYTES is not copied to find out how deep it nests."""
     raw = framed(b"\x93\x28\x01" + b"\xdc\x20\x00" * 100_000)
-    tracemalloc.start()
-    try:
-        assert refused(raw).code is ErrorCode.MALFORMED
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    assert peak < 32 * 1024
+    assert refused(raw).code is ErrorCode.MALFORMED
+    assert peak_bytes(lambda: refused(raw)) < 32 * 1024
 
 
 @pytest.mark.parametrize("error", [MemoryError, KeyboardInterrupt])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tracemalloc
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -13,6 +11,7 @@ from proto.codec import decode
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import Reassembler, Transfer, is_large
 from proto.frames import Abort, Fragment
+from tests.allocations import peak_bytes
 
 
 def pieces(transfer_id: int, raw: bytes) -> list[Fragment]:
@@ -113,15 +112,13 @@ def test_an_aborted_transfer_is_forgotten() -> None:
 
 def test_an_announced_total_costs_no_memory() -> None:
     """Eight transfers announced at the limit, one byte each, hold a few bytes and not 512 MiB."""
-    reassembler = Reassembler()
-    tracemalloc.start()
-    try:
+
+    def announce() -> None:
+        reassembler = Reassembler()
         for index in range(limits.MAX_TRANSFERS):
             reassembler.add(Fragment(index, limits.MAX_MESSAGE_BYTES, True, b"x"))
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    assert peak < 64 * 1024
+
+    assert peak_bytes(announce) < 64 * 1024
 
 
 def test_large_is_more_than_a_frame_may_hold() -> None:
