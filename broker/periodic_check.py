@@ -25,7 +25,6 @@ REJECTION_DELAY: Final = 0.2
 """The part of the handshake timeout after which a link without a user is refused, if its address has failed
 often. Its client should still be waiting for the answer."""
 
-
 RETURN_PERIOD_SEC: Final = 10.0
 """Freed memory is returned to the system at most once in this time, as it stops all else for milliseconds."""
 

@@ -23,6 +23,7 @@ from tests.simulation.test_alone import Mute
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
 
+    from actors import Node
     from tests.actors.meeting import Meeting
     from tests.simulation.stage import Stage
 
@@ -235,19 +236,25 @@ def test_nodes_that_start_before_the_broker_find_it() -> None:
     play(scene)
 
 
+def serve_add(node: Node) -> list[int]:
+    """Serve /add; return a list that gets the first number of each request."""
+    served: list[int] = []
+
+    def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        served.append(request.a)
+        return AddTwoInts.Response(sum=request.a + request.b)
+
+    node.create_service(AddTwoInts, "/add", add)
+    return served
+
+
 def test_a_call_waits_for_the_first_session() -> None:
     """It is sent when there is one, with what is left of its deadline; a cancelled one is not."""
 
     async def scene(stage: Stage) -> None:
         await stage.crash_broker()
         async with make() as node:
-            served: list[int] = []
-
-            def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
-                served.append(request.a)
-                return AddTwoInts.Response(sum=request.a)
-
-            node.create_service(AddTwoInts, "/add", add)
+            served = serve_add(node)
             client = node.create_client(AddTwoInts, "/add")
             calls = [client.call_async(AddTwoInts.Request(a=number), 5.0) for number in range(3)]
             calls[1].cancel()
@@ -266,13 +273,7 @@ def test_calls_keep_their_order_around_the_first_session() -> None:
     async def scene(stage: Stage) -> None:
         await stage.crash_broker()
         async with make() as node:
-            served: list[int] = []
-
-            def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
-                served.append(request.a)
-                return AddTwoInts.Response()
-
-            node.create_service(AddTwoInts, "/add", add)
+            served = serve_add(node)
             client = node.create_client(AddTwoInts, "/add")
             calls = [client.call_async(AddTwoInts.Request(a=number)) for number in range(2)]
             await stage.start_broker()

@@ -132,7 +132,7 @@ async def test_counts_follow_the_peers(meeting: Meeting) -> None:
 
 
 async def test_a_turn_of_the_loop_makes_few_frames_and_no_task(meeting: Meeting) -> None:
-    """1,000 messages published in one loop turn leave as one run: no task, and hardly a frame."""
+    """1,000 messages published in one loop turn leave as one batch, without a task."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     received: list[int] = []
     listener.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data), 1000)
@@ -163,7 +163,7 @@ async def test_a_turn_of_the_loop_makes_few_frames_and_no_task(meeting: Meeting)
 
 
 async def test_long_turns_do_not_wait_for_their_end(meeting: Meeting) -> None:
-    """A run that has grown large goes to the broker while the loop is still busy publishing."""
+    """A batch that has grown large goes to the broker while the loop is still busy publishing."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     subscription = listener.create_subscription(UInt8MultiArray, "blobs", lambda msg: None, 1000)
     publisher = talker.create_publisher(UInt8MultiArray, "blobs", 1000)
@@ -418,7 +418,7 @@ async def test_a_message_over_the_limit_is_refused_where_it_is_published(meeting
         publisher.publish(blob(5))
         with pytest.raises(InvalidMessageError, match="limit"):
             publisher.publish(blob(MIB))
-        publisher.publish(blob(MIB - 400))  # with the run before it, it would be over the limit
+        publisher.publish(blob(MIB - 400))  # with the batch before it, it would be over the limit
     await until(lambda: len(received) == 4)
     assert received == [5, MIB - 400] * 2
     assert talker._context.link.connections == listener._context.link.connections == 1
@@ -489,7 +489,7 @@ async def test_latched_messages_survive_a_broker(meeting: Meeting) -> None:
 
 
 async def test_publishing_costs_no_more_with_many_subscriptions(meeting: Meeting) -> None:
-    """One run goes to the broker however many subscriptions there are."""
+    """One batch goes to the broker however many subscriptions there are."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     received: list[int] = []
     for _ in range(20):
@@ -506,7 +506,7 @@ async def test_publishing_costs_no_more_with_many_subscriptions(meeting: Meeting
 
 
 async def test_stamps_are_the_time_of_sending(meeting: Meeting) -> None:
-    """F06: a message's source_timestamp is when its run was sent."""
+    """F06: a message's source_timestamp is when its batch was sent."""
     node = await meeting.node("both")
     stamps: list[int] = []
     node.create_subscription(Int64, "numbers", lambda msg, info: stamps.append(info.source_timestamp))
