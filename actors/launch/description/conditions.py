@@ -48,17 +48,6 @@ class IfCondition(Condition):
     predicate: Text
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return truth(self.predicate, scope)
 
 
@@ -73,17 +62,6 @@ class UnlessCondition(Condition):
     predicate: Text
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return not truth(self.predicate, scope)
 
 
@@ -100,17 +78,6 @@ class LaunchConfigurationEquals(Condition):
     expected_value: Text | None
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         scope.used.add(self.launch_configuration_name)
         value = scope.configurations.get(self.launch_configuration_name)
         return value == (None if self.expected_value is None else resolve(self.expected_value, scope))
@@ -126,17 +93,6 @@ class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
     """
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return not super().holds(scope)
 
 

@@ -30,17 +30,6 @@ class Command(Substitution):
     command: Text
 
     def perform(self, scope: Scope) -> str:
-        """Run the command.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            The text.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         text = resolve(self.command, scope)
         try:
             words = shlex.split(text)
@@ -60,14 +49,6 @@ class FindExecutable(Substitution):
     name: Text
 
     def perform(self, scope: Scope) -> str:
-        """Return the path.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return scope.library.executable(resolve(self.name, scope), scope.environment)
 
 
@@ -82,14 +63,6 @@ class FindPackageShare(Substitution):
     package: Text
 
     def perform(self, scope: Scope) -> str:
-        """Return the folder.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return scope.library.share(resolve(self.package, scope))
 
 
@@ -104,14 +77,6 @@ class FileContent(Substitution):
     path: Text
 
     def perform(self, scope: Scope) -> str:
-        """Return the text.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return scope.library.text(str(PurePath(scope.folder, resolve(self.path, scope))))
 
 
@@ -126,14 +91,6 @@ class AnonName(Substitution):
     name: Text
 
     def perform(self, scope: Scope) -> str:
-        """Return the name.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         name = resolve(self.name, scope)
         if name not in scope.anonymous:
             scope.anonymous[name] = f"{name}_{scope.library.unique()}"

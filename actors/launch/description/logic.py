@@ -62,17 +62,6 @@ class BooleanSubstitution(TruthSubstitution):
     value: Truth
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return truth(self.value, scope)
 
 
@@ -87,17 +76,6 @@ class NotSubstitution(TruthSubstitution):
     value: Truth
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return not truth(self.value, scope)
 
 
@@ -114,17 +92,6 @@ class AndSubstitution(TruthSubstitution):
     right: Truth
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return truth(self.left, scope) and truth(self.right, scope)
 
 
@@ -141,17 +108,6 @@ class OrSubstitution(TruthSubstitution):
     right: Truth
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return truth(self.left, scope) or truth(self.right, scope)
 
 
@@ -169,17 +125,6 @@ class AllSubstitution(TruthSubstitution):
         object.__setattr__(self, "values", values)
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return all(truth(each, scope) for each in self.values)
 
 
@@ -197,17 +142,6 @@ class AnySubstitution(TruthSubstitution):
         object.__setattr__(self, "values", values)
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return any(truth(each, scope) for each in self.values)
 
 
@@ -224,17 +158,6 @@ class EqualsSubstitution(TruthSubstitution):
     right: Value
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         left, right = _text(self.left, scope), _text(self.right, scope)
         words = {meaning(left), meaning(right)}
         if None not in words:
@@ -255,17 +178,6 @@ class NotEqualsSubstitution(EqualsSubstitution):
     """
 
     def holds(self, scope: Scope) -> bool:
-        """Evaluate it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return not super().holds(scope)
 
 
@@ -284,14 +196,6 @@ class IfElseSubstitution(Substitution):
     else_value: Text = ""
 
     def perform(self, scope: Scope) -> str:
-        """Return the text.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return resolve(self.if_value if truth(self.condition, scope) else self.else_value, scope)
 
 

@@ -114,14 +114,6 @@ class TextSubstitution(Substitution):
     text: str
 
     def perform(self, scope: Scope) -> str:
-        """Return it.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         del scope
         return self.text
 
@@ -139,14 +131,6 @@ class LaunchConfiguration(Substitution):
     default: Text | None = None
 
     def perform(self, scope: Scope) -> str:
-        """Return the value.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         name = resolve(self.variable_name, scope)
         scope.used.add(name)
         value = scope.configurations.get(name)
@@ -170,14 +154,6 @@ class EnvironmentVariable(Substitution):
     default_value: Text | None = None
 
     def perform(self, scope: Scope) -> str:
-        """Return the value.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         name = resolve(self.name, scope)
         value = scope.environment.get(name)
         if value is not None:
@@ -198,14 +174,6 @@ class PathJoinSubstitution(Substitution):
     substitutions: Sequence[Text]
 
     def perform(self, scope: Scope) -> str:
-        """Return the path.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return str(PurePath(*(resolve(part, scope) for part in self.substitutions)))
 
 
@@ -214,14 +182,6 @@ class ThisLaunchFileDir(Substitution):
     """The folder of the launch file with this substitution in it."""
 
     def perform(self, scope: Scope) -> str:
-        """Return the folder.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return scope.folder
 
 
@@ -230,14 +190,6 @@ class ThisLaunchFile(Substitution):
     """The path of the launch file with this substitution in it."""
 
     def perform(self, scope: Scope) -> str:
-        """Return the path.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         if scope.file is None:
             raise LaunchError("ThisLaunchFile: this description comes from no file")
         return scope.file
