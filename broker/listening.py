@@ -13,18 +13,15 @@ from typing import TYPE_CHECKING, Final
 from broker.errors import ListenError, address_in_use_error, listen_error, unprotected_error
 from broker.link import logger
 from broker.probe import find_broker
-from proto.addresses import parse_address
+from proto.addresses import is_loopback
 from proto.aio.forks import drop_in_children
-from proto.url import BrokerUrl
+from proto.url import LOOPBACK_HOSTS, BrokerUrl
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable, Iterable
     from pathlib import Path
 
     from broker.options import BrokerOptions
-
-LOOPBACK: Final = frozenset({"127.0.0.1", "::1", "localhost"})
-"""Hosts that need no closer look."""
 
 SOCKET_MODE: Final = 0o600
 """Of a socket file: for its owner only."""
@@ -137,10 +134,10 @@ async def listen_tcp(
     """
     server = await loop.create_server(protocol, host, port, backlog=backlog, start_serving=False)
     try:
-        if not exposed and host not in LOOPBACK:
+        if not exposed and host not in LOOPBACK_HOSTS:
             # Bound, but not listening: only now is it known which addresses a name has.
             names = [sock.getsockname() for sock in server.sockets]
-            if not all(parse_address(name[0]).is_loopback for name in names):
+            if not all(is_loopback(name[0]) for name in names):
                 raise unprotected_error(str(BrokerUrl(host, port or names[0][1])))
         await server.start_serving()
         # Two may bind a port as long as none listens. uvloop does not tell the slower one that it failed.

@@ -17,3 +17,11 @@ def parse_address(text: str) -> Address:
     address = ip_address(text.partition("%")[0])  # without an IPv6 zone
     mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None
     return mapped or address
+
+
+def is_loopback(text: str) -> bool:
+    """Return whether a text is an address of the loopback device; False for names."""
+    try:
+        return parse_address(text).is_loopback
+    except ValueError:
+        return False

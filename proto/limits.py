@@ -20,6 +20,9 @@ MAX_FRAME_BYTES: Final = 256 * 1024
 MAX_HELLO_BYTES: Final = 4 * 1024
 """Content of a frame before the session is open: an unknown peer gets no large buffer."""
 
+MAX_TOKEN_CHARACTERS: Final = 512
+"""The `auth` of a HELLO; a longer text is no token, and is not hashed."""
+
 FRAGMENT_BYTES: Final = 128 * 1024
 """Payload of one FRAGMENT that we send: other publisher queues are served after each."""
 

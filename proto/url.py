@@ -12,6 +12,9 @@ DEFAULT_HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 7411
 DEFAULT_URL: Final = f"callboard://{DEFAULT_HOST}:{DEFAULT_PORT}"
 
+LOOPBACK_HOSTS: Final = frozenset({DEFAULT_HOST, "::1", "localhost"})
+"""The usual hosts of the loopback device, recognised without reading an address."""
+
 _EXAMPLE: Final = f"write it like {DEFAULT_URL} or callboard+unix:///run/callboard.sock"
 
 

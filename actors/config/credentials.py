@@ -10,11 +10,10 @@ from typing import Final
 from actors.config import environment
 from actors.errors import NotAuthorized
 from proto.errors import escape
+from proto.limits import MAX_TOKEN_CHARACTERS
 from proto.tls import NO_FILES, TlsFiles
 
 _FILE_VARIABLES: Final = ("CALLBOARD_TOKEN_FILE", "CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY")
-
-MAX_TOKEN_CHARACTERS: Final = 512
 
 
 class Secret:
@@ -81,7 +80,9 @@ class Credentials:
             token = _read(self.token_file)
         if token is None:
             return None
-        if not (encrypted or self.insecure or not host or _is_loopback(host)):
+        from proto.addresses import is_loopback  # noqa: PLC0415 - only with a token
+
+        if not (encrypted or self.insecure or not host or is_loopback(host)):
             raise NotAuthorized(
                 f"The token is not sent to {host} over plain TCP, where others could read it: use TLS, or set"
                 " CALLBOARD_INSECURE=1 if the network is trusted"
@@ -146,12 +147,3 @@ def _read(file: str) -> Secret:
     if not text or len(text) > MAX_TOKEN_CHARACTERS or len(text.split()) > 1:
         raise NotAuthorized(f"The token file {file} must have one line with one token")
     return Secret(text)
-
-
-def _is_loopback(host: str) -> bool:
-    from proto.addresses import parse_address  # noqa: PLC0415 - only with a token
-
-    try:
-        return parse_address(host).is_loopback
-    except ValueError:
-        return False

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import socket
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
-from proto.url import DEFAULT_PORT
+from proto.url import DEFAULT_PORT, LOOPBACK_HOSTS
 
 if TYPE_CHECKING:
     from proto.url import BrokerUrl
-
-_HERE: Final = {"127.0.0.1", "::1", "localhost"}
 
 
 def start_hint(url: BrokerUrl, error: BaseException | None = None) -> str:
@@ -26,6 +24,6 @@ def start_hint(url: BrokerUrl, error: BaseException | None = None) -> str:
         return f"Start one with: callboard broker --unix {url.path}"
     port = "" if url.port == DEFAULT_PORT else f" --port {url.port}"
     port += " --tls-cert FILE --tls-key FILE" if url.tls else ""
-    if url.host in _HERE:
+    if url.host in LOOPBACK_HOSTS:
         return f"Start one with: callboard broker{port}"
     return f"Start one there with: callboard broker --host {url.host}{port} --auth FILE"

@@ -7,7 +7,6 @@ import socket
 import stat
 import time
 from contextlib import suppress
-from ipaddress import ip_address
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.config import environment
@@ -18,8 +17,10 @@ from actors.errors import TlsFailed
 from actors.graph.inspector import Inspector
 from actors.tools.certificates import expiries
 from actors.tools.check import Check
+from proto.addresses import is_loopback
 from proto.errors import CallboardError, escape
 from proto.tls import TlsFault, TlsFiles
+from proto.url import LOOPBACK_HOSTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -121,8 +122,8 @@ def broker_certificate(certificate: Mapping[str, Any]) -> list[Check]:
 def openness(url: BrokerUrl, broker: object, timeout_sec: float, *, ca: str = "") -> Check:
     """Return the check of whether a broker lets in anybody from another machine.
 
-    It connects without credentials: to the broker's address, or to this machine's own if that is a loopback
-    address, and without credentials.
+    It connects without credentials to the broker's address; if that is a loopback address, to another of this
+    machine.
 
     Args:
         url: Where it has answered.
@@ -130,7 +131,8 @@ def openness(url: BrokerUrl, broker: object, timeout_sec: float, *, ca: str = ""
         timeout_sec: The time limit.
         ca: The authorities to trust for TLS; "" for those of the system.
     """
-    host = None if url.path else _own_address() if is_loopback(url.host) else url.host
+    local = url.host in LOOPBACK_HOSTS or is_loopback(url.host)
+    host = None if url.path else _own_address() if local else url.host
     if host is None:
         return Check("access", "ok", "only programs on this machine reach the broker")
     outside = url._replace(host=host)
@@ -148,18 +150,6 @@ def openness(url: BrokerUrl, broker: object, timeout_sec: float, *, ca: str = ""
         return Check("access", "ok", "the broker lets in nobody from other machines without credentials")
     remedy = "say who may take part with --auth FILE, or let it listen on 127.0.0.1 (docs/security.md)"
     return Check("access", "warn", f"the broker lets in anybody who reaches {outside}", remedy)
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether only this machine reaches a host.
-
-    Args:
-        host: An address or a name.
-    """
-    try:
-        return ip_address(host.partition("%")[0]).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def _own_address() -> str | None:

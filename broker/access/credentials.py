@@ -11,14 +11,13 @@ import hmac
 import re
 from typing import TYPE_CHECKING, Final
 
+from proto.limits import MAX_TOKEN_CHARACTERS
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 TOKEN_PREFIX: Final = "cbt_"  # noqa: S105 - the beginning of every token, for scanners of leaked secrets
 TOKEN_BYTES: Final = 32
-
-MAX_TOKEN_CHARACTERS: Final = 512
-"""A longer text is no token, and is not hashed."""
 
 HASH_PREFIX: Final = "sha256:"
 
@@ -33,7 +32,11 @@ def is_token_hash(text: str) -> bool:
 
 def hash_token(token: str) -> str:
     """Return how a token is stored."""
-    return HASH_PREFIX + hashlib.sha256(token.encode("utf-8", "surrogatepass")).hexdigest()
+    return HASH_PREFIX + _digest(token).hex()
+
+
+def _digest(token: str) -> bytes:
+    return hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
 
 
 class TokenIndex:
@@ -53,7 +56,7 @@ class TokenIndex:
         """Return the user of a token, and how it is stored; two empty texts if it is nobody's."""
         if len(token) > MAX_TOKEN_CHARACTERS:
             return "", ""
-        digest = hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
+        digest = _digest(token)
         found = "", ""
         for stored, user in self._users.get(digest[:_INDEX_BYTES], ()):
             if hmac.compare_digest(stored, digest):

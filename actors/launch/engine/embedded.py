@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Final
 
 from actors.errors import BrokerUnreachable
 from actors.graph.inspector import Inspector
+from proto.url import LOOPBACK_HOSTS
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
 
     from actors.config.contexts import BrokerTarget
     from proto.url import BrokerUrl
-
-_HERE: Final = frozenset({"127.0.0.1", "::1", "localhost"})
 
 CONNECT_TIMEOUT_SEC: Final = 2.0
 
@@ -36,7 +35,7 @@ def can_embed(url: BrokerUrl) -> bool:
 
     It has no certificate, so not with TLS.
     """
-    return bool(url.path) or (url.host in _HERE and not url.tls)
+    return bool(url.path) or (url.host in LOOPBACK_HOSTS and not url.tls)
 
 
 @asynccontextmanager

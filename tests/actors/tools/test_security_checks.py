@@ -197,13 +197,3 @@ def test_the_certificate_of_a_broker_is_checked() -> None:
     assert security_checks.broker_certificate({}) == []
     (check,) = security_checks.broker_certificate({"notAfter": "Jan  1 00:00:00 2020 GMT"})
     assert check[:3] == ("certificates", "fail", "the broker's certificate has expired")
-
-
-@pytest.mark.parametrize(
-    ("host", "expected"),
-    [("127.0.0.1", True), ("127.1.2.3", True), ("::1", True), ("localhost", True), ("10.0.0.1", False)],
-)
-def test_loopback_addresses_are_known(host: str, expected: bool) -> None:
-    """Names other than localhost may be anything."""
-    assert security_checks.is_loopback(host) is expected
-    assert not security_checks.is_loopback("robot")

@@ -6,12 +6,13 @@ from ipaddress import ip_address
 
 import pytest
 
-from broker.access.credentials import MAX_TOKEN_CHARACTERS, hash_token
+from broker.access.credentials import hash_token
 from broker.access.errors import AccessFileError
 from broker.access.origin import LOCAL, Origin
 from broker.access.parse import parse_rules
 from broker.access.rules import MAX_DECISIONS, AccessRules, Action, Principal
 from proto.addresses import parse_address
+from proto.limits import MAX_TOKEN_CHARACTERS
 
 TOKEN = "cbt_" + "x" * 43
 FAR = Origin(address=ip_address("10.1.2.3"))
