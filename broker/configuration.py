@@ -59,8 +59,8 @@ class Setting:
         self.default: object = option.default
         metadata = option.metadata
         self.help: str = metadata["help"]
-        self.choices: tuple[str, ...] = metadata.get("choices", ())
-        self.reloads: bool = metadata.get("reloads", False)
+        self.choices: tuple[str, ...] = metadata["choices"]
+        self.reloads: bool = metadata["reloads"]
         self._least: float | None = metadata.get("least")
         self._most: float | None = metadata.get("most")
 

@@ -12,9 +12,7 @@ from proto.url import DEFAULT_HOST, DEFAULT_PORT
 if TYPE_CHECKING:
     from pathlib import Path
 
-
 _MIB: Final = 1024 * 1024
-
 
 LEVELS: Final = ("debug", "info", "warning", "error")
 """Levels of the daemon's log."""
@@ -27,10 +25,12 @@ def _option(
     most: float | None = None,
     *,
     reloads: bool = False,
+    choices: tuple[str, ...] = (),
 ) -> Any:
-    """Return a dataclass field with its help, its range, and whether a running broker can change it."""
+    """Return a dataclass field with its help, its values, and whether a running broker can change it."""
     span = {} if least is None else {"least": least, "most": most}
-    return field(default=default, metadata={"help": text, "reloads": reloads, **span})
+    metadata = {"help": text, "reloads": reloads, "choices": choices, **span}
+    return field(default=default, metadata=metadata)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -45,32 +45,21 @@ class BrokerOptions:
 
     host: str = _option(DEFAULT_HOST, "address or name to listen on")
     port: int = _option(DEFAULT_PORT, "TCP port; 0 takes a free one", 0, 65_535)
-    unix: Path | None = field(
-        default=None, metadata={"help": "listen on a unix socket at this path instead of TCP"}
+    unix: Path | None = _option(None, "listen on a unix socket at this path instead of TCP")
+    auth: Path | None = _option(
+        None,
+        "TOML file of users and access rules; every connection must then be a user's"
+        " (docs/reference/access.md)",
     )
-    auth: Path | None = field(
-        default=None,
-        metadata={
-            "help": "TOML file of users and access rules; every connection must then be a user's"
-            " (docs/reference/access.md)"
-        },
+    insecure: bool = _option(
+        False, "without --auth: let everybody in who can connect; with it: take tokens over plain TCP"
     )
-    insecure: bool = field(
-        default=False,
-        metadata={
-            "help": "without --auth: let everybody in who can connect; with it: take tokens over plain TCP"
-        },
+    tls_cert: Path | None = _option(
+        None, "PEM file with the broker's certificate and its chain; connections then use TLS"
     )
-    tls_cert: Path | None = field(
-        default=None,
-        metadata={"help": "PEM file with the broker's certificate and its chain; connections then use TLS"},
-    )
-    tls_key: Path | None = field(
-        default=None, metadata={"help": "PEM file with the private key of --tls-cert, without a passphrase"}
-    )
-    tls_client_ca: Path | None = field(
-        default=None,
-        metadata={"help": "PEM file with authorities: every client must then have a certificate of theirs"},
+    tls_key: Path | None = _option(None, "PEM file with the private key of --tls-cert, without a passphrase")
+    tls_client_ca: Path | None = _option(
+        None, "PEM file with authorities: every client must then have a certificate of theirs"
     )
     keepalive_sec: float = _option(
         limits.DEFAULT_KEEPALIVE_SEC, "seconds of silence after which a peer counts as frozen", 0.1, 3600
@@ -196,8 +185,6 @@ class BrokerOptions:
 class DaemonOptions:
     """The options that only the daemon has: its log, and the file with its URL."""
 
-    url_file: Path | None = field(default=None, metadata={"help": "write the URL it listens on to this file"})
-    log_level: str = field(
-        default="info", metadata={"help": "what is logged", "choices": LEVELS, "reloads": True}
-    )
-    json_logs: bool = field(default=False, metadata={"help": "log one JSON object per line"})
+    url_file: Path | None = _option(None, "write the URL it listens on to this file")
+    log_level: str = _option("info", "what is logged", reloads=True, choices=LEVELS)
+    json_logs: bool = _option(False, "log one JSON object per line")

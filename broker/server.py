@@ -128,7 +128,7 @@ class Broker:
             options: The new options. Those whose metadata has `reloads` are applied.
         """
         changed = {
-            each.name: getattr(options, each.name) for each in fields(options) if each.metadata.get("reloads")
+            each.name: getattr(options, each.name) for each in fields(options) if each.metadata["reloads"]
         }
         self.options = self._dispatcher.options = replace(self.options, **changed)
         for link in self._dispatcher.links:

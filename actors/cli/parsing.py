@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 from actors.cli.errors import USAGE
 from actors.cli.table import load
 from actors.cli.terminal import columns
-from actors.config.environment import MAX_DOMAIN
 from actors.tools.suggestions import did_you_mean
+from proto.limits import MAX_DOMAIN
 
 if TYPE_CHECKING:
     from actors.cli.table import Verb

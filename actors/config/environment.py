@@ -27,6 +27,7 @@ from contextvars import ContextVar
 from typing import TYPE_CHECKING, Final
 
 from proto.errors import CallboardError, escape
+from proto.limits import MAX_DOMAIN
 from proto.tls import TlsFiles
 
 if TYPE_CHECKING:
@@ -38,9 +39,6 @@ VARIABLES: Final = (
     *("CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY"),
 )
 """Those that are callboard's own."""
-
-MAX_DOMAIN: Final = 232
-"""Highest domain id, as in ROS 2."""
 
 LOG_LEVELS: Final = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
 

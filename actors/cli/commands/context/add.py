@@ -6,7 +6,7 @@ from typing import Final
 
 from actors.cli.commands.context import print_current, use_context
 from actors.cli.parsing import Options, Parser, domain
-from actors.config.environment import MAX_DOMAIN
+from proto.limits import MAX_DOMAIN
 
 EXAMPLES: Final = {
     "callboard context add robot --url callboard://192.168.1.20:7411": "give a broker a name",
