@@ -57,29 +57,17 @@ _VERIFY_FAULTS: Final = {
 }
 """By X509_V_ERR number, from OpenSSL's x509_vfy.h."""
 
-_ALERT_FAULTS: Final = {
-    **dict.fromkeys(
-        ("TLSV13_ALERT_CERTIFICATE_REQUIRED", "SSLV3_ALERT_HANDSHAKE_FAILURE"),
-        TlsFault.CLIENT_CERTIFICATE_REQUIRED,
-    ),
-    **dict.fromkeys(
-        (
-            *("TLSV1_ALERT_UNKNOWN_CA", "TLSV1_ALERT_ACCESS_DENIED", "TLSV1_ALERT_DECRYPT_ERROR"),
-            *("SSLV3_ALERT_BAD_CERTIFICATE", "SSLV3_ALERT_UNSUPPORTED_CERTIFICATE"),
-            *("SSLV3_ALERT_CERTIFICATE_EXPIRED", "SSLV3_ALERT_CERTIFICATE_REVOKED"),
-            "SSLV3_ALERT_CERTIFICATE_UNKNOWN",
-        ),
-        TlsFault.CLIENT_CERTIFICATE_REFUSED,
-    ),
-    **dict.fromkeys(
-        (
-            *("WRONG_VERSION_NUMBER", "HTTP_REQUEST", "UNKNOWN_PROTOCOL", "PACKET_LENGTH_TOO_LONG"),
-            *("RECORD_LAYER_FAILURE", "UNEXPECTED_MESSAGE", "BAD_RECORD_TYPE"),
-        ),
-        TlsFault.NO_TLS,
-    ),
+_REASONS: Final = {
+    TlsFault.CLIENT_CERTIFICATE_REQUIRED: "TLSV13_ALERT_CERTIFICATE_REQUIRED SSLV3_ALERT_HANDSHAKE_FAILURE",
+    TlsFault.CLIENT_CERTIFICATE_REFUSED: "TLSV1_ALERT_UNKNOWN_CA TLSV1_ALERT_ACCESS_DENIED"
+    " TLSV1_ALERT_DECRYPT_ERROR SSLV3_ALERT_BAD_CERTIFICATE SSLV3_ALERT_UNSUPPORTED_CERTIFICATE"
+    " SSLV3_ALERT_CERTIFICATE_EXPIRED SSLV3_ALERT_CERTIFICATE_REVOKED SSLV3_ALERT_CERTIFICATE_UNKNOWN",
+    TlsFault.NO_TLS: "WRONG_VERSION_NUMBER HTTP_REQUEST UNKNOWN_PROTOCOL PACKET_LENGTH_TOO_LONG"
+    " RECORD_LAYER_FAILURE UNEXPECTED_MESSAGE BAD_RECORD_TYPE",
 }
-"""By the reason of an `ssl.SSLError`: alerts of the broker, and bytes that are not TLS."""
+"""Values of `ssl.SSLError.reason`: alerts of the broker, and bytes that are not TLS."""
+
+_REASON_FAULTS: Final = {reason: fault for fault, reasons in _REASONS.items() for reason in reasons.split()}
 
 
 def describe(error: OSError) -> str:
@@ -97,7 +85,7 @@ def fault_of(error: OSError) -> TlsFault:
     code = getattr(error, "verify_code", None)
     if code is not None:
         return _VERIFY_FAULTS.get(code, TlsFault.INVALID_CERTIFICATE)
-    return _ALERT_FAULTS.get(getattr(error, "reason", None) or "", TlsFault.OTHER)
+    return _REASON_FAULTS.get(getattr(error, "reason", None) or "", TlsFault.OTHER)
 
 
 def explain(fault: TlsFault, url: BrokerUrl, files: TlsFiles, error: OSError, names: tuple[str, ...]) -> str:
@@ -126,9 +114,9 @@ def explain(fault: TlsFault, url: BrokerUrl, files: TlsFiles, error: OSError, na
         TlsFault.INVALID_CERTIFICATE: f"The certificate of {broker} is invalid: {describe(error)}",
         TlsFault.NO_TLS: f"What listens at {url} does not speak TLS: for a broker without TLS, use {plain}",
         TlsFault.TLS_REQUIRED: f"The broker at {plain} speaks TLS only: use {plain._replace(tls=True)}",
-        TlsFault.CLIENT_CERTIFICATE_REQUIRED: f"{broker[0].upper()}{broker[1:]} requires a client"
+        TlsFault.CLIENT_CERTIFICATE_REQUIRED: f"The broker at {url} requires a client"
         " certificate: name it and its key in CALLBOARD_CERT and CALLBOARD_KEY",
-        TlsFault.CLIENT_CERTIFICATE_REFUSED: f"{broker[0].upper()}{broker[1:]} does not accept the client"
+        TlsFault.CLIENT_CERTIFICATE_REFUSED: f"The broker at {url} does not accept the client"
         f" certificate {files.certificate} ({describe(error)}): it must be valid, and from an authority that"
         " the broker knows (its --tls-client-ca)",
     }

@@ -58,10 +58,10 @@ def check_files(secrets: Mapping[str, str], certificates: Mapping[str, str]) -> 
         secrets: Paths of files that other users must not read, by the name of what refers to them.
         certificates: Paths of PEM files with certificates, likewise.
     """
-    found = [_secret(name, path) for name, path in secrets.items()]
-    for name, path in certificates.items():
-        found += _certificates(name, path)
-    return found
+    return [
+        *(_secret(name, path) for name, path in secrets.items()),
+        *(_certificate(name, path) for name, path in certificates.items()),
+    ]
 
 
 def _secret(name: str, path: str) -> Check:
@@ -77,18 +77,18 @@ def _secret(name: str, path: str) -> Check:
     return Check("secrets", "ok", f"{shown} is hidden from other users")
 
 
-def _certificates(name: str, path: str) -> list[Check]:
+def _certificate(name: str, path: str) -> Check:
     """Return the check of the certificate in a file that expires first."""
     shown = f"{name}: {escape(path)}"
     try:
         with open(path, encoding="ascii", errors="replace") as file:  # noqa: PTH123 - a path from outside
             ends = expiries(file.read(MAX_PEM_CHARACTERS))
     except (OSError, ValueError) as error:
-        return [Check("certificates", "fail", f"{shown} cannot be read: {_reason(error)}", f"correct {name}")]
-    return [judged_expiry(shown, min(ends), time.time())]
+        return Check("certificates", "fail", f"{shown} cannot be read: {_reason(error)}", f"correct {name}")
+    return check_expiry(shown, min(ends), time.time())
 
 
-def judged_expiry(shown: str, expires: float, now: float) -> Check:
+def check_expiry(shown: str, expires: float, now: float) -> Check:
     """Return the check of a certificate.
 
     Args:
@@ -116,7 +116,7 @@ def broker_certificate(certificate: Mapping[str, Any]) -> list[Check]:
     import ssl  # noqa: PLC0415 - loaded already, if there is a certificate
 
     expires = ssl.cert_time_to_seconds(certificate["notAfter"])
-    return [judged_expiry("the broker's certificate", expires, time.time())]
+    return [check_expiry("the broker's certificate", expires, time.time())]
 
 
 def openness(url: BrokerUrl, broker: object, timeout_sec: float, *, ca: str = "") -> Check:

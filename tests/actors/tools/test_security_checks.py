@@ -107,7 +107,7 @@ def test_files_that_cannot_be_read_are_found(tmp_path: Path) -> None:
 )
 def test_certificates_that_expire_soon_are_found(left: float, status: str, text: str) -> None:
     """A month is enough to renew one."""
-    assert verdicts([security_checks.judged_expiry("x", NOW + left, NOW)]) == [(status, text)]
+    assert verdicts([security_checks.check_expiry("x", NOW + left, NOW)]) == [(status, text)]
 
 
 def test_the_first_certificate_to_expire_counts(tmp_path: Path) -> None:
