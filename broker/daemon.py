@@ -7,12 +7,11 @@ import logging
 import os
 import signal
 import sys
-import tempfile
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from broker.configuration import SETTINGS
+from broker.private_file import write_private
 from broker.server import Broker
 from proto.aio import process
 from proto.aio.tasks import cancel_and_wait
@@ -20,6 +19,7 @@ from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
+    from pathlib import Path
 
     from broker.configuration import Configuration
     from broker.service_manager import ServiceManager
@@ -125,7 +125,7 @@ def _url_file(path: Path | None, text: str) -> Generator[None]:
     if path is None:
         yield
         return
-    write_atomically(path, text)
+    write_private(path, text)
     try:
         yield
     finally:
@@ -163,22 +163,3 @@ def _has_terminal() -> bool:
     except OSError:
         return False
     return True
-
-
-def write_atomically(path: Path, text: str) -> None:
-    """Write a file so that readers see all of it or nothing.
-
-    Raises:
-        CallboardError: It cannot be written.
-    """
-    written: Path | None = None
-    try:
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=path.name, delete=False) as file:
-            written = Path(file.name)
-            file.write(text)
-        written.replace(path)
-    except OSError as error:
-        if written is not None:
-            written.unlink(missing_ok=True)
-        reason = error.strerror or str(error)
-        raise CallboardError(f"Cannot write the URL to {path}: {reason}") from error

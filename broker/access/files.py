@@ -1,12 +1,10 @@
-"""The file of access rules: read by the broker, edited by `callboard auth`."""
+"""Reads the file of access rules, and makes tokens."""
 
 from __future__ import annotations
 
 import os
 import secrets
 import stat
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from broker.access.credentials import TOKEN_BYTES, TOKEN_PREFIX
@@ -14,6 +12,8 @@ from broker.access.errors import AccessFileError
 from broker.access.parse import MAX_FILE_BYTES, parse_rules
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from broker.access.rules import AccessRules
 
 
@@ -54,30 +54,3 @@ def read_text(path: Path) -> str:
 def new_token() -> str:
     """Return a new random token."""
     return TOKEN_PREFIX + secrets.token_urlsafe(TOKEN_BYTES)
-
-
-def write_private(path: Path, text: str, *, keep_mode: bool = False) -> None:
-    """Replace a file atomically by one that only its owner may read.
-
-    Args:
-        path: The file.
-        text: Its new content.
-        keep_mode: Whether an existing file keeps its permissions.
-
-    Raises:
-        AccessFileError: It cannot be written.
-    """
-    written: Path | None = None
-    try:
-        path = path.resolve()  # a link stays one
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        mode = stat.S_IMODE(path.stat().st_mode) if keep_mode and path.exists() else 0o600
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-            written = Path(file.name)
-            file.write(text)
-        written.chmod(mode)
-        written.replace(path)
-    except OSError as error:
-        if written is not None:
-            written.unlink(missing_ok=True)
-        raise AccessFileError(f"Cannot write {path}: {error.strerror or error}") from error

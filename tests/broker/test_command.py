@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import json
 import os
 import pty
 import signal
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
-from broker import daemon
 from proto import frames
-from proto.errors import CallboardError
 from proto.url import parse_url
 from tests.broker.rawclient import GREETING_BYTES, read_frame, until
 
@@ -115,21 +111,6 @@ def test_a_full_disk_behind_stdout_is_one_plain_line() -> None:
         done = subprocess.run(command_line, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr == "Cannot write to stdout: No space left on device\n"
-
-
-def test_a_url_file_that_cannot_be_written_leaves_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Case 42: on a full disk no partial file is left."""
-    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    def refuse(*_: object) -> None:
-        raise full
-
-    monkeypatch.setattr(tempfile._TemporaryFileWrapper, "write", refuse, raising=False)
-    with pytest.raises(CallboardError, match="No space left"):
-        daemon.write_atomically(tmp_path / "url", "callboard://x")
-    assert list(tmp_path.iterdir()) == []
 
 
 async def test_the_url_file_lives_as_long_as_the_broker(tmp_path: Path) -> None:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import stat
 import tomllib
-from typing import TYPE_CHECKING
 
 import pytest
 
 from broker.access.credentials import hash_token
 from broker.access.editing import NEW_FILE, add_user, remove_user, set_tokens
 from broker.access.errors import AccessFileError
-from broker.access.files import load_rules, new_token, write_private
+from broker.access.files import new_token
 from broker.access.parse import parse_rules
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 ONE, TWO = hash_token("one"), hash_token("two")
 TEXT = f"""# the rules of the lab
@@ -104,28 +99,6 @@ def test_what_cannot_be_added_is_refused(name: str, roles: list[str], fault: str
     """A name is no way to write something else into the file."""
     with pytest.raises(AccessFileError, match=fault):
         add_user(TEXT, name, token=TWO, roles=roles, source="f")
-
-
-def test_written_files_are_private(tmp_path: Path) -> None:
-    """Nobody else may read a new file or a token; rules keep the permissions that somebody gave them."""
-    file = tmp_path / "folder" / "f"
-    write_private(file, TEXT)
-    assert stat.S_IMODE(file.stat().st_mode) == 0o600
-    file.chmod(0o640)
-    write_private(file, TEXT, keep_mode=True)
-    assert stat.S_IMODE(file.stat().st_mode) == 0o640
-    write_private(file, TEXT)
-    assert stat.S_IMODE(file.stat().st_mode) == 0o600
-    assert list(file.parent.iterdir()) == [file]
-    assert set(load_rules(file).users) == {"a", "b"}
-
-
-def test_a_failed_write_leaves_the_file(tmp_path: Path) -> None:
-    """And no temporary one."""
-    (tmp_path / "f").mkdir()
-    with pytest.raises(AccessFileError, match="Cannot write"):
-        write_private(tmp_path / "f", TEXT)
-    assert [each.name for each in tmp_path.iterdir()] == ["f"]
 
 
 def test_tokens_are_long_and_different() -> None:

@@ -40,7 +40,7 @@ def hand_over(token: str, options: Options, text: str) -> None:
     The token is not stored anywhere else.
     """
     from actors.cli.output import print_err, print_out
-    from broker.access.files import write_private
+    from broker.private_file import write_private
 
     if options.token_file:
         write_private(Path(options.token_file), token + "\n")

@@ -34,7 +34,8 @@ def run(options: Options) -> int:
     from actors.cli.output import print_err
     from broker.access.credentials import hash_token
     from broker.access.editing import NEW_FILE, add_user
-    from broker.access.files import new_token, read_text, write_private
+    from broker.access.files import new_token, read_text
+    from broker.private_file import write_private
 
     file = rules_file(options)
     token = new_token()

@@ -22,7 +22,8 @@ def run(options: Options) -> int:
     """Remove a user."""
     from actors.cli.output import print_err
     from broker.access.editing import remove_user
-    from broker.access.files import read_text, write_private
+    from broker.access.files import read_text
+    from broker.private_file import write_private
 
     file = rules_file(options)
     changed = remove_user(read_text(file), options.user, source=str(file))

@@ -27,7 +27,8 @@ def run(options: Options) -> int:
     """Give a user a new token."""
     from broker.access.credentials import hash_token
     from broker.access.editing import set_tokens
-    from broker.access.files import load_rules, new_token, read_text, write_private
+    from broker.access.files import load_rules, new_token, read_text
+    from broker.private_file import write_private
 
     file = rules_file(options)
     token = new_token()

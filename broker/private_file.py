@@ -1,0 +1,36 @@
+"""Writes files that only their owner may read: access rules, tokens, the broker's URL."""
+
+from __future__ import annotations
+
+import stat
+import tempfile
+from pathlib import Path
+
+from proto.errors import CallboardError
+
+
+def write_private(path: Path, text: str, *, keep_mode: bool = False) -> None:
+    """Replace a file atomically by one that only its owner may read; make its folder if there is none.
+
+    Args:
+        path: The file.
+        text: Its new content.
+        keep_mode: Whether an existing file keeps its permissions.
+
+    Raises:
+        CallboardError: It cannot be written.
+    """
+    written: Path | None = None
+    try:
+        path = path.resolve()  # a link stays one
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        mode = stat.S_IMODE(path.stat().st_mode) if keep_mode and path.exists() else 0o600
+        with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+            written = Path(file.name)
+            file.write(text)
+        written.chmod(mode)
+        written.replace(path)
+    except OSError as error:
+        if written is not None:
+            written.unlink(missing_ok=True)
+        raise CallboardError(f"Cannot write {path}: {error.strerror or error}") from error

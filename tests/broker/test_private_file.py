@@ -1,0 +1,52 @@
+"""Files that only their owner may read."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+import tempfile
+from typing import TYPE_CHECKING
+
+import pytest
+
+from broker.private_file import write_private
+from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def test_written_files_are_private(tmp_path: Path) -> None:
+    """Nobody else may read a new file; one may keep the permissions that somebody gave them."""
+    file = tmp_path / "folder" / "f"
+    write_private(file, "text")
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    file.chmod(0o640)
+    write_private(file, "text", keep_mode=True)
+    assert stat.S_IMODE(file.stat().st_mode) == 0o640
+    write_private(file, "text")
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    assert list(file.parent.iterdir()) == [file]
+    assert file.read_text() == "text"
+
+
+def test_a_failed_write_leaves_the_file(tmp_path: Path) -> None:
+    """And no temporary one."""
+    (tmp_path / "f").mkdir()
+    with pytest.raises(CallboardError, match="Cannot write"):
+        write_private(tmp_path / "f", "text")
+    assert [each.name for each in tmp_path.iterdir()] == ["f"]
+
+
+def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 42: no partial file, of the URL or of rules."""
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    def refuse(*_: object) -> None:
+        raise full
+
+    monkeypatch.setattr(tempfile._TemporaryFileWrapper, "write", refuse, raising=False)
+    with pytest.raises(CallboardError, match="No space left"):
+        write_private(tmp_path / "url", "callboard://x")
+    assert list(tmp_path.iterdir()) == []
