@@ -72,16 +72,11 @@ def open_inspector(options: argparse.Namespace) -> Generator[Inspector]:
         BrokerUnreachable: No broker answered within 2 s, or the link broke; the text says how to start
             one, or that another program has the port.
     """
-    from actors.graph.inspector import Inspector  # noqa: PLC0415 - `--help` needs none
+    from actors.graph.inspector import inspector_for  # noqa: PLC0415 - `--help` needs none
 
     target = target_of(options)
     raise_at_once()
-    inspector = Inspector(
-        target.url,
-        domain=target.domain,
-        credentials=target.credentials,
-        timeout_sec=CONNECT_TIMEOUT_SEC,
-    )
+    inspector = inspector_for(target, CONNECT_TIMEOUT_SEC)
     try:
         inspector.connect()
     except BrokerUnreachable:
@@ -97,14 +92,9 @@ def open_inspector(options: argparse.Namespace) -> Generator[Inspector]:
 
 def why_unreachable(target: BrokerTarget) -> CallboardError:
     """Return the error that says why a node found no broker: nothing listens, or another program."""
-    from actors.graph.inspector import Inspector  # noqa: PLC0415 - only after a failure
+    from actors.graph.inspector import inspector_for  # noqa: PLC0415 - only after a failure
 
-    inspector = Inspector(
-        target.url,
-        domain=target.domain,
-        credentials=target.credentials,
-        timeout_sec=DIAGNOSIS_SEC,
-    )
+    inspector = inspector_for(target, DIAGNOSIS_SEC)
     try:
         inspector.connect()
     except ProtocolError as error:

@@ -206,17 +206,12 @@ def _snapshot(line: _Line) -> GraphSnapshot:
         CallboardError: It does not answer at once, or there is no such context.
     """
     from actors.config.contexts import find_broker_target  # noqa: PLC0415
-    from actors.graph.inspector import Inspector  # noqa: PLC0415 - most words need no broker
+    from actors.graph.inspector import inspector_for  # noqa: PLC0415 - most words need no broker
 
     domain = line.value_of("domain")
     number = int(domain) if domain and domain.isdecimal() else None
     target = find_broker_target(line.value_of("url"), number, line.value_of("context"))
-    with Inspector(
-        target.url,
-        domain=target.domain,
-        credentials=target.credentials,
-        timeout_sec=BROKER_TIMEOUT_SEC,
-    ) as inspector:
+    with inspector_for(target, BROKER_TIMEOUT_SEC) as inspector:
         return inspector.graph()
 
 

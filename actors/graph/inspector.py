@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import Self
 
+    from actors.config.contexts import BrokerTarget
     from actors.config.credentials import Credentials
     from proto.frames import Frame
     from proto.tls import TlsFiles
@@ -340,6 +341,13 @@ class Inspector:
             if self._answer_bytes > MAX_ANSWER_BYTES:
                 text = f"the broker's answer has more than {MAX_ANSWER_BYTES} bytes"
                 raise ProtocolError(ErrorCode.LIMIT, text)
+
+
+def inspector_for(target: BrokerTarget, timeout_sec: float) -> Inspector:
+    """Return an inspector of the broker that `find_broker_target` has chosen."""
+    return Inspector(
+        target.url, domain=target.domain, credentials=target.credentials, timeout_sec=timeout_sec
+    )
 
 
 def _known(code: int) -> ErrorCode:

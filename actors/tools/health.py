@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.config.contexts import find_broker_target
 from actors.errors import BrokerUnreachable
-from actors.graph.inspector import Inspector
+from actors.graph.inspector import inspector_for
 from actors.session.start_hint import start_hint
 from actors.tools import broker_checks, machine_checks, security_checks
 from actors.tools.check import Check
@@ -67,30 +67,16 @@ def all_good(checks: Iterable[Check]) -> bool:
 
 def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
     source = f" ({target.url_from})"
-    inspector = Inspector(
-        target.url,
-        domain=target.domain,
-        credentials=target.credentials,
-        timeout_sec=timeout_sec,
-    )
+    inspector = inspector_for(target, timeout_sec)
     try:
         with inspector:
+            milliseconds = f"{1000 * inspector.round_trip_sec:.1f} ms"
+            welcome, ca = inspector.welcome, target.credentials.tls.ca
             return [
-                Check(
-                    "broker",
-                    "ok",
-                    f"{inspector.url} answers in {1000 * inspector.round_trip_sec:.1f} ms{source}",
-                ),
-                *broker_checks.greeting(
-                    inspector.welcome, inspector.clock_ahead_sec, inspector.round_trip_sec
-                ),
+                Check("broker", "ok", f"{inspector.url} answers in {milliseconds}{source}"),
+                *broker_checks.greeting(welcome, inspector.clock_ahead_sec, inspector.round_trip_sec),
                 *security_checks.broker_certificate(inspector.certificate),
-                security_checks.openness(
-                    inspector.url,
-                    inspector.welcome.get("broker"),
-                    timeout_sec,
-                    ca=target.credentials.tls.ca,
-                ),
+                security_checks.openness(inspector.url, welcome.get("broker"), timeout_sec, ca=ca),
                 *broker_checks.numbers(inspector.report()),
                 *broker_checks.graph(inspector.graph()),
             ]

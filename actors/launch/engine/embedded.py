@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.errors import BrokerUnreachable
-from actors.graph.inspector import Inspector
+from actors.graph.inspector import inspector_for
 from proto.url import LOOPBACK_HOSTS
 
 if TYPE_CHECKING:
@@ -53,9 +53,7 @@ async def embedded_broker(url: BrokerUrl) -> AsyncGenerator[None]:
 
 
 def _answers(target: BrokerTarget) -> bool:
-    inspector = Inspector(
-        target.url, domain=target.domain, credentials=target.credentials, timeout_sec=CONNECT_TIMEOUT_SEC
-    )
+    inspector = inspector_for(target, CONNECT_TIMEOUT_SEC)
     try:
         inspector.connect()
     except BrokerUnreachable:
