@@ -101,7 +101,7 @@ class DepartedQueues:
     def remove_peer(self, peer: int) -> list[PublisherQueue]:
         """Return the queues to a peer that is gone, for the caller to discard.
 
-        Also the empty ones: what the peer's own publishers caused as they went may not be in them yet.
+        Also the empty ones: the removal of the peer's own publishers may still add frames to them.
         """
         peer_queues = [*self._final.pop(peer, ()), *self._resumable.pop(peer, {}).values()]
         if peer_queues:
@@ -112,7 +112,8 @@ class DepartedQueues:
         """Forget the empty queues if there are many. Not while a delivery to one may be under way.
 
         Args:
-            at_least: How many are many; None: more than were kept the last time.
+            at_least: Forget them if there are more departed queues than this; None: than twice the number
+                that the last call kept.
         """
         if self._count > (self._forget_at if at_least is None else at_least):
             self._forget_empty()

@@ -81,15 +81,15 @@ def _count(publisher: PublisherRecord, size: int) -> None:
 
 
 class LatchedReplay(ReplaySource):
-    """What is latched of one publisher when a subscription attaches, taken as long as it is latched.
+    """The latched messages of one publisher for a subscription that has just attached.
 
-    It ends when the two are no longer attached. Messages that are unlatched before they are taken are
-    skipped: newer ones have replaced them, or they exceed a limit in bytes.
+    Each is read only when it is sent. Messages that are not latched any more by then are skipped: newer ones
+    have replaced them, or they exceed a limit in bytes. It ends when the two are no longer attached.
 
     Args:
         publisher: The publisher.
         route: Its route to the subscription's peer.
-        subscription: Gets the last of the latched messages, up to its depth.
+        subscription: Gets the latest of the latched messages, up to its depth.
     """
 
     __slots__ = ("_first", "_index", "_publisher", "_route", "_stop", "_subscription")

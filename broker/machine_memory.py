@@ -40,7 +40,7 @@ def _cgroup_limits() -> list[int]:
 
 
 def resident_bytes() -> int | None:
-    """Return how much memory this process uses; None if the system does not tell."""
+    """Return how much memory this process uses; None if the system does not report it."""
     try:
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError, IndexError, AttributeError):

@@ -5,8 +5,8 @@ counts for each of them, so nothing is refused before the process really uses to
 The order, for a limit of `max_bytes`:
 
     above 7/8   parts of new large messages are discarded, and large calls are refused as OVERLOADED
-    above it    the links with most waiting messages lose the oldest half of them, from KEEP_LAST queues
-    still       the link that holds most is closed
+    above it    the links with most waiting messages lose the oldest half of them, from KEEP_LAST queues;
+                if that is not enough, the link that holds most is closed
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from proto.fragments import ByteTotal, ReassemblyTotal
 
 MUCH_BYTES: Final = 16 * 1024 * 1024
-"""Of a link: when it ends, free memory goes back to the system."""
+"""When a link that held at least this much ends, freed memory is returned to the system."""
 
 
 class MemoryGuard:
@@ -35,7 +35,7 @@ class MemoryGuard:
         latched: The bytes of latched messages.
 
     Attributes:
-        freed: Whether links that held at least `MUCH_BYTES` have ended; reset by those who return the memory.
+        freed: Whether links that held at least `MUCH_BYTES` have ended; the periodic check resets it.
         queued_bytes: Bytes that wait for links.
         full: Whether large messages and calls are refused; set by `relieve`.
         closed: Links closed because they held most.

@@ -1,7 +1,7 @@
 """Credit of KEEP_ALL subscriptions for KEEP_LAST publishers (docs/protocol.md §6.5.8).
 
-It holds back no publisher: it limits the queue between the publisher and the subscription's link, which drops
-what has no credit beyond the publisher's depth.
+It holds back no publisher. Messages without credit wait in the queue between the publisher and the
+subscription's link, which drops the oldest beyond the publisher's depth.
 """
 
 from __future__ import annotations

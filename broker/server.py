@@ -167,7 +167,6 @@ class Broker:
         budget = dispatcher.budget = ReadBudget(loop, self._clock)
         if self.options.auth is not None:
             dispatcher.admission.rules = load_rules(self.options.auth)
-
         self._tls = self._tls_context()
 
         def connect() -> asyncio.BufferedProtocol:
@@ -200,8 +199,8 @@ class Broker:
         token is gone are closed; endpoints that are not allowed any more are removed.
 
         Raises:
-            AccessFileError: The rules are broken, or cannot be read. All files of before still count.
-            TlsFileError: A certificate, key or authority cannot be used. As above.
+            AccessFileError: The rules are broken, or cannot be read. The earlier rules and certificates stay.
+            TlsFileError: A certificate, key or authority cannot be used; likewise.
         """
         if self._listener is None:
             return

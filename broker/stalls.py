@@ -28,7 +28,7 @@ class Stalls:
         self.count = 0
 
     def limit_sec(self, subscription: SubscriptionRecord) -> float:
-        """Return how long a subscription may take nothing."""
+        """Return for how many seconds a subscription may hold publishers back without a GRANT."""
         return min(max(self._stall_sec, subscription.stall_ms / 1000), self._max_sec)
 
     def end(self, subscription: SubscriptionRecord) -> None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 MAX_LINES: Final = 10
 PERIOD_SEC: Final = 10.0
-"""Of one reason so many lines are logged, then one sum in each period, until a period passes without any."""
+"""MAX_LINES lines of one reason are logged; then one sum per period, until a period has no such line."""
 
 MAX_REASONS: Final = 100
 """Reasons that are told apart; the lines of further ones are counted together."""

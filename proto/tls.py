@@ -1,6 +1,6 @@
 """What can go wrong with TLS between a client and a broker, and what to do about it, in words.
 
-The errors are OpenSSL's: a certificate that was verified has a number, all else the name of a reason.
+The errors are OpenSSL's: if a certificate was not verified, they have a number, otherwise a reason.
 """
 
 from __future__ import annotations

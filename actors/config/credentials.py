@@ -1,4 +1,4 @@
-"""What a client presents to a broker and what it trusts: where that comes from, where a token may be sent."""
+"""A client's credentials and the authorities that it trusts: their sources, and where a token may be sent."""
 
 # Every command and node imports this: pathlib would cost some milliseconds.
 # ruff: noqa: PTH123
@@ -17,7 +17,7 @@ _FILE_VARIABLES: Final = ("CALLBOARD_TOKEN_FILE", "CALLBOARD_CA", "CALLBOARD_CER
 
 
 class Secret:
-    """A text that shows itself only when it is asked to: not in logs, tracebacks or the repr of its owner.
+    """A text that only `reveal` returns: it is not in logs, tracebacks or the repr of its owner.
 
     Args:
         text: The secret.

@@ -1,4 +1,4 @@
-"""What a client says when there is no TLS session with a broker."""
+"""Errors for a client that has no TLS session with a broker."""
 
 from __future__ import annotations
 
@@ -32,6 +32,6 @@ def tls_failure(error: OSError, url: BrokerUrl, files: TlsFiles) -> TlsFailed:
 
 
 def tls_required(url: BrokerUrl, files: TlsFiles) -> TlsFailed:
-    """Return the error about a port that speaks TLS only, when `url` is not for TLS."""
+    """Return the error about a port that speaks TLS only, for a URL without TLS."""
     fault = TlsFault.TLS_REQUIRED
     return TlsFailed(fault, explain(fault, url, files, OSError(), ()))

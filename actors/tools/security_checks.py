@@ -1,4 +1,4 @@
-"""Checks of what others could misuse: files with secrets, certificates, brokers that let in anybody."""
+"""Checks of security: files with secrets, certificates, brokers that let in anybody."""
 
 from __future__ import annotations
 

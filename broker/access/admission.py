@@ -88,15 +88,15 @@ class Admission:
             del self._connections[source]
 
     def identify(self, origin: Origin, token: object, now: float) -> Principal | None:
-        """Return whom a connection belongs to; None if there are no rules.
+        """Return the user of a connection; None if there are no rules.
 
         Args:
             origin: Where it comes from.
-            token: The token of its HELLO; None for none. Anything but a text is wrong.
+            token: The token of its HELLO, None if it has none; anything but a string is a wrong token.
             now: Loop time.
 
         Raises:
-            Unauthorized: It belongs to nobody, or its token has travelled in the clear.
+            Unauthorized: It is no user's, or its token has travelled in the clear.
         """
         if self.rules is None:
             return None

@@ -114,10 +114,7 @@ class BudgetedChannel(Channel):
                     return
 
     def end_share(self) -> None:
-        """Let the frames after this one wait for the next loop turn, because it costs much more than others.
-
-        Only while a frame is handled.
-        """
+        """End the share after the frame that is being handled, because it costs much more than others."""
         self._share_ended = True
 
     def _wait(self) -> None:

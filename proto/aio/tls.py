@@ -1,6 +1,6 @@
 """TLS contexts of brokers and clients, made of files.
 
-`ssl` is imported by those who use TLS only: it costs milliseconds.
+The functions import `ssl` themselves: it takes milliseconds, and programs without TLS do not need it.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ class _Cipher:
 
     Attributes:
         tls: The state of OpenSSL.
-        ended: Whether the peer has said that nothing follows.
+        ended: Whether the peer has sent `close_notify`.
     """
 
     __slots__ = ("_budget", "_incoming", "_outgoing", "_partial", "_read", "ended", "tls")
@@ -128,8 +128,8 @@ class _Cipher:
             budget.spend(budget.clock() - began)
 
     def finish(self) -> None:
-        """Say that nothing follows."""
-        with suppress(OSError):  # SSLWantReadError: the peer has not said so, and need not
+        """Send `close_notify`."""
+        with suppress(OSError):  # SSLWantReadError: the peer has not sent its own, and need not
             self.tls.unwrap()
 
 
@@ -270,7 +270,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         except BaseException:
             self.abort()  # as the event loop does after an error in buffer_updated
             raise
-        self._flush()  # TLS itself may have something to say, too
+        self._flush()  # a part of the handshake, or an alert
 
     def _flush(self) -> None:
         data = self._cipher.take()
@@ -278,7 +278,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
             self._raw.write(data)
 
     def _end(self, error: OSError | None = None) -> None:
-        """Close behind everything written, and behind the alert that says what is wrong with TLS."""
+        """Close after everything written has been sent, and the alert with the fault of TLS."""
         self._closing = True
         self._error = error
         if error is None:
@@ -300,7 +300,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         self._flush()
 
     def close(self) -> None:
-        """Close behind everything written; if that waits for the handshake, after it."""
+        """Close after everything written has been sent, which may wait for the end of the handshake."""
         if self._closing:
             return
         self._closing = True

@@ -35,10 +35,7 @@ def rules_file(options: Options) -> Path:
 
 
 def hand_over(token: str, options: Options, text: str) -> None:
-    """Print a token, or write it to a file; then report the change.
-
-    The token is not stored anywhere else.
-    """
+    """Print a token, or write it to a file, as nothing else stores it; then report the change."""
     from actors.cli.output import print_err, print_out
     from broker.private_file import write_private
 
