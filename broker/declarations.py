@@ -35,7 +35,7 @@ from proto.names import (
 from proto.qos import Refusal, parse_qos
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     from broker.deliveries import Delivery
     from broker.refusals import Refusals
@@ -43,22 +43,14 @@ if TYPE_CHECKING:
     from broker.services import Services
 
 
-_ACTIONS: Final[Mapping[type[Any], Callable[[Any], tuple[Action, str]]]] = {
-    frames.Publisher: lambda frame: (Action.PUBLISH, frame.topic),
-    frames.Subscription: lambda frame: (Action.SUBSCRIBE, frame.topic),
-    frames.Service: lambda frame: (Action.SERVE, frame.name),
-    frames.Client: lambda frame: (Action.CALL, frame.name),
-}
-"""What a declaration needs the right to."""
-
-_KINDS: Final = {
+_ACTIONS: Final = {
     EntryKind.NODE: Action.NODE,
     EntryKind.PUBLISHER: Action.PUBLISH,
     EntryKind.SUBSCRIPTION: Action.SUBSCRIBE,
     EntryKind.SERVICE: Action.SERVE,
     EntryKind.CLIENT: Action.CALL,
 }
-"""The same by the kind of what was declared."""
+"""What an endpoint needs the right to."""
 
 _WORDS: Final = {
     Action.NODE: "take the node name",
@@ -136,6 +128,7 @@ class Declarations:
                 text = f"one connection may declare {self._max_endpoints} endpoints (--max-endpoints)"
                 raise Refusal(ErrorCode.LIMIT, text)
             endpoint = self._make(peer, frame)
+            check_right(peer, _ACTIONS[endpoint.kind], endpoint.name)
             if not self.fits(endpoint):
                 raise Refusal(ErrorCode.LIMIT, self.too_many_matches)
             if isinstance(frame, frames.Publisher | frames.Service) and frame.type_hash and frame.definition:
@@ -158,8 +151,6 @@ class Declarations:
     def _make(self, peer: Peer, frame: Any) -> Endpoint:
         if isinstance(frame, frames.Node):
             return self._make_node(peer, frame)
-        if peer.principal is not None:
-            check_right(peer, *_ACTIONS[type(frame)](frame))
         node = peer.endpoints.get(frame.node)
         if not isinstance(node, NodeRecord):
             raise Refusal(ErrorCode.UNKNOWN_ID, f"this link has no node with the id {frame.node}")
@@ -275,7 +266,7 @@ class Declarations:
         """Remove what a peer has declared and its user may not have any more; tell it with REFUSED."""
         for endpoint in sorted(peer.endpoints.values(), key=lambda each: each.kind is not EntryKind.NODE):
             try:
-                check_right(peer, _KINDS[endpoint.kind], endpoint.name)
+                check_right(peer, _ACTIONS[endpoint.kind], endpoint.name)
             except Refusal as refusal:
                 self._revoke(endpoint, str(refusal))
 
