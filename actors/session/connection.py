@@ -58,7 +58,7 @@ class BrokerConnection:
         reached: Whether something accepted the connection.
         had_session: Whether the broker has sent WELCOME.
         error: The error of connecting or of TLS; None after a timeout, or if the connection was accepted.
-        refusal: Why the broker let this node not in, or closed the link; for the log.
+        refusal: Why the broker did not let this node in, or closed the link; for the log.
         fatal: An error that further attempts would repeat; None if there is none.
     """
 
