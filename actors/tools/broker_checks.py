@@ -73,7 +73,8 @@ def numbers(report: BrokerReport) -> list[Check]:
         remedy = "the machine is too busy, or there is too much traffic for one broker"
         checks = [Check("load", "warn", load, remedy)]
     if totals.refused_connections:
-        remedy = "raise the broker's limit of open files: ulimit -n"
+        limits = "--max-connections, --max-connections-per-address, or open files (ulimit -n)"
+        remedy = f"its log names the limit to raise: {limits}"
         text = f"{totals.refused_connections} connections turned away: there were too many"
         checks.append(Check("load", "warn", text, remedy))
     checks += summed_up("links", _slow_links(report), f"{len(report.links)}, none slow, none silent")
