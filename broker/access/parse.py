@@ -113,23 +113,21 @@ def _user(name: str, value: object, roles: dict[str, Role]) -> User:
     table = _table(value, where)
     _check_keys(table, ("tokens", "certificates", "roles"), f"{where}.")
     tokens = _texts(table, "tokens", where)
-    for number, token in enumerate(tokens):
+    for token, place in tokens.items():
         if not is_token_hash(token):  # not quoted: it may be the token itself
             remedy = f"`callboard auth token {name}` makes one"
-            raise AccessFileError(f"{where}.tokens[{number}] is no 'sha256:' and 64 hex digits; {remedy}")
+            raise AccessFileError(f"{place} is no 'sha256:' and 64 hex digits; {remedy}")
     certificates = _texts(table, "certificates", where)
-    for number, certificate in enumerate(certificates):
+    for certificate, place in certificates.items():
         if not certificate or len(certificate) > MAX_CERTIFICATE_NAME:
             text = f"a certificate's name has from 1 to {MAX_CERTIFICATE_NAME} characters"
-            raise AccessFileError(f"{where}.certificates[{number}]: {text}")
+            raise AccessFileError(f"{place}: {text}")
     own = _texts(table, "roles", where)
-    for number, role in enumerate(own):
+    for role, place in own.items():
         if role not in roles:
             known = _list(roles) or "none"
-            raise AccessFileError(
-                f"{where}.roles[{number}]: there is no role {_quote(role)}; there is {known}"
-            )
-    return User(name, tokens, certificates, own)
+            raise AccessFileError(f"{place}: there is no role {_quote(role)}; there is {known}")
+    return User(name, tuple(tokens), tuple(certificates), tuple(own))
 
 
 def _role(name: str, value: object) -> Role:
@@ -141,14 +139,11 @@ def _role(name: str, value: object) -> Role:
         raise AccessFileError(
             f"{where}.from is empty: the role would never apply; leave it out for everywhere"
         )
-    networks = [
-        _network(text, f"{where}.from[{number}]") for number, text in enumerate(origins) if text != LOCAL
-    ]
     return Role(
         name,
         allow=_patterns(table, "allow", where),
         deny=_patterns(table, "deny", where),
-        networks=tuple(networks),
+        networks=tuple(_network(text, place) for text, place in origins.items() if text != LOCAL),
         local=LOCAL in origins,
         everywhere=not origins,
     )
@@ -169,10 +164,10 @@ def _patterns(role: dict[str, Any], key: str, where: str) -> dict[Action, Patter
     found: dict[Action, PatternSet] = {}
     for word in table:
         patterns = _texts(table, word, where)
-        for number, pattern in enumerate(patterns):
+        for pattern, place in patterns.items():
             if fault := pattern_fault(pattern):
-                raise AccessFileError(f"{where}.{word}[{number}]: {_quote(pattern)} is no pattern: {fault}")
-        found[Action(word)] = PatternSet(patterns)
+                raise AccessFileError(f"{place}: {_quote(pattern)} is no pattern: {fault}")
+        found[Action(word)] = PatternSet(tuple(patterns))
     return found
 
 
@@ -193,20 +188,21 @@ def _table(value: object, where: str) -> dict[str, Any]:
     return cast("dict[str, Any]", value)
 
 
-def _texts(table: dict[str, Any], key: str, where: str) -> tuple[str, ...]:
-    """Return an array of different strings; an absent one is empty."""
+def _texts(table: dict[str, Any], key: str, where: str) -> dict[str, str]:
+    """Return the places of an array's strings, which must differ; an absent array is empty."""
     where = f"{where}.{key}"
     value: object = table.get(key, [])
     if not isinstance(value, list):
         raise AccessFileError(f"{where} must be an array of strings, not {_kind(value)}")
-    texts: dict[str, None] = {}
+    places: dict[str, str] = {}
     for number, text in enumerate(cast("list[object]", value)):
+        place = f"{where}[{number}]"
         if not isinstance(text, str):
-            raise AccessFileError(f"{where}[{number}] must be a string, not {_kind(text)}")
-        if text in texts:
-            raise AccessFileError(f"{where}[{number}] is there twice: remove one")
-        texts[text] = None
-    return tuple(texts)
+            raise AccessFileError(f"{place} must be a string, not {_kind(text)}")
+        if text in places:
+            raise AccessFileError(f"{place} is there twice: remove one")
+        places[text] = place
+    return places
 
 
 def _check_keys(table: dict[str, Any], known: tuple[str, ...], where: str) -> None:

@@ -129,9 +129,7 @@ async def test_attempts_are_slowed_down(rules: Path, caplog: pytest.LogCaptureFi
     assert lines[-1].getMessage() == "… and 1 more like this: connections without valid credentials"
 
 
-async def test_case_33_a_token_is_in_no_log_line_and_no_error(
-    rules: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+async def test_a_token_is_in_no_log_line_and_no_error(rules: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Case 33: neither a right nor a wrong token appears in what the broker logs or answers."""
     caplog.set_level(logging.DEBUG)
     secret = "cbt_" + "s" * 43
@@ -149,7 +147,7 @@ async def test_case_33_a_token_is_in_no_log_line_and_no_error(
         assert text not in shown
 
 
-async def test_case_8_connections_of_one_address_are_limited(
+async def test_connections_of_one_address_are_limited(
     come_from: Callable[..., None], caplog: pytest.LogCaptureFixture
 ) -> None:
     """Cases 8 and 32: one address cannot take all connections; another one and this machine still get in."""
@@ -183,7 +181,7 @@ OTHER = "cbt_" + "o" * 43
 
 
 @pytest.mark.parametrize("rules", [RULES + FULL], indirect=True)
-async def test_case_23_a_reload_reaches_existing_sessions(rules: Path) -> None:
+async def test_a_reload_reaches_existing_sessions(rules: Path) -> None:
     """Case 23: a right that is revoked while subscribed ends the subscription, not the session."""
     async with (
         Broker(BrokerOptions(port=0, auth=rules)) as broker,
@@ -207,7 +205,7 @@ async def test_case_23_a_reload_reaches_existing_sessions(rules: Path) -> None:
 
 @pytest.mark.parametrize("left", ["token", "user"])
 @pytest.mark.parametrize("rules", [RULES + FULL], indirect=True)
-async def test_case_23_a_session_whose_credentials_are_gone_ends(rules: Path, left: str) -> None:
+async def test_a_session_whose_credentials_are_gone_ends(rules: Path, left: str) -> None:
     """Case 23: neither a removed token nor a removed user keeps a session; others stay."""
     two = RULES.replace("tokens = [", f'tokens = ["{hash_token(OTHER)}", ')
     rules.write_text(two + FULL)  # noqa: ASYNC240
@@ -227,7 +225,7 @@ async def test_case_23_a_session_whose_credentials_are_gone_ends(rules: Path, le
 
 @pytest.mark.parametrize("content", ["", "users = 1", "[users.x]\nroles = ['none']", None])
 @pytest.mark.parametrize("rules", [RULES + FULL], indirect=True)
-async def test_case_34_a_bad_reload_keeps_the_old_rules(rules: Path, content: str | None) -> None:
+async def test_a_bad_reload_keeps_the_old_rules(rules: Path, content: str | None) -> None:
     """Case 34: an empty, broken or missing file changes nothing, neither for sessions nor for newcomers."""
     async with Broker(BrokerOptions(port=0, auth=rules)) as broker, link(broker, "/n", auth=TOKEN) as client:
         rules.unlink()  # noqa: ASYNC240
@@ -264,7 +262,7 @@ async def test_statistics_need_a_right(rules: Path) -> None:
 
 
 @pytest.mark.parametrize("content", ["", "# empty", "users", "[users.a]\nroles = ['x']", None])
-async def test_case_34_a_broken_file_opens_nothing(tmp_path: Path, content: str | None) -> None:
+async def test_a_broken_file_opens_nothing(tmp_path: Path, content: str | None) -> None:
     """Case 34: an empty, broken or missing file keeps the broker from starting."""
     file = tmp_path / "access.toml"
     if content is not None:

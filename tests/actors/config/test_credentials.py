@@ -141,7 +141,7 @@ def test_insecure_is_one_or_zero(monkeypatch: pytest.MonkeyPatch) -> None:
         find_credentials()
 
 
-def test_case_33_nothing_shows_a_token(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_shows_a_token(monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 33: neither repr nor format, pickles, tracebacks, targets or lists of variables."""
     monkeypatch.setenv("CALLBOARD_TOKEN", TOKEN)
     secret = Secret(TOKEN)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 from actors.cli.commands.auth import add_file_option, rules_file
 from actors.cli.parsing import Options, Parser, add_json_option
@@ -23,28 +23,27 @@ def run(options: Options) -> int:
     from broker.access.files import load_rules
 
     rules = load_rules(rules_file(options))
+    users: list[dict[str, Any]] = [
+        {
+            "name": user.name,
+            "tokens": len(user.tokens),
+            "certificates": list(user.certificates),
+            "roles": list(user.roles),
+            "local": user.name == rules.local_user,
+        }
+        for user in rules.users.values()
+    ]
     if options.json:
-        print_json(
-            [
-                {
-                    "name": user.name,
-                    "tokens": len(user.tokens),
-                    "certificates": list(user.certificates),
-                    "roles": list(user.roles),
-                    "local": user.name == rules.local_user,
-                }
-                for user in rules.users.values()
-            ]
-        )
+        print_json(users)
         return 0
     rows = [
         (
-            user.name,
-            len(user.tokens),
-            ", ".join((*user.certificates, *(["this machine"] if user.name == rules.local_user else []))),
-            ", ".join(user.roles),
+            user["name"],
+            user["tokens"],
+            ", ".join(user["certificates"] + ["this machine"] * user["local"]),
+            ", ".join(user["roles"]),
         )
-        for user in rules.users.values()
+        for user in users
     ]
     header = ("USER", "TOKENS", "ALSO BY", "ROLES")
     print_table(rows, header=header, style=("name", "count", "", ""))
