@@ -19,8 +19,7 @@ from __future__ import annotations
 
 import os
 import re
-import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
@@ -44,8 +43,6 @@ DEFAULT: Final = "default"
 T = TypeVar("T")
 
 MAX_CONTEXTS: Final = 1000
-LOCK_TIMEOUT_SEC: Final = 5.0
-LOCK_RETRY_SEC: Final = 0.01
 MAX_FILE_BYTES: Final = 1024 * 1024
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _FILES: Final = ("token_file", "ca", "cert", "key")
@@ -251,30 +248,14 @@ class Contexts:
 
 @contextmanager
 def _locked(file: str) -> Generator[None]:
-    """Hold the lock of a file; the system releases it if the process dies."""
-    try:
-        import fcntl  # noqa: PLC0415 - only for changes
-    except ImportError:  # Windows: the last writer wins
+    from proto.aio.file_lock import hold_lock  # noqa: PLC0415 - only for changes
+
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(hold_lock(file))
+        except OSError as error:
+            raise ContextError(f"Cannot write {file}: {error.strerror or error}") from error
         yield
-        return
-    try:
-        os.makedirs(os.path.dirname(file), mode=0o700, exist_ok=True)
-        lock = os.open(f"{file}.lock", os.O_RDWR | os.O_CREAT, 0o600)
-    except OSError as error:
-        raise ContextError(f"Cannot write {file}: {error.strerror}") from error
-    try:
-        deadline = time.monotonic() + LOCK_TIMEOUT_SEC
-        while True:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                break
-            except BlockingIOError:
-                if time.monotonic() > deadline:
-                    raise ContextError(f"Another process is changing {file}: try again") from None
-            time.sleep(LOCK_RETRY_SEC)
-        yield
-    finally:
-        os.close(lock)
 
 
 def find_broker_target(

@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING
 from broker.access.credentials import TOKEN_BYTES, TOKEN_PREFIX
 from broker.access.errors import AccessFileError
 from broker.access.parse import MAX_FILE_BYTES, parse_rules
+from broker.private_file import write_private
+from proto.aio.file_lock import hold_lock
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from broker.access.rules import AccessRules
@@ -49,6 +52,27 @@ def read_text(path: Path) -> str:
         return content.decode()
     except UnicodeDecodeError as error:
         raise AccessFileError(f"{path}: not UTF-8: {error.reason}") from error
+
+
+def edit_rules(path: Path, change: Callable[[str], str], *, new: str | None = None) -> None:
+    """Change the text of a file of rules under a lock, so that edits at the same time do not get lost.
+
+    Args:
+        path: The file. It keeps its permissions; a new one is for its owner only.
+        change: Returns the new text for the old one.
+        new: The old text if there is no file; None to raise an error then.
+
+    Raises:
+        AccessFileError: As of `read_text`, `change` and `write_private`, or another process keeps the lock.
+    """
+    if new is None:
+        read_text(path)  # before anything is made
+    try:
+        with hold_lock(str(path.resolve())):  # the file's own, by whatever link it is named
+            text = new if new is not None and not path.exists() else read_text(path)
+            write_private(path, change(text), keep_mode=True)
+    except OSError as error:
+        raise AccessFileError(f"Cannot write {path}: {error.strerror or error}") from error
 
 
 def new_token() -> str:

@@ -23,6 +23,7 @@ from actors.config.contexts import (
     find_broker_target,
 )
 from actors.config.environment import InvalidEnvironmentError
+from proto.aio import file_lock
 from proto.errors import InvalidUrlError
 from proto.url import DEFAULT_URL
 
@@ -101,9 +102,9 @@ def test_processes_that_change_it_together_lose_nothing() -> None:
 
 def test_nobody_waits_for_the_file_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     """Who cannot have it says so, and has changed nothing; an error keeps nothing either."""
-    monkeypatch.setattr(module, "LOCK_TIMEOUT_SEC", 0.0)
+    monkeypatch.setattr(file_lock, "LOCK_TIMEOUT_SEC", 0.0)
     with Contexts.changing() as contexts:
-        with pytest.raises(ContextError, match="Another process"), Contexts.changing():
+        with pytest.raises(ContextError, match="another process"), Contexts.changing():
             pass
         contexts.add("robot", ROBOT)
     with suppress(KeyError), Contexts.changing() as contexts:

@@ -34,14 +34,15 @@ def run(options: Options) -> int:
     from actors.cli.output import print_err
     from broker.access.credentials import hash_token
     from broker.access.editing import NEW_FILE, add_user
-    from broker.access.files import new_token, read_text
-    from broker.private_file import write_private
+    from broker.access.files import edit_rules, new_token
 
     file = rules_file(options)
     token = new_token()
-    text = read_text(file) if file.exists() else NEW_FILE
-    changed = add_user(text, options.user, token=hash_token(token), roles=options.role, source=str(file))
-    write_private(file, changed, keep_mode=True)
+
+    def change(text: str) -> str:
+        return add_user(text, options.user, token=hash_token(token), roles=options.role, source=str(file))
+
+    edit_rules(file, change, new=NEW_FILE)
     hand_over(token, options, f"Added '{options.user}' to {file}.")
     if not options.role:
         print_err(f"'{options.user}' has no roles and may do nothing: add some to users.{options.user}.roles")

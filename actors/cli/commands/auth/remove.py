@@ -22,11 +22,9 @@ def run(options: Options) -> int:
     """Remove a user."""
     from actors.cli.output import print_err
     from broker.access.editing import remove_user
-    from broker.access.files import read_text
-    from broker.private_file import write_private
+    from broker.access.files import edit_rules
 
     file = rules_file(options)
-    changed = remove_user(read_text(file), options.user, source=str(file))
-    write_private(file, changed, keep_mode=True)
+    edit_rules(file, lambda text: remove_user(text, options.user, source=str(file)))
     print_err(f"Removed '{options.user}' from {file}. A running broker reads the file again at SIGHUP.")
     return 0

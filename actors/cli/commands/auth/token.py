@@ -27,15 +27,17 @@ def run(options: Options) -> int:
     """Give a user a new token."""
     from broker.access.credentials import hash_token
     from broker.access.editing import set_tokens
-    from broker.access.files import load_rules, new_token, read_text
-    from broker.private_file import write_private
+    from broker.access.files import edit_rules, new_token
+    from broker.access.parse import parse_rules
 
     file = rules_file(options)
     token = new_token()
-    user = load_rules(file).users.get(options.user)
-    others = () if user is None or options.revoke else user.tokens
-    tokens = (*others, hash_token(token))
-    changed = set_tokens(read_text(file), options.user, tokens, source=str(file))
-    write_private(file, changed, keep_mode=True)
+
+    def change(text: str) -> str:
+        user = parse_rules(text, str(file)).users.get(options.user)
+        others = () if user is None or options.revoke else user.tokens
+        return set_tokens(text, options.user, (*others, hash_token(token)), source=str(file))
+
+    edit_rules(file, change)
     hand_over(token, options, f"Added a token of '{options.user}' to {file}.")
     return 0

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 import stat
-from typing import TYPE_CHECKING
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from actors.cli.main import main
+from broker.access import editing
 from broker.access.files import load_rules
 from broker.access.origin import LOCAL
+from proto.aio import file_lock
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -169,3 +173,37 @@ def test_no_file_is_an_error(file: Path, capsys: pytest.CaptureFixture[str]) -> 
         error = f"There are no access rules in {file}: `callboard auth add` writes the file\n"
         assert capsys.readouterr().err == error
     assert not file.exists()
+
+
+def test_edits_at_the_same_time_keep_each_other(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second edit reads the file when the first has written it, not while both change the same text."""
+    main(["auth", "add", "first"])
+    both, change = threading.Barrier(2), editing.add_user
+
+    def changed_together(*arguments: Any, **options: Any) -> str:
+        text = change(*arguments, **options)
+        with suppress(threading.BrokenBarrierError):
+            both.wait(0.3)  # with a lock the other edit never gets here; without, both have the same text
+        return text
+
+    monkeypatch.setattr(editing, "add_user", changed_together)
+    edits = [threading.Thread(target=main, args=(["auth", "add", name],)) for name in ("a", "b")]
+    for each in edits:
+        each.start()
+    for each in edits:
+        each.join()
+    assert set(load_rules(file).users) == {"first", "a", "b"}
+    assert not both.n_waiting
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+
+
+def test_an_edit_does_not_wait_for_ever(
+    file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """If another process keeps the lock, the command says so and changes nothing."""
+    main(["auth", "add", "first"])
+    monkeypatch.setattr(file_lock, "LOCK_TIMEOUT_SEC", 0.0)
+    with file_lock.hold_lock(str(file)):
+        assert main(["auth", "add", "second"]) == 1
+    assert "another process is changing" in capsys.readouterr().err
+    assert set(load_rules(file).users) == {"first"}
