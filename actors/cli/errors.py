@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import Final
 
 from actors.config.environment import InvalidEnvironmentError
-from actors.errors import BrokerUnreachable
-from proto.errors import CallboardError, InvalidNameError, InvalidUrlError
+from actors.errors import BrokerUnreachable, NotAuthorized
+from proto.errors import CallboardError, InvalidNameError, InvalidUrlError, TlsFileError
 
 OK: Final = 0
 FAILURE: Final = 1
@@ -39,7 +39,7 @@ def exit_code(error: CallboardError) -> int:
     """Return the exit code that an error means."""
     if isinstance(error, CommandError):
         return error.code
-    if isinstance(error, BrokerUnreachable):
+    if isinstance(error, BrokerUnreachable | NotAuthorized | TlsFileError):
         return NO_BROKER
     if isinstance(error, TimeoutError):
         return TIMEOUT

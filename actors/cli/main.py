@@ -1,8 +1,8 @@
 """`callboard VERB …`: find the verb, run it, and turn the result into an exit code.
 
 `table.py` lists the verbs; only the module of the requested one is imported. Exit codes: 0 done, 1 failed,
-2 wrong usage, 3 no broker, 124 timeout, 130 SIGINT, 143 SIGTERM; verbs that run until they are stopped exit
-with 0 after a signal.
+2 wrong usage, 3 no usable broker, 124 timeout, 130 SIGINT, 143 SIGTERM; verbs that run until they are stopped
+exit with 0 after a signal.
 """
 
 from __future__ import annotations

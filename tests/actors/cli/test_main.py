@@ -18,7 +18,9 @@ from actors.cli import main, table
 from actors.cli.commands.interface import list as interface_list
 from actors.cli.errors import CommandError
 from actors.cli.interrupts import Interrupted
-from actors.errors import BrokerUnreachable, ServiceTimeout
+from actors.errors import BrokerUnreachable, NotAuthorized, ServiceTimeout, TlsFailed
+from proto.errors import TlsFileError
+from proto.tls import TlsFault
 
 if TYPE_CHECKING:
     from broker import Broker
@@ -87,6 +89,9 @@ def test_wrong_usage_is_one_line(capsys: pytest.CaptureFixture[str], arguments: 
         (CommandError("text"), 1),
         (CommandError("text", 42), 42),
         (BrokerUnreachable("text"), 3),
+        (NotAuthorized("text"), 3),
+        (TlsFailed(TlsFault.EXPIRED, "text"), 3),
+        (TlsFileError("text"), 3),
         (ServiceTimeout("text"), 124),
     ],
 )
