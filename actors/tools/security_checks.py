@@ -32,8 +32,8 @@ MAX_PEM_CHARACTERS: Final = 4 * 1024 * 1024
 SOON_DAYS: Final = 30
 """A certificate that expires earlier should be renewed now."""
 _DAY_SEC: Final = 86_400
-_ELSEWHERE: Final = ("192.0.2.1", 9)
-"""An address for documentation (RFC 5737): its route has this machine's address, and nothing is sent."""
+_ELSEWHERE: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
+"""Addresses for documentation (RFC 5737, 3849): their routes have this machine's, and nothing is sent."""
 
 
 def client_files() -> list[Check]:
@@ -122,8 +122,8 @@ def broker_certificate(certificate: Mapping[str, Any]) -> list[Check]:
 def openness(url: BrokerUrl, broker: object, timeout_sec: float, *, ca: str = "") -> Check:
     """Return the check of whether a broker lets in anybody from another machine.
 
-    It connects without credentials to the broker's address; if that is a loopback address, to another of this
-    machine.
+    It connects without credentials: to the broker's address, or to this machine's own, IPv4 and IPv6, if that
+    is a loopback address.
 
     Args:
         url: Where it has answered.
@@ -132,35 +132,35 @@ def openness(url: BrokerUrl, broker: object, timeout_sec: float, *, ca: str = ""
         ca: The authorities to trust for TLS; "" for those of the system.
     """
     local = url.host in LOOPBACK_HOSTS or is_loopback(url.host)
-    host = None if url.path else _own_address() if local else url.host
-    if host is None:
+    hosts = () if url.path else own_addresses() if local else (url.host,)
+    if not hosts:
         return Check("access", "ok", "only programs on this machine reach the broker")
-    outside = url._replace(host=host)
-    nothing = Credentials(tls=TlsFiles(ca=ca))
-    try:
-        with Inspector(str(outside), credentials=nothing, timeout_sec=timeout_sec) as stranger:
-            is_open = stranger.welcome.get("broker") == broker
-    except TlsFailed as error:
-        if error.fault is not TlsFault.CLIENT_CERTIFICATE_REQUIRED:
-            return Check("access", "skip", f"it is unknown whether the broker lets in anybody: {error}")
-        is_open = False
-    except CallboardError:
-        is_open = False
-    if not is_open:
-        return Check("access", "ok", "the broker lets in nobody from other machines without credentials")
-    remedy = "say who may take part with --auth FILE, or let it listen on 127.0.0.1 (docs/security.md)"
-    return Check("access", "warn", f"the broker lets in anybody who reaches {outside}", remedy)
-
-
-def _own_address() -> str | None:
-    """Return an address of this machine that others may reach; None if it has none."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+    nothing, unknown = Credentials(tls=TlsFiles(ca=ca)), ""
+    for host in hosts:
+        outside = url._replace(host=host)
         try:
-            sock.connect(_ELSEWHERE)
-        except OSError:
-            return None
-        address: str = sock.getsockname()[0]
-    return None if is_loopback(address) else address
+            with Inspector(str(outside), credentials=nothing, timeout_sec=timeout_sec) as stranger:
+                if stranger.welcome.get("broker") != broker:
+                    continue
+        except CallboardError as error:
+            if isinstance(error, TlsFailed) and error.fault is not TlsFault.CLIENT_CERTIFICATE_REQUIRED:
+                unknown = unknown or f"it is unknown whether the broker lets in anybody: {error}"
+            continue
+        remedy = "say who may take part with --auth FILE, or let it listen on 127.0.0.1 (docs/security.md)"
+        return Check("access", "warn", f"the broker lets in anybody who reaches {outside}", remedy)
+    if unknown:
+        return Check("access", "skip", unknown)
+    return Check("access", "ok", "the broker lets in nobody from other machines without credentials")
+
+
+def own_addresses() -> tuple[str, ...]:
+    """Return the addresses of this machine that others may reach: at most one of IPv4, then one of IPv6."""
+    found: list[str] = []
+    for family, elsewhere in _ELSEWHERE.items():
+        with suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as sock:
+            sock.connect((elsewhere, 9))
+            found.append(sock.getsockname()[0])
+    return tuple(address for address in found if not is_loopback(address))
 
 
 def _reason(error: OSError | ValueError) -> str:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import errno
+import socket
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -139,7 +141,7 @@ async def open_check(broker: Broker, url: BrokerUrl, ca: str = "") -> Check:
 
 async def test_a_broker_that_listens_on_all_addresses_is_open() -> None:
     """It is found through a loopback address, too; the finding names the address that others use."""
-    own = security_checks._own_address()
+    own = next(iter(security_checks.own_addresses()), None)
     if own is None:
         pytest.skip("needs an address besides loopback")
     async with Broker(BrokerOptions(host="0.0.0.0", port=0, insecure=True)) as broker:
@@ -158,11 +160,40 @@ async def test_a_broker_for_this_machine_is_not_open(tmp_path: Path) -> None:
             assert (await open_check(broker, parse_url(broker.url))).status == "ok"
 
 
+@pytest.mark.skipif(not socket.has_ipv6, reason="needs IPv6")
+async def test_a_broker_that_only_ipv6_reaches_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One address that lets strangers in is enough, whether or not the broker listens at the others."""
+    # "::1" stands for an address that others reach: not every machine has one of IPv6.
+    monkeypatch.setattr(security_checks, "own_addresses", lambda: ("127.0.0.2", "::1"))
+    async with Broker(BrokerOptions(host="::1", port=0)) as broker:
+        url = parse_url(broker.url)
+        check = await open_check(broker, url)
+    assert check.finding == f"the broker lets in anybody who reaches callboard://[::1]:{url.port}"
+
+
+def test_this_machine_has_addresses_of_both_families(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each family is asked for the address of its route; one without a route is left out."""
+    routes = {socket.AF_INET: "10.0.0.7", socket.AF_INET6: "fd00::7"}
+
+    class Routed(socket.socket):
+        def connect(self, address: Any) -> None:
+            if self.family not in routes:
+                raise OSError(errno.ENETUNREACH, "no route")
+
+        def getsockname(self) -> tuple[str, int]:
+            return routes[self.family], 1
+
+    monkeypatch.setattr(socket, "socket", Routed)
+    assert security_checks.own_addresses() == ("10.0.0.7", "fd00::7")
+    del routes[socket.AF_INET]
+    assert security_checks.own_addresses() == ("fd00::7",)
+
+
 async def test_a_broker_that_requires_certificates_is_not_open(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A stranger has no certificate, even if whoever checks has one; if TLS fails, nothing is known."""
-    own = security_checks._own_address()
+    own = next(iter(security_checks.own_addresses()), None)
     if own is None:
         pytest.skip("needs an address besides loopback")
     authority = Authority(tmp_path)
