@@ -45,7 +45,7 @@ class Reader:
         program, *arguments = shlex.split(line)
         if program == "export":
             self._system.variables.update(dict(each.split("=", 1) for each in arguments))
-        elif program == "pkill":
+        elif program == "systemctl":
             assert self.broker is not None
             self.broker.send_signal(signal.SIGHUP)
         elif arguments[0] == "broker":
