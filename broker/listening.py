@@ -92,7 +92,8 @@ async def listen(
 
     Raises:
         AddressInUseError: Something else listens there.
-        UnprotectedError: Other machines could connect, and the options name neither rules nor `insecure`.
+        UnprotectedError: Other machines could connect, and the options name neither rules, nor authorities
+            of client certificates, nor `insecure`.
         ListenError: It cannot listen there for another reason.
     """
     loop = asyncio.get_running_loop()
@@ -106,7 +107,7 @@ async def listen(
             mode = None if options.insecure else SOCKET_MODE
             server, file = await listen_unix(loop, protocol, options.unix, backlog=backlog, mode=mode)
             return Listener(url._replace(path=str(options.unix.absolute())), server, file)
-        exposed = options.auth is not None or options.insecure
+        exposed = options.insecure or options.auth is not None or options.tls_client_ca is not None
         server = await listen_tcp(loop, protocol, url.host, url.port, backlog=backlog, exposed=exposed)
         return Listener(url._replace(port=server.sockets[0].getsockname()[1]), server)
     except ListenError:

@@ -146,7 +146,8 @@ class Broker:
         Raises:
             AccessFileError: The file of access rules is broken, or cannot be read.
             AddressInUseError: Something else listens there.
-            UnprotectedError: Other machines could connect, and there are neither rules nor `insecure`.
+            UnprotectedError: Other machines could connect, and there are neither rules, nor authorities of
+                client certificates, nor `insecure`.
             ListenError: It cannot listen there for another reason.
             RuntimeError: It is running already.
             TlsFileError: A certificate, key or authority cannot be used.

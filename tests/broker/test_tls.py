@@ -13,7 +13,7 @@ import pytest
 from cryptography.hazmat.primitives import serialization
 
 import actors
-from broker import AddressInUseError, Broker, BrokerOptions, InvalidOptionError
+from broker import AddressInUseError, Broker, BrokerOptions, InvalidOptionError, UnprotectedError
 from proto.errors import TlsFileError
 from proto.url import BrokerUrl, parse_url
 from tests.certificates import Authority
@@ -175,3 +175,11 @@ async def test_a_certificate_names_the_user_of_the_access_rules(
             with contextlib.nullcontext() if welcome else pytest.raises(actors.NotAuthorized):
                 async with actors.Node("camera", url=broker.url, connect_timeout_sec=10):
                     assert broker.stats().endpoints == 1
+
+
+async def test_required_certificates_are_authentication(authority: Authority) -> None:
+    """A broker that requires certificates may listen for other machines; TLS alone is not enough."""
+    with pytest.raises(UnprotectedError, match="--tls-client-ca"):
+        await Broker(authority.options(host="0.0.0.0")).__aenter__()
+    async with Broker(authority.options(host="0.0.0.0", tls_client_ca=authority.ca)) as broker:
+        assert broker.stats().connections == 0
