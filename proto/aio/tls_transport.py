@@ -32,6 +32,10 @@ _CONTENDED_READ_BYTES: Final = 64 * 1024
 _HANDSHAKE_READ_BYTES: Final = 16 * 1024
 """The same during the handshake: an unknown peer gets no more memory."""
 
+SHARE_RECORDS: Final = 500
+"""Records that one connection may have decrypted in one loop turn. They may be of one byte, and each costs
+microseconds."""
+
 _PLAIN_REFUSED: Final = encode(
     frames.Error(ErrorCode.TLS_REQUIRED, "this port speaks TLS: use callboards:// instead of callboard://")
 )
@@ -56,11 +60,12 @@ class _Cipher:
         budget: Counts what handshakes and decryption take.
 
     Attributes:
+        share: Records that may still be decrypted in this loop turn.
         tls: The state of OpenSSL.
         ended: Whether the peer has sent `close_notify`.
     """
 
-    __slots__ = ("_budget", "_incoming", "_outgoing", "_partial", "_read", "ended", "tls")
+    __slots__ = ("_budget", "_incoming", "_outgoing", "_partial", "_read", "ended", "share", "tls")
 
     def __init__(self, context: ssl.SSLContext, host: str | None, budget: ReadBudget | None) -> None:
         self._budget = budget
@@ -73,6 +78,7 @@ class _Cipher:
         self._partial = True
         """Whether what is left of the input is less than a record."""
         self.ended = False
+        self.share = SHARE_RECORDS
 
     @property
     def has_input(self) -> bool:
@@ -106,11 +112,12 @@ class _Cipher:
             view = view[self.tls.write(view) :]
 
     def decrypt(self, buffer: memoryview) -> int:
-        """Decrypt as much as there is and fits into a buffer; return the number of bytes."""
+        """Decrypt what there is, fits into a buffer and is within the share; return the number of bytes."""
         began = self._clock()
         filled = 0
         try:
-            while filled < len(buffer) and self.has_input:
+            while filled < len(buffer) and self.share and self.has_input:
+                self.share -= 1
                 size = self._read(len(buffer) - filled, buffer[filled:])
                 self.ended = not size
                 filled += size
@@ -144,7 +151,8 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         context: Verifies the other end.
         loop: The event loop.
         host: The broker's name, which its certificate must have; None at the broker.
-        budget: Counts what handshakes and decryption take; what is received when it is exhausted waits.
+        budget: Counts what handshakes and decryption take; what is received when it is exhausted waits, like
+            what is more than a share.
     """
 
     __slots__ = (
@@ -217,16 +225,24 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
                 self._end(ssl.SSLError(ssl.SSL_ERROR_SSL, "a client without TLS"))
                 return
         self._cipher.receive(received)
-        budget = self._budget
-        if budget is None or not budget.exhausted:
+        if self._budget is None or not self._budget.exhausted:
             self._process()
-        elif not self._waiting and self._raw is not None:
-            self._waiting = True
-            self._raw.pause_reading()
-            budget.wait(self)
+        else:
+            self._wait()
+
+    def _wait(self) -> None:
+        """Go on in a later loop turn."""
+        if self._waiting or self._raw is None:
+            return
+        self._waiting = True
+        self._raw.pause_reading()
+        if self._budget is None:
+            self._loop.call_soon(self.go_on_reading)
+        else:
+            self._budget.wait(self)
 
     def go_on_reading(self) -> None:
-        """Called by the budget."""
+        """Called by the budget, or in the next loop turn without one."""
         self._waiting = False
         if self._raw is not None and not self._raw.is_closing():
             if not self._paused:
@@ -258,7 +274,15 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
                 self._unsent.clear()
                 if self._closing:
                     self._end()
-            while self._established and cipher.has_input and not (self._paused or self._closing):
+            cipher.share = SHARE_RECORDS
+            while (
+                self._established
+                and cipher.has_input
+                and not (self._paused or self._waiting or self._closing)
+            ):
+                if not cipher.share:
+                    self._wait()
+                    break
                 size = cipher.decrypt(cast("memoryview", self._channel.get_buffer(-1)))
                 if size:
                     self._channel.buffer_updated(size)

@@ -13,7 +13,7 @@ import pytest
 from proto.aio.process import new_event_loop
 from proto.aio.read_budget import ReadBudget
 from proto.aio.tls import client_context, server_context
-from proto.aio.tls_transport import TlsTransport
+from proto.aio.tls_transport import SHARE_RECORDS, TlsTransport
 from tests.certificates import Authority
 
 if TYPE_CHECKING:
@@ -213,6 +213,43 @@ def test_a_full_socket_pauses_the_writer(run: Callable[..., None]) -> None:
             await asyncio.sleep(0)
         far.transport.resume_reading()
         await far.until(lambda: len(far.received) == sent)
+
+    run(test)
+
+
+def test_tiny_records_wait_for_later_turns(run: Callable[..., None]) -> None:
+    """Case 54: a read full of one-byte records is decrypted a share at a time; nothing of it is lost."""
+
+    async def test(near: End, far: End) -> None:
+        near.transport.write(b"hello")
+        await far.until(lambda: far.received)
+        loop, turns = asyncio.get_running_loop(), [0]
+
+        def turn() -> None:
+            turns.append(0)
+            if not far.lost.done():
+                loop.call_soon(turn)
+
+        update = far.buffer_updated
+
+        def count_and_update(nbytes: int) -> None:
+            turns[-1] += nbytes
+            update(nbytes)
+
+        far.buffer_updated = count_and_update  # type: ignore[method-assign]
+        text = os.urandom(5 * SHARE_RECORDS)
+        records: list[bytes] = []
+        for byte in text:
+            near.transport._cipher.encrypt(bytes((byte,)))
+            records.append(near.transport._cipher.take())
+        turn()
+        near.transport._raw.write(b"".join(records))
+        await far.until(lambda: len(far.received) == 5 + len(text))
+        assert far.received == b"hello" + text
+        assert max(turns) < 2 * SHARE_RECORDS  # a loop may read twice in a turn
+        near.transport.close()
+        await far.lost
+        assert far.ended
 
     run(test)
 
