@@ -17,12 +17,14 @@ from proto.codes import Status
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import is_large
 from proto.frames import ReplyEntry, RequestEntry
+from proto.queued_calls import WAITING_BYTES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
     from broker.pool import Pool
+    from proto.frames import Options
     from proto.queued_calls import CallShare, QueuedCalls
 
 EntryT = TypeVar("EntryT", RequestEntry, ReplyEntry)
@@ -131,12 +133,11 @@ class Calls:
         self.routed -= len(entries)
         self.refused += len(entries)
         self.overloaded += len(entries)
-        text = (
-            MEMORY_FULL
-            if refused
-            else f"{share.bytes} bytes of this link's calls, {share.all.bytes} of all links, {OVERLOADED}"
-        )
-        self._take_back(client, server, entries, Status.OVERLOADED, text)
+        text, waiting = MEMORY_FULL, 0
+        if not refused:
+            waiting = share.bytes
+            text = f"{waiting} bytes of this link's calls, {share.all.bytes} of all links, {OVERLOADED}"
+        self._take_back(client, server, entries, Status.OVERLOADED, text, waiting_bytes=waiting)
 
     def _share(self, client: ClientRecord, server: ServiceRecord) -> CallShare:
         """Return the count of the client's requests that wait for the server."""
@@ -152,13 +153,16 @@ class Calls:
         entries: list[RequestEntry],
         status: Status,
         text: str,
+        *,
+        waiting_bytes: int = 0,
     ) -> None:
         """Answer requests that cannot be sent to their server."""
+        attributes: Options | None = {WAITING_BYTES: waiting_bytes} if waiting_bytes else None
         refused: list[ReplyEntry] = []
         for entry in entries:
             pending = server.pending[entry.call]
             self._close(pending)
-            refused.append(answer(pending.client_call, status, text))
+            refused.append(answer(pending.client_call, status, text, attributes))
         self._send_replies(client, refused)
 
     def _must_split(self, raw: bytes) -> bool:
@@ -251,6 +255,6 @@ def _split(entries: list[EntryT], size: int) -> list[list[EntryT]]:
     return [entries[start : start + count] for start in range(0, len(entries), count)]
 
 
-def answer(call: int, status: Status, text: str) -> ReplyEntry:
+def answer(call: int, status: Status, text: str, attributes: Options | None = None) -> ReplyEntry:
     """Return the broker's own answer to a call."""
-    return ReplyEntry(call, status, more=False, attributes=None, body=text.encode())
+    return ReplyEntry(call, status, more=False, attributes=attributes, body=text.encode())

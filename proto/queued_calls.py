@@ -6,12 +6,15 @@ calls of a client whose share is full instead of closing the server's link. The 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from proto.limits import FRAME_OVERHEAD_BYTES
 
 if TYPE_CHECKING:
     from proto.frames import Buffer
+
+WAITING_BYTES: Final = "waiting_bytes"
+"""Attribute of a refusal for which the client's own calls are a reason: how much of them waits."""
 
 _FORGET_SHARES = 64
 """Shares that are kept before the empty ones are forgotten."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import heapq
+import math
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -22,22 +23,26 @@ class Deadlines:
     def __init__(self, expired: Callable[[int], None]) -> None:
         self._expired = expired
         self._heap: list[tuple[float, int]] = []
-        self._live: set[int] = set()
+        self._live: dict[int, float] = {}
         self._timer: asyncio.TimerHandle | None = None
 
     def add(self, key: int, when: float) -> None:
         """Expire `key` at loop time `when`, unless it is removed before."""
-        self._live.add(key)
+        self._live[key] = when
         heapq.heappush(self._heap, (when, key))
         if self._timer is None or when < self._timer.when():
             self._arm()
 
     def remove(self, key: int) -> None:
         """Remove a deadline; unknown keys are ignored."""
-        self._live.discard(key)
+        self._live.pop(key, None)
         if len(self._heap) > 2 * len(self._live) + _SLACK:
             self._heap = [entry for entry in self._heap if entry[1] in self._live]
             heapq.heapify(self._heap)
+
+    def get(self, key: int) -> float:
+        """Return the loop time at which a key expires; infinity for an unknown one."""
+        return self._live.get(key, math.inf)
 
     def clear(self) -> None:
         """Remove all deadlines."""
@@ -59,7 +64,7 @@ class Deadlines:
             while self._heap and (self._heap[0][0] <= now or self._heap[0][1] not in self._live):
                 _, key = heapq.heappop(self._heap)
                 if key in self._live:
-                    self._live.discard(key)
+                    del self._live[key]
                     self._expired(key)
         finally:
             if self._heap and self._timer is None:

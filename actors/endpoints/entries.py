@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from proto import limits
@@ -55,3 +56,8 @@ class EntryBatch(Generic[E]):
         entries, self._entries = tuple(self._entries), []
         self._bytes = 0
         return entries
+
+
+def remaining_ms(seconds: float) -> int | None:
+    """Return the time that a call has left, as REQUEST carries it."""
+    return None if seconds == math.inf else math.ceil(min(seconds * 1000, limits.MAX_U32))

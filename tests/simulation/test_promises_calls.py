@@ -12,7 +12,6 @@ import pytest
 
 import actors
 from actors.endpoints.endpoint import endpoint_of
-from broker.options import BrokerOptions
 from proto import limits
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.records import Ask
@@ -398,7 +397,7 @@ def test_a_link_that_takes_nothing_turns_calls_away() -> None:
         ]
         assert nothing_pends(stage, desk, client)
 
-    play(scene, options=BrokerOptions(max_queued_call_bytes=2**30))
+    play(scene)
 
 
 def test_ten_thousand_cancellations_of_one_turn_leave_nothing() -> None:

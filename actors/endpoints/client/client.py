@@ -113,7 +113,9 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
             NodeDestroyed: The client or its node has been destroyed.
             ServiceUnavailable: No server or no broker, or it went away before the reply.
             ServiceOverloaded: Too many calls wait already: here (200,000 of a client, 1,000 for the first
-                session, or 64 MiB that have not left), in the broker or at the server.
+                session, or 64 MiB that have not left), in the broker or at the server. Calls that the
+                broker refuses because this node's other calls wait for the server are sent again until
+                their deadline.
             ServiceTimeout: No reply in time; the handler has been cancelled.
             RemoteError: The handler raised, or did not return a valid response.
         """

@@ -12,7 +12,8 @@ import msgpack
 from actors.callbacks.callback_task import CallbackTask, current_callback_task
 from actors.callbacks.deadlines import Deadlines
 from actors.diagnostics.records import ClientDiagnostics
-from actors.endpoints.entries import EntryBatch
+from actors.endpoints.client.refused_calls import RefusedCalls, overloaded
+from actors.endpoints.entries import EntryBatch, remaining_ms
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
 from actors.errors import CallFailed, RemoteError, ServiceOverloaded, ServiceTimeout, ServiceUnavailable
 from actors.interfaces.codec import codec_for
@@ -22,6 +23,7 @@ from proto import frames, limits
 from proto.codec import encode
 from proto.codes import Status
 from proto.errors import peer_text
+from proto.fragments import is_large
 from proto.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
@@ -46,6 +48,9 @@ _UNSERVED: Final[dict[int, type[ServiceUnavailable]]] = {
 class CallFuture(asyncio.Future[Any]):
     """The reply to one call. Cancelling it cancels the call, at the server too."""
 
+    request: RequestEntry | None = None
+    """What was sent, for as long as it may have to be sent again."""
+
     def __init__(self, client: ClientEndpoint, call: int, callback_task: CallbackTask | None) -> None:
         super().__init__(loop=client.context.link.loop)
         self._client = client
@@ -59,8 +64,9 @@ class CallFuture(asyncio.Future[Any]):
         self._client.give_up(self._call)
         return True
 
-    def leave_callback_task(self) -> None:
-        """End the call for the callback task that it was made in."""
+    def ended(self) -> None:
+        """Free the request; end the call for the callback task that it was made in."""
+        self.request = None
         if self._callback_task is not None:
             self._callback_task.call_ended()
             self._callback_task = None
@@ -90,6 +96,11 @@ class ClientEndpoint(IntrospectedEndpoint):
         self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
         self._early: dict[int, tuple[Message, bytes, float]] = {}
         """Calls that wait for the node's first session: request, its encoding, deadline in loop time."""
+        self._refused = RefusedCalls(
+            context.link,
+            lambda entry: self._outgoing.send(entry, self, context.link),
+            self._deadlines.get,
+        )
         self._cancelled: list[int] = []
         context.link.add(self)
 
@@ -122,17 +133,22 @@ class ClientEndpoint(IntrospectedEndpoint):
         else:
             if self._early:  # the session is open, but the client not accepted yet
                 self._send_early()
-            self._send(call, request, body, limit)
+            self._send(future, call, request, body, limit)
         return future
 
-    def _send(self, call: int, request: Message, body: bytes, limit: float) -> None:
-        remaining_ms = None if limit == math.inf else math.ceil(min(limit * 1000, limits.MAX_U32))
+    def _send(self, future: CallFuture, call: int, request: Message, body: bytes, limit: float) -> None:
         attributes = None
         if self.service_events is not None:
             identity = CallIdentity(self.gid, call)
             attributes = identity.attributes()  # the server publishes its events of the same call under them
             self.service_events.request(EventKind.REQUEST_SENT, identity, request)
-        self._outgoing.send(RequestEntry(call, remaining_ms, attributes, body), self, self.context.link)
+        entry = future.request = RequestEntry(call, remaining_ms(limit), attributes, body)
+        if self._refused and is_large(body):  # in order
+            if not self._refused.add(entry):
+                self._deadlines.remove(call)
+                self._fail(self.pending.pop(call), overloaded(self.srv_name))
+            return
+        self._outgoing.send(entry, self, self.context.link)
 
     def _no_broker(self) -> ServiceUnavailable:
         text = f"Service '{self.srv_name}': not connected to the broker at {self.context.link.broker_urls}"
@@ -147,14 +163,17 @@ class ClientEndpoint(IntrospectedEndpoint):
         now = self.context.require_loop().time()
         early, self._early = self._early, {}
         for call, (request, body, deadline) in early.items():
-            self._send(call, request, body, max(0.0, deadline - now))
+            self._send(self.pending[call], call, request, body, max(0.0, deadline - now))
 
     def retire(self) -> None:
-        """Fail calls that wait for the first session, as the node stops: nothing else would end them soon."""
+        """Fail calls that wait to be sent, as the node stops: nothing else would end them soon."""
         early, self._early = self._early, {}
         for call in early:
             self._deadlines.remove(call)
             self._fail(self.pending.pop(call), self._no_broker())
+        for call in self._refused.take():
+            self._deadlines.remove(call)
+            self._fail(self.pending.pop(call), overloaded(self.srv_name))
 
     def flush_turn(self) -> None:
         """Put the calls and cancellations of this loop turn into the outbox. Called by the link."""
@@ -176,10 +195,14 @@ class ClientEndpoint(IntrospectedEndpoint):
             if future is None:
                 self.late += 1
                 continue
-            self._deadlines.remove(entry.call)
             if entry.status != Status.OK:
-                self._fail(future, self._failure(entry))
+                if self._refused.add_refused(future.request, entry):
+                    self.pending[entry.call] = future
+                else:
+                    self._deadlines.remove(entry.call)
+                    self._fail(future, self._failure(entry))
                 continue
+            self._deadlines.remove(entry.call)
             try:
                 reply = self._replies.decode(entry.body)
             except InvalidMessageError as error:
@@ -188,7 +211,7 @@ class ClientEndpoint(IntrospectedEndpoint):
             if self.service_events is not None:
                 identity = CallIdentity(self.gid, entry.call)
                 self.service_events.response(EventKind.RESPONSE_RECEIVED, identity, reply)
-            future.leave_callback_task()
+            future.ended()
             if not future.done():
                 future.set_result(reply)
 
@@ -202,7 +225,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         return failure(f"Service '{self.srv_name}': {text}")
 
     def _fail(self, future: CallFuture, error: Exception) -> None:
-        future.leave_callback_task()
+        future.ended()
         if not future.done():
             self.failed += 1
             future.set_exception(error)
@@ -214,6 +237,8 @@ class ClientEndpoint(IntrospectedEndpoint):
         self.timeouts += 1
         if self._early.pop(call, None) is not None:
             self._fail(future, self._no_broker())
+        elif self._refused.remove(call):
+            self._fail(future, overloaded(self.srv_name))
         else:
             self._withdraw(call)
             self._fail(future, ServiceTimeout(f"Service '{self.srv_name}': no reply in time"))
@@ -223,12 +248,14 @@ class ClientEndpoint(IntrospectedEndpoint):
         future = self.pending.pop(call, None)
         if future is not None:
             self._deadlines.remove(call)
-            future.leave_callback_task()
+            future.ended()
             self._withdraw(call)
 
     def _withdraw(self, call: int) -> None:
         """Take back a request that has not been sent; cancel one that has."""
-        if self._early.pop(call, None) is None and not self._outgoing.take_back(call):
+        if self._early.pop(call, None) is not None or self._refused.remove(call):
+            return
+        if not self._outgoing.take_back(call):
             self._cancelled.append(call)
             self.context.link.flush_later(self)
 
@@ -236,6 +263,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         pending, self.pending = self.pending, {}
         self._outgoing.take()
         self._early.clear()
+        self._refused.take()
         self._deadlines.clear()
         return list(pending.values())
 
@@ -248,7 +276,7 @@ class ClientEndpoint(IntrospectedEndpoint):
             for call in self.pending:  # the rest of a large request need not be sent
                 channel.outbox.drop_call((self.id, call))
         for future in self._take_pending():
-            future.leave_callback_task()
+            future.ended()
             future.cancel()
         super().destroy()
 

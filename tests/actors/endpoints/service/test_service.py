@@ -477,7 +477,6 @@ async def test_a_reply_over_the_limit_is_an_error_of_that_call_alone(meeting: Me
 @pytest.mark.parametrize("size", [MIB, 5 * MIB])
 async def test_large_requests_and_replies_arrive(meeting: Meeting, size: int) -> None:
     """Some MiB each way, with small calls beside them."""
-    await meeting.restart_broker(max_queued_call_bytes=16 * MIB)
     server, caller = await meeting.node("server"), await meeting.node("caller")
 
     def handle(request: Blow.Request) -> Blow.Response:
