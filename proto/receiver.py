@@ -52,6 +52,10 @@ class Receiver:
         scratch: `SCRATCH_BYTES` bytes to read into, possibly shared with other receivers.
         decoder: Decodes the frames, possibly shared with other receivers.
         reassembler: Joins the peer's fragments.
+
+    Attributes:
+        has_unprocessed: Whether `next_frame` has received bytes to look at, more than the start of a large
+            frame. If not, it would return None.
     """
 
     __slots__ = (
@@ -65,6 +69,7 @@ class Receiver:
         "_session",
         "_source",
         "_start",
+        "has_unprocessed",
     )
 
     def __init__(
@@ -88,6 +93,7 @@ class Receiver:
         """The buffer of a large frame that is being received."""
         self._filled = 0
         """Bytes received into it."""
+        self.has_unprocessed = False
 
     def buffer(self) -> memoryview:
         """Return a buffer of at least one byte for the next read, behind the start of an incomplete frame."""
@@ -103,17 +109,13 @@ class Receiver:
         """Report that `nbytes` bytes have been read into the last `buffer()`. Not while bytes are kept."""
         self._start = 0
         if self._own is None:
-            self._end = len(self._rest) + nbytes
+            self._end = end = len(self._rest) + nbytes
             self._rest = b""
+            self.has_unprocessed = end > 0
         else:
             self._end = 0
             self._filled += nbytes
-
-    @property
-    def has_unprocessed(self) -> bool:
-        """Whether `next_frame` has received bytes to look at, more than the start of a large frame."""
-        own = self._own
-        return self._end > self._start if own is None else self._filled >= len(own) - _BEHIND_BYTES
+            self.has_unprocessed = self._filled >= len(self._own) - _BEHIND_BYTES
 
     @property
     def kept_bytes(self) -> int:
@@ -130,6 +132,7 @@ class Receiver:
         """Forget the received bytes, as the connection has ended."""
         self._source, self._start, self._end = self._scratch, 0, 0
         self._rest, self._own = b"", None
+        self.has_unprocessed = False
 
     def next_frame(self) -> Frame | None:
         """Return the next frame that the session allows, or None if more bytes are needed.
@@ -153,36 +156,40 @@ class Receiver:
 
         The size limit is looked up for each frame, because the first one of a read may open the session.
         """
+        if not self.has_unprocessed:
+            return None
         if self._own is not None:
             return self._finish_own(self._own)
         start, end, source = self._start, self._end, self._source
-        if start == end:
-            self._source = self._scratch
-            return None
         if source[start] != BIN_32:
             raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {source[start]:#04x}")
         stop = start + limits.PREFIX_BYTES
         if stop <= end:
             size = int.from_bytes(source[start + 1 : stop], "big")
-            most = limits.MAX_FRAME_BYTES if self._session.is_open else limits.MAX_HELLO_BYTES
-            if size > most:
-                raise ProtocolError(
-                    ErrorCode.TOO_LARGE, f"a frame of {size} bytes is over the limit of {most}"
-                )
+            if size > limits.MAX_HELLO_BYTES:
+                self._check_size(size)
             stop += size
         if stop > end:
             self._keep(start, end, stop)
             return None
-        self._start = stop
+        if stop < end:
+            self._start = stop
+        else:
+            self.has_unprocessed = False
+            self._source = self._scratch
         return bytes(source[start:stop])
 
-    def _finish_own(self, own: memoryview) -> Buffer | None:
-        """Return the large frame if it is complete, and copy the bytes after it to the scratch buffer."""
+    def _check_size(self, size: int) -> None:
+        most = limits.MAX_FRAME_BYTES if self._session.is_open else limits.MAX_HELLO_BYTES
+        if size > most:
+            raise ProtocolError(ErrorCode.TOO_LARGE, f"a frame of {size} bytes is over the limit of {most}")
+
+    def _finish_own(self, own: memoryview) -> Buffer:
+        """Return the large frame, which is complete, and copy the bytes after it to the scratch buffer."""
         size = len(own) - _BEHIND_BYTES
         behind = self._filled - size
-        if behind < 0:
-            return None
         self._own = None
+        self.has_unprocessed = behind > 0
         self._source = self._scratch
         self._source[:behind] = own[size : self._filled]
         self._start, self._end = 0, behind
@@ -192,6 +199,7 @@ class Receiver:
         """Keep the start of an incomplete frame of `stop - start` bytes."""
         source, self._source = self._source, self._scratch
         self._start = self._end = 0
+        self.has_unprocessed = False
         size, here = stop - start, end - start
         if size < _OWN_BYTES or here < size // _CLAIM_RATIO:
             self._rest = bytes(source[start:end])

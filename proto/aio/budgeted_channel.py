@@ -103,7 +103,7 @@ class BudgetedChannel(Channel):
             self.waiting = False
         self._share_ended = False
         left = SHARE_FRAMES
-        while self.connected and (frame := receiver.next_frame()) is not None:
+        while receiver.has_unprocessed and self.connected and (frame := receiver.next_frame()) is not None:
             if type(frame) not in PARTS:
                 handle(frame)
             if receiver.has_unprocessed:
