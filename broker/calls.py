@@ -126,8 +126,7 @@ class Calls:
             return
         share = self._share(client, server)
         refused = is_large(raw) and self.memory_full()
-        if not refused and share.admits(raw):
-            share.add(raw)
+        if not refused and share.admit(raw):
             self._emit(SendCalls(server.peer.id, raw, (server.id, entries[0].call), share))
             return
         self.routed -= len(entries)
@@ -203,8 +202,11 @@ class Calls:
             self._send_replies(client, chosen)
 
     def _send_replies(self, client: ClientRecord, entries: list[ReplyEntry]) -> None:
-        for start in range(0, len(entries), limits.MAX_CALLS_PER_FRAME):
-            self._send_reply(client, entries[start : start + limits.MAX_CALLS_PER_FRAME])
+        most = limits.MAX_CALLS_PER_FRAME
+        while len(entries) > most:
+            self._send_reply(client, entries[:most])
+            entries = entries[most:]
+        self._send_reply(client, entries)
 
     def _send_reply(self, client: ClientRecord, entries: list[ReplyEntry]) -> None:
         raw = encode(frames.Reply(client.id, tuple(entries)))
@@ -232,7 +234,7 @@ class Calls:
         """Cancel all calls of a client; if it is only suspended, tell it that they have failed."""
         calls = tuple(client.pending)
         self.cancel(client, calls)
-        if client.peer.suspended:
+        if calls and client.peer.suspended:
             self._send_replies(client, [answer(call, Status.UNAVAILABLE, CLIENT_SILENT) for call in calls])
 
     def server_left(self, server: ServiceRecord) -> None:

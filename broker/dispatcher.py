@@ -262,7 +262,8 @@ class Dispatcher:
             unflushed[link] = None
             delivery.deliver(channel)
             outbox = channel.outbox
-            if outbox.undroppable_bytes > most or outbox.bulk_bytes > most_bulk:
+            waiting = outbox.urgent_bytes + outbox.ordered_bytes
+            if (waiting > most and outbox.undroppable_bytes > most) or outbox.bulk_bytes > most_bulk:
                 channel.flush()
                 link.fail_if_over_limit()
 

@@ -67,7 +67,9 @@ class MemoryGuard:
     @property
     def needs_relief(self) -> bool:
         """Whether to call `relieve`."""
-        return self.held_bytes > self._check_above or self.full
+        # Not `held_bytes`: this is asked after every read.
+        held = self.queued_bytes + self._reassembly.bytes + self._latched.bytes
+        return held > self._check_above or self.full
 
     def count(self, link: Link) -> None:
         """Note what waits for a link now."""

@@ -78,9 +78,10 @@ class Outbox:
     dropped: int = field(default=0, init=False)
     """Messages dropped in all because the link was slow."""
     _control: deque[bytes] = field(default_factory=deque[bytes], init=False)
-    _calls: deque[bytes] = field(default_factory=deque[bytes], init=False)
-    _shares: deque[CallShare | None] = field(default_factory=deque["CallShare | None"], init=False)
-    """For each frame in `_calls` the share that counts it."""
+    _calls: deque[bytes | tuple[bytes, CallShare]] = field(
+        default_factory=deque["bytes | tuple[bytes, CallShare]"], init=False
+    )
+    """Frames of calls, those of requests with the share that counts them."""
     _ready: deque[PublisherQueue] = field(default_factory=deque[PublisherQueue], init=False)
     """The queues with something to send, in the order in which they are served."""
     _touched: list[PublisherQueue] = field(default_factory=list[PublisherQueue], init=False)
@@ -122,8 +123,7 @@ class Outbox:
         if share is not None:
             self.shared_bytes += size
         if not is_large(raw):
-            self._calls.append(raw)
-            self._shares.append(share)
+            self._calls.append(raw if share is None else (raw, share))
             return
         queue = _LargeCall(raw, key, share)
         if key is not None:
@@ -143,7 +143,6 @@ class Outbox:
             self._after_calls[endpoint] = raw
             return False
         self._calls.append(raw)
-        self._shares.append(None)
         return True
 
     def _has_large_calls(self, endpoint: int) -> bool:
@@ -153,7 +152,6 @@ class Outbox:
         """Queue the last frame of an endpoint if no large call precedes it any more."""
         if endpoint in self._after_calls and not self._has_large_calls(endpoint):
             self._calls.append(self._after_calls.pop(endpoint))
-            self._shares.append(None)
 
     def drop_call(self, key: tuple[int, int]) -> bool:
         """Remove a large call; return False if it is not there, because it was sent completely."""
@@ -262,13 +260,18 @@ class Outbox:
         while size < max_bytes:
             urgent = self._control or self._calls
             if urgent:
-                raw = urgent.popleft()
-                self.urgent_bytes -= len(raw) + FRAME_OVERHEAD_BYTES
+                item = urgent.popleft()
+                if isinstance(item, tuple):
+                    raw, share = item
+                    held = len(raw) + FRAME_OVERHEAD_BYTES
+                    self.shared_bytes -= held
+                    share.remove(held)
+                else:
+                    raw = item
+                    held = len(raw) + FRAME_OVERHEAD_BYTES
+                self.urgent_bytes -= held
                 parts.append(raw)
                 size += len(raw)
-                if urgent is self._calls and (share := self._shares.popleft()) is not None:
-                    self.shared_bytes -= len(raw) + FRAME_OVERHEAD_BYTES
-                    share.remove(len(raw) + FRAME_OVERHEAD_BYTES)
                 continue
             if not self._ready or not (taken := self._take_from_queues(parts)):
                 break

@@ -65,17 +65,21 @@ class CallShare:
         self.all = queued
         self.bytes = 0
 
-    def admits(self, raw: Buffer) -> bool:
-        """Return whether another frame of requests may wait.
+    def admit(self, raw: Buffer) -> bool:
+        """Return whether another frame of requests may wait; if so, count it.
 
         A share grows up to its limit, but never beyond what is free, so that a few greedy clients leave
         something for others. If nothing of the client waits, one larger frame may take half of what is free.
         """
         every, size = self.all, len(raw) + FRAME_OVERHEAD_BYTES
         free = every.max_bytes - every.bytes
-        if self.bytes + size <= min(every.max_share_bytes, free):
-            return True
-        return not self.bytes and (size <= free // 2 or not every.bytes)
+        held = self.bytes + size
+        too_much = held > free or held > every.max_share_bytes
+        if too_much and (self.bytes or (size > free // 2 and every.bytes)):
+            return False
+        self.bytes = held
+        every.bytes += size
+        return True
 
     def add(self, raw: Buffer) -> None:
         """Count a frame that is queued."""

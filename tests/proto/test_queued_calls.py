@@ -29,17 +29,17 @@ def test_a_share_leaves_space_for_others() -> None:
     queued = QueuedCalls(1000, 4000)
     frame = bytes(1000 - FRAME_OVERHEAD_BYTES)
     first, second, third = (queued.share(client) for client in range(3))
-    assert first.admits(bytes(5000))  # alone
-    assert first.admits(frame)
-    first.add(frame)
-    assert not first.admits(b"x")
-    assert second.admits(bytes(1400))
-    assert not second.admits(bytes(1600))
-    second.add(bytes(2500))
-    assert third.admits(bytes(300))
-    assert not third.admits(frame)
+    assert QueuedCalls(1000, 4000).share(1).admit(bytes(5000))  # alone
+    assert first.admit(frame)
+    assert not first.admit(b"x")
+    assert not second.admit(bytes(1600))
+    assert second.admit(bytes(1400))
+    second.add(bytes(1100 - FRAME_OVERHEAD_BYTES))
+    assert not third.admit(frame)
+    assert third.admit(bytes(300))
     second.remove(2500 + FRAME_OVERHEAD_BYTES)
-    assert queued.share(1).admits(frame)
+    assert queued.share(1).admit(frame)
+    assert queued.bytes == sum(share.bytes for share in (first, second, third))
 
 
 def test_empty_shares_are_forgotten() -> None:

@@ -161,7 +161,8 @@ def memory(frames: Iterable[Buffer]) -> int:
 def of_outbox(outbox: Outbox, without_credit: Iterable[PublisherQueue] = ()) -> Wrongs:
     """Check what waits on a link, without the publisher queues."""
     large = sum(queue.control_bytes for queue in outbox._large_calls.values())
-    small = memory(outbox._control) + memory(outbox._calls)
+    calls = [each if isinstance(each, tuple) else (each, None) for each in outbox._calls]
+    small = memory(outbox._control) + memory(raw for raw, _ in calls)
     # A large answer without a name is in no table, only in the queue for its turn.
     unnamed = sum(
         queue.control_bytes for queue in outbox._ready if getattr(queue, "key", 0) is None and not queue.empty
@@ -170,7 +171,7 @@ def of_outbox(outbox: Outbox, without_credit: Iterable[PublisherQueue] = ()) -> 
     urgent = small + large + unnamed + behind
     if outbox.urgent_bytes != urgent:
         yield f"an outbox counts {outbox.urgent_bytes} urgent bytes and holds {urgent}"
-    requests = [raw for raw, share in zip(outbox._calls, outbox._shares, strict=True) if share is not None]
+    requests = [raw for raw, share in calls if share is not None]
     shared = [queue for queue in outbox._ready if getattr(queue, "share", None) is not None]
     held = memory(requests) + sum(queue.control_bytes for queue in shared)
     if outbox.shared_bytes != held:
