@@ -222,6 +222,10 @@ _WINDOWS: Final = (1024, limits.MAX_HEADER_BYTES)
 _MAX_FED_BYTES: Final = limits.MAX_FRAME_BYTES
 """Larger headers, which came in fragments, are unpacked in place."""
 
+_SMALL_BYTES: Final = 128
+"""Up to this size a frame is unpacked at once: nested arrays of so many elements take 45 KiB, however many it
+announces, and a longer array does not fit into it."""
+
 
 class Decoder:
     """Decodes frames and reuses its unpackers between them. Not thread-safe."""
@@ -278,15 +282,20 @@ class Decoder:
                 content, max_bin_len=len(content), **_limits(max_array_len)
             )
             return found
+        small = len(content) <= _SMALL_BYTES
+        if small:
+            max_array_len = _SMALL_BYTES
         unpacker = self._unpackers.get(max_array_len) or self._new_unpacker(max_array_len)
         before = unpacker.tell()
         unpacker.feed(content)
-        unpacker.skip()  # allocates nothing, and fails unless every announced element is there
+        # To skip allocates nothing, and fails unless every announced element is there.
+        header: Any = unpacker.unpack() if small else unpacker.skip()
         if unpacker.tell() - before != len(content):
             raise ValueError("bytes follow the header array")
-        unpacker.feed(content)
-        header: tuple[Any, ...] = unpacker.unpack()
-        return header
+        if not small:
+            unpacker.feed(content)
+            header = unpacker.unpack()
+        return header  # type: ignore[no-any-return]
 
     def _head(self, content: memoryview, max_array_len: int) -> tuple[tuple[Any, ...], int]:
         """Return the header at the start of a frame with a payload, and its size."""
