@@ -1,11 +1,12 @@
 """Large frames in fragments: split by the sender, reassembled by the receiver (docs/protocol.md §6.8).
 
-A reassembly buffer grows with the bytes received, not with the total that a peer announces. What a receiver
-holds of incomplete frames is limited for each link, for all links together, and in time.
+The memory of a reassembly buffer grows with the bytes received, not with the total that a peer announces.
+What a receiver holds of incomplete frames is limited for each link, for all links together, and in time.
 """
 
 from __future__ import annotations
 
+import mmap
 import sys
 from typing import Final
 
@@ -17,6 +18,16 @@ from proto.frames import Abort, Buffer, Fragment
 
 _OPCODE_AT: Final = limits.PREFIX_BYTES + 1
 _BATCH: Final = bytes([Op.BATCH])
+
+MAP_ABOVE_BYTES: Final = 32 * 1024 * 1024
+"""Larger buffers are mapped as a whole: if one grows, it is copied again and again, for tens of milliseconds.
+The system provides their memory when it is written to. (malloc maps blocks of this size, too; smaller ones it
+uses again, which is much faster.)"""
+
+MAP_RATIO: Final = 8
+"""A buffer is mapped when 1/8 of the frame has arrived, so that the number of mappings is limited, too."""
+
+_PRIVATE: Final = {} if sys.platform == "win32" else {"flags": mmap.MAP_PRIVATE}
 
 
 def is_large(raw: Buffer) -> bool:
@@ -126,17 +137,30 @@ class ReassemblyTotal(ByteTotal):
 
 
 class _Partial:
-    """An incomplete frame."""
+    """An incomplete frame, of which `size` bytes have arrived."""
 
-    __slots__ = ("buffer", "checked_bytes", "grown_at", "total")
+    __slots__ = ("buffer", "checked_bytes", "grown_at", "size", "total")
 
     def __init__(self, total: int) -> None:
-        self.buffer = bytearray()
+        self.buffer: bytearray | memoryview = bytearray()
+        self.size = 0
         self.total = total
         self.checked_bytes = -1
         """The size at the last check."""
         self.grown_at = 0.0
         """Time of the last check that found it larger than before."""
+
+    def append(self, payload: Buffer) -> None:
+        """Add the next bytes."""
+        start, self.size = self.size, self.size + len(payload)
+        buffer = self.buffer
+        if isinstance(buffer, bytearray):
+            if self.total <= MAP_ABOVE_BYTES or self.size < self.total // MAP_RATIO:
+                buffer += payload
+                return
+            self.buffer = memoryview(mmap.mmap(-1, self.total, **_PRIVATE))
+            self.buffer[:start] = buffer
+        self.buffer[start : self.size] = payload
 
 
 class Reassembler:
@@ -167,7 +191,7 @@ class Reassembler:
         """Transfers whose fragments are discarded."""
         self.held_bytes = 0
 
-    def add(self, fragment: Fragment) -> bytearray | None:
+    def add(self, fragment: Fragment) -> Buffer | None:
         """Add one fragment; return the whole encoded frame if it was the last one and is not refused.
 
         Raises:
@@ -194,10 +218,10 @@ class Reassembler:
                 return None
             partial = self._open[fragment.transfer] = _Partial(fragment.total)
         size = len(fragment.payload)
-        end = len(partial.buffer) + size
+        end = partial.size + size
         if not size or end > partial.total or fragment.more == (end == partial.total):
             raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: they do not add up to the total size")
-        partial.buffer += fragment.payload
+        partial.append(fragment.payload)
         self._count(size)
         if not fragment.more:
             del self._open[fragment.transfer]
@@ -225,7 +249,7 @@ class Reassembler:
         self._refused.discard(abort.transfer)
         partial = self._open.pop(abort.transfer, None)
         if partial is not None:
-            self._count(-len(partial.buffer))
+            self._count(-partial.size)
 
     def clear(self) -> None:
         """Forget all transfers, because the link ends."""
@@ -236,7 +260,7 @@ class Reassembler:
         """Return the longest time for which an incomplete frame has not grown, as of the calls of this."""
         longest = 0.0
         for partial in self._open.values():
-            if partial.checked_bytes != len(partial.buffer):
-                partial.checked_bytes, partial.grown_at = len(partial.buffer), now
+            if partial.checked_bytes != partial.size:
+                partial.checked_bytes, partial.grown_at = partial.size, now
             longest = max(longest, now - partial.grown_at)
         return longest

@@ -22,9 +22,10 @@ from proto.batches import with_raw
 from proto.codec import Decoder, encode
 from proto.codes import Status
 from proto.errors import ErrorCode
-from proto.fragments import ByteTotal, Reassembler, ReassemblyTotal
+from proto.fragments import MAP_ABOVE_BYTES, ByteTotal, Reassembler, ReassemblyTotal
 from proto.outbox import REPLAY_AHEAD_BYTES, Outbox
 from proto.publisher_queue import PublisherQueue
+from tests.allocations import peak_bytes
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, link, until
 from tests.broker.switch import Switch
@@ -300,6 +301,27 @@ async def test_incomplete_messages_of_all_links_are_limited() -> None:
         await modest.synchronise()
         await other.synchronise()
         assert broker.stats().reassembly_bytes == 0
+
+
+def test_a_very_large_message_is_not_copied_while_it_grows() -> None:
+    """Cases 47, 53: its buffer has its final size after the first eighth, and no fragment moves it again."""
+    size, part = MAP_ABOVE_BYTES + KIB, bytes(range(256)) * 1024
+
+    def receive() -> None:
+        reassembler = Reassembler()
+        whole: frames.Buffer | None = None
+        for start in range(0, size, len(part)):
+            more = start + len(part) < size
+            fragment = frames.Fragment(1, None if start else size, more, part[: size - start])
+            whole = reassembler.add(fragment)
+            assert (whole is None) == more
+        assert whole is not None
+        assert len(whole) == size
+        assert bytes(whole[: 2 * len(part)]) == part * 2
+        assert bytes(whole[-KIB:]) == part[:KIB]
+        assert not reassembler.held_bytes
+
+    assert peak_bytes(receive) < size // 4
 
 
 def test_a_reassembler_knows_for_how_long_a_message_has_not_grown() -> None:
