@@ -331,8 +331,8 @@ class Outbox:
             if queue.pending or queue.counted_bytes:
                 self._recount(queue)
         if self.held_bytes > self.max_held_bytes:
-            # The margin makes the search over all queues rare.
-            self.drop_from_fullest(self.max_held_bytes - self.max_held_bytes // 8)
+            # The margin makes the search over all queues rare, and each drop short.
+            self.drop_from_fullest(self.max_held_bytes - self.max_held_bytes // 32)
         self._touched.clear()
 
     def _recount(self, queue: PublisherQueue) -> None:

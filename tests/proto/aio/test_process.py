@@ -41,6 +41,19 @@ def test_loaded_objects_are_frozen() -> None:
     assert done.stdout.strip() == "True"
 
 
+def test_many_waiting_objects_cause_no_full_collection() -> None:
+    """Case 46: half a million objects that a broker keeps do not let its collector look at all of them."""
+    code = (
+        "import gc; from proto.aio import process; process.configure_process(); process.collect_all_seldom();"
+        "before = gc.get_stats()[2]['collections']; kept = [[] for _ in range(500_000)];"
+        "print(gc.get_stats()[2]['collections'] - before)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=30
+    )
+    assert done.stdout.strip() == "0"
+
+
 @pytest.mark.parametrize("error", [OSError, TypeError, AttributeError])
 def test_a_platform_without_mallopt_is_left_as_it_is(
     monkeypatch: pytest.MonkeyPatch, error: type[Exception]
