@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from itertools import islice
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -28,6 +29,9 @@ REMOVED_PER_FRAME: Final = 4000
 
 MAX_WATCHES: Final = 100
 """Kept watches of one link."""
+
+MAX_UNANSWERED: Final = 100
+"""WATCHes of one link that wait for their answers, those included that it does not keep."""
 
 MAX_BROKER_WATCHES: Final = 1000
 """Kept watches of all links: each gets every change of its graph."""
@@ -85,6 +89,8 @@ class Graph:
         self._watches: dict[tuple[int, int], Rights | None] = {}
         """Kept watches that have been answered, by peer and id: what the peer's user may see."""
         self._unanswered: dict[tuple[int, int], _Watch] = {}
+        self._asked: Counter[int] = Counter()
+        """Their number by peer."""
         self._added: dict[int, _Entry] = {}
         self._removed: dict[int, GraphEntry] = {}
         self._types: dict[str, dict[int, GraphEntry]] = {}
@@ -158,11 +164,15 @@ class Graph:
         A watch to be kept is refused if the broker has too many.
 
         Raises:
-            ProtocolError: The id is in use, or the link has too many watches.
+            ProtocolError: The id is in use, or the link has too many watches, kept or without an answer.
         """
         key = (peer.id, frame.id)
         if key in self._watches or key in self._unanswered:
             raise ProtocolError(ErrorCode.UNEXPECTED, f"WATCH: the id {frame.id} is in use")
+        if self._asked[peer.id] >= MAX_UNANSWERED:
+            self._refusals.count += 1
+            text = f"more than {MAX_UNANSWERED} WATCHes of one link wait for their answers (MAX_UNANSWERED)"
+            raise ProtocolError(ErrorCode.LIMIT, text)
         if frame.keep:
             if peer.watches >= MAX_WATCHES:
                 raise ProtocolError(ErrorCode.LIMIT, f"more than {MAX_WATCHES} watches on one link")
@@ -174,6 +184,7 @@ class Graph:
             peer.watches += 1
             self._count.kept += 1
         self._unanswered[key] = _Watch(peer.rights, frame.keep)
+        self._asked[peer.id] += 1
 
     def unwatch(self, peer: Peer, watch: int) -> None:
         """End a kept watch; an unknown one is ignored."""
@@ -198,6 +209,7 @@ class Graph:
             self._end_watches(peer, peer.watches)
         for key in [key for key in self._unanswered if key[0] == peer.id]:
             del self._unanswered[key]
+        self._asked.pop(peer.id, None)
 
     def flush(self) -> None:
         """Send the watchers the changes since the last call, and then answer new watches, as many as fit."""
@@ -215,8 +227,11 @@ class Graph:
                 self._send(watches, pieces or [encode_graph_changes((), (), ())])
             for key, watch in now.items():
                 del self._unanswered[key]
+                self._asked[key[0]] -= 1
                 if watch.keep:
                     self._watches[key] = watch.rights
+            if not self._unanswered:
+                self._asked.clear()
 
     def reassess(self, peer: Peer, before: Rights | None) -> None:
         """Send a link's watches what its user sees now and has not seen before, and the reverse."""

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker import Broker, BrokerOptions
-from broker.graph import ENTRIES_PER_FRAME, ENTRIES_PER_REPORT
+from broker.graph import ENTRIES_PER_FRAME, ENTRIES_PER_REPORT, MAX_UNANSWERED
 from proto import frames
 from proto.codec import decode, encode, encode_graph, encode_graph_changes, encode_graph_entry
+from proto.errors import ErrorCode, ProtocolError
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link
 from tests.broker.switch import Switch
@@ -144,6 +145,34 @@ def test_watches_of_a_large_graph_are_answered_over_many_turns() -> None:
         assert sum(len(frame.added) for frame in came) <= ENTRIES_PER_REPORT
         assert all(len(frame.added) <= ENTRIES_PER_FRAME for frame in came)
     assert answered == [[1, 2, 3], [4, 5, 6], [7]]
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_watches_that_wait_for_an_answer_are_limited(kept: bool) -> None:
+    """Case 54: one WATCH too many ends its link, also if none of them is kept; others get their answers."""
+    switch = Turn()
+    guilty, bystander = switch.join("/guilty"), switch.join("/bystander")
+    for number in range(MAX_UNANSWERED):
+        switch.send(guilty, frames.Watch(number, keep=kept))
+        if kept:
+            switch.send(guilty, frames.Unwatch(number))
+    switch.send(bystander, frames.Watch(1, keep=False))
+    with pytest.raises(ProtocolError) as caught:
+        switch.send(guilty, frames.Watch(MAX_UNANSWERED, keep=False))
+    assert caught.value.code is ErrorCode.LIMIT
+    assert switch.router.refusals.count == 1
+    switch.report()
+    assert len(switch.read(bystander, frames.Graph)) == 1
+
+
+def test_the_limit_of_waiting_watches_counts_only_those_without_an_answer() -> None:
+    """A link may ask as often as it likes if it waits for the answers."""
+    switch = Turn()
+    peer = switch.join("/n")
+    for number in range(2 * MAX_UNANSWERED):
+        switch.send(peer, frames.Watch(number, keep=False))
+        switch.report()
+    assert len(switch.read(peer, frames.Graph)) == 2 * MAX_UNANSWERED
 
 
 def test_a_watch_that_ends_before_its_answer_gets_no_changes() -> None:
