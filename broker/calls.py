@@ -17,15 +17,17 @@ from proto.codes import Status
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import is_large
 from proto.frames import ReplyEntry, RequestEntry
-from proto.queued_calls import WAITING_BYTES
+from proto.queued_calls import WAITING_BYTES, QueuedCalls
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
     from broker.pool import Pool
+    from broker.records import Peer
+    from broker.router_limits import RouterLimits
     from proto.frames import Options
-    from proto.queued_calls import CallShare, QueuedCalls
+    from proto.queued_calls import CallShare
 
 EntryT = TypeVar("EntryT", RequestEntry, ReplyEntry)
 
@@ -43,35 +45,33 @@ class Calls:
 
     Args:
         emit: Takes each delivery.
-        max_pending: Unanswered calls of one link.
-        max_bytes: Size of a frame that a link takes; the broker's call ids may make one longer than it came.
-        queued: Returns a count of the requests that wait for one more server's link, with its limits.
+        router_limits: Has the limits of calls. The broker's call ids may make a frame longer than it came.
+        memory_full, report_refusal: See `Router`.
 
     Attributes:
         closed: Whether new calls are refused, except those that the answer to another may need.
-        memory_full: Returns whether large calls are refused because the broker holds too much.
         pending: Calls without an answer.
         routed: Requests routed to a server.
         refused: Requests that the broker answered: there was no server, or too many calls were pending.
-        overloaded: Those of them that exceeded a limit of `queued`, or were large while the memory was full.
+        overloaded: Those of them that exceeded a limit of queued calls, or were large with full memory.
         late: Replies to calls that were no longer pending.
     """
 
     def __init__(
         self,
         emit: Callable[[Delivery], None],
-        *,
-        max_pending: int,
-        max_bytes: int,
-        queued: Callable[[], QueuedCalls],
+        router_limits: RouterLimits,
+        memory_full: Callable[[], bool],
+        report_refusal: Callable[[Peer, str, str], None],
     ) -> None:
         self._emit = emit
-        self._max_bytes = max_bytes
-        self._max_pending = max_pending
-        self._queued = queued
+        self._max_bytes = router_limits.max_message_bytes
+        self._max_pending = router_limits.max_pending_calls
+        self._max_queued = router_limits.max_queued_call_bytes, router_limits.max_bulk_bytes
         self._last_call = 0
         self.closed = False
-        self.memory_full: Callable[[], bool] = lambda: False
+        self._memory_full = memory_full
+        self._report_refusal = report_refusal
         self.pending = self.routed = self.refused = self.overloaded = self.late = 0
 
     def request(
@@ -125,7 +125,7 @@ class Calls:
             self._take_back(client, server, entries, Status.UNAVAILABLE, TOO_LARGE)
             return
         share = self._share(client, server)
-        refused = is_large(raw) and self.memory_full()
+        refused = is_large(raw) and self._memory_full()
         if not refused and share.admit(raw):
             self._emit(SendCalls(server.peer.id, raw, (server.id, entries[0].call), share))
             return
@@ -137,12 +137,13 @@ class Calls:
             waiting = share.bytes
             text = f"{waiting} bytes of this link's calls, {share.all.bytes} of all links, {OVERLOADED}"
         self._take_back(client, server, entries, Status.OVERLOADED, text, waiting_bytes=waiting)
+        self._report_refusal(client.peer, "calls", text)
 
     def _share(self, client: ClientRecord, server: ServiceRecord) -> CallShare:
         """Return the count of the client's requests that wait for the server."""
         queued = server.peer.queued_calls
         if queued is None:
-            queued = server.peer.queued_calls = self._queued()
+            queued = server.peer.queued_calls = QueuedCalls(*self._max_queued)
         return queued.share(client.peer.id)
 
     def _take_back(

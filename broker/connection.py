@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from typing import TYPE_CHECKING, Any, Final
 
@@ -63,7 +62,6 @@ class Connection:
         self._statistics = statistics
         self._instance = instance
         self._sessions = sessions
-        self._warnings = dispatcher.presence_log.warnings
         options, budget = dispatcher.options, dispatcher.budget
         assert budget is not None
         self.channel = BudgetedChannel(
@@ -88,8 +86,8 @@ class Connection:
         self._dispatcher.open(link)
         by_socket_file = link.origin.address is None
         if by_socket_file and not (self._dispatcher.options.insecure or is_same_user(channel.extra_info)):
-            if self._warnings.admits("connections from other users"):
-                logger.warning("Refused a connection from another user of this machine")
+            text = "Refused a connection from another user of this machine"
+            self._dispatcher.warnings.warn("connections from other users", text)
             link.refuse(ErrorCode.UNAUTHORIZED, OTHER_USER)
 
     def frame_received(self, frame: frames.Frame) -> None:
@@ -127,8 +125,8 @@ class Connection:
             self._dispatcher.leave(self._link)
         elif isinstance(frame, frames.Error):
             text = peer_text(frame.text)
-            if self._warnings.admits("links closed by their clients"):
-                logger.warning("%s closed its link: %s", self._link, text)
+            reason = "links closed by their clients"
+            self._dispatcher.warnings.warn(reason, "%s closed its link: %s", self._link, text)
             self._dispatcher.note_ending(self._link, f"it closed its link: {text}")
             self.channel.close()
         elif isinstance(frame, frames.Inspect):
@@ -191,10 +189,11 @@ class Connection:
     def failed(self, error: ProtocolError) -> None:
         """ChannelHandler: the peer broke the protocol or a limit."""
         reason = peer_text(str(error))
-        quiet = error.code is ErrorCode.NAME_TAKEN  # it tries again
-        if quiet or self._warnings.admits(f"links closed with {error.code.name}"):
-            level = logging.DEBUG if quiet else logging.WARNING
-            logger.log(level, "Closing %s: %s: %s", self._link, error.code.name, reason)
+        line = "Closing %s: %s: %s", self._link, error.code.name, reason
+        if error.code is ErrorCode.NAME_TAKEN:  # it tries again
+            logger.debug(*line)
+        else:
+            self._dispatcher.warnings.warn(f"links closed with {error.code.name}", *line)
         self._dispatcher.note_ending(self._link, f"{error.code.name}: {reason}")
         # The connection may last until the peer has read the reason, but its nodes leave the graph before.
         # Not at once: this may be called during deliveries.
@@ -205,8 +204,8 @@ class Connection:
         link = self._link
         if is_tls_error(error):
             reason = describe(error)
-            if not link.session and self._warnings.admits("failures of TLS"):
-                logger.warning("Closing %s: TLS: %s", link, reason)
+            if not link.session:
+                self._dispatcher.warnings.warn("failures of TLS", "Closing %s: TLS: %s", link, reason)
             self._dispatcher.note_ending(link, f"TLS: {reason}")
         self._dispatcher.note_ending(
             link, "connection lost" if error is None else f"connection lost: {error}"

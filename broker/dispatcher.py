@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from broker.access.errors import Unauthorized
 from broker.graph import WatchCount
-from broker.link import logger
 from broker.machine_memory import memory_bytes, resident_bytes
 from broker.memory_guard import MemoryGuard
 from broker.reports import Reports
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from broker.deliveries import Delivery
     from broker.link import Link
     from broker.options import BrokerOptions
+    from broker.peer_warnings import PeerWarnings
     from broker.presence_log import PresenceLog
     from proto.aio.read_budget import ReadBudget
 
@@ -38,6 +38,7 @@ class Dispatcher:
         capacity: How many links it may have.
         admission: Which of them come in, and whose they are.
         presence_log: Logs which nodes and endpoints come and go.
+        warnings: Logs what else peers cause.
 
     Attributes:
         links: All links.
@@ -56,17 +57,23 @@ class Dispatcher:
     """
 
     def __init__(
-        self, options: BrokerOptions, capacity: Capacity, admission: Admission, presence_log: PresenceLog
+        self,
+        options: BrokerOptions,
+        capacity: Capacity,
+        admission: Admission,
+        presence_log: PresenceLog,
+        warnings: PeerWarnings,
     ) -> None:
         self.options = options
         self.capacity = capacity
         self.admission = admission
         self.presence_log = presence_log
+        self.warnings = warnings
         self._limits = _router_limits(options)
         self.links: dict[Link, None] = {}
         self.handshaking: dict[Link, None] = {}
         self.joined: dict[Router, dict[int, Link]] = {}
-        self.reassembly = ReassemblyTotal(options.max_total_reassembly_bytes)
+        self.reassembly = ReassemblyTotal(options.max_total_reassembly_bytes, self._warn_of_discarded)
         self.partial: dict[Link, None] = {}
         self.latched = ByteTotal()
         self.memory = MemoryGuard(
@@ -89,8 +96,7 @@ class Dispatcher:
         refusal = self.capacity.refusal if len(self.links) > self.capacity.most else too_many
         if refusal:
             self.capacity.refused += 1
-            if self.presence_log.warnings.admits(refusal):
-                logger.warning("Refused a connection from %s: %s", link.address, refusal)
+            self.warnings.warn(refusal, "Refused a connection from %s: %s", link.address, refusal)
             link.refuse(ErrorCode.LIMIT, refusal)
 
     def close(self, link: Link) -> None:
@@ -120,8 +126,8 @@ class Dispatcher:
         try:
             link.principal = self.admission.identify(link.origin, token, now)
         except Unauthorized as error:
-            if self.presence_log.warnings.admits("connections without valid credentials"):
-                logger.warning("Refused a connection from %s: %s", link.address, error)
+            reason = "connections without valid credentials"
+            self.warnings.warn(reason, "Refused a connection from %s: %s", link.address, error)
             if error.late:  # the periodic check answers
                 link.rejected = str(error)
             else:
@@ -168,16 +174,27 @@ class Dispatcher:
                 report=lambda endpoint, reason: self.presence_log.log_change(
                     domain, joined.get(endpoint.peer.id), endpoint, reason
                 ),
+                report_refusal=lambda peer, what, text: self.warnings.warn(
+                    f"refused {what}", "Refused %s of %s: %s", what, joined.get(peer.id), text
+                ),
+                latched=self.latched,
+                memory_full=lambda: self.memory.full,
             )
-            router.refusals.on_limit = lambda peer, text: self._warn_of_limit(joined.get(peer.id), text)
-            router.latched = self.latched
-            router.calls.memory_full = lambda: self.memory.full
             self.joined[router] = joined
         return router
 
-    def _warn_of_limit(self, link: Link | None, text: str) -> None:
-        if self.presence_log.warnings.admits("declarations and watches beyond a limit"):
-            logger.warning("Refused a declaration or watch of %s: %s", link, text)
+    def _warn_of_discarded(self) -> None:
+        text = "Discarded a large message because the broker holds too much (--max-broker-bytes)"
+        self.warnings.warn("discarded large messages", text)
+
+    def report_omitted(self, *, at_once: bool = False) -> None:
+        """Log how many lines about peers were not logged, if there are any.
+
+        Args:
+            at_once: Whether to ignore the limits, because the broker ends.
+        """
+        self.presence_log.report_omitted(at_once=at_once)
+        self.warnings.report_omitted(at_once=at_once)
 
     def leave(self, link: Link) -> None:
         """Remove a link from its graph, and close it."""
@@ -208,8 +225,8 @@ class Dispatcher:
 
     def suspend(self, link: Link, router: Router, now: float) -> None:
         """Remove a silent link's endpoints from the graph until something arrives on it again."""
-        if self.presence_log.warnings.admits("suspended links"):
-            logger.warning("%s has been silent for %.1f s: suspended", link, now - link.liveness.last_seen_at)
+        silent = now - link.liveness.last_seen_at
+        self.warnings.warn("suspended links", "%s has been silent for %.1f s: suspended", link, silent)
         link.suspended_at = now
         self.deliver(router, router.suspend(link.peer))
         self.reports.report_soon()
@@ -218,8 +235,7 @@ class Dispatcher:
         """Put the endpoints of a suspended link back into the graph, because something has arrived on it."""
         link.suspended_at = None
         if link.router is not None:
-            if self.presence_log.warnings.admits("links that are back"):
-                logger.warning("%s is back", link)
+            self.warnings.warn("links that are back", "%s is back", link)
             self.deliver(link.router, link.router.restore(link.peer))
             self.reports.report_soon()
 
@@ -291,9 +307,11 @@ class Dispatcher:
 
 
 def _router_limits(options: BrokerOptions) -> RouterLimits:
-    same = {each.name: getattr(options, each.name) for each in fields(RouterLimits)}
+    own = "max_keep_all_queue_bytes"
+    same = {each.name: getattr(options, each.name) for each in fields(RouterLimits) if each.name != own}
     # One more message than may wait for a peer fits into its queues.
-    return replace(RouterLimits(**same), max_queue_bytes=options.max_queue_bytes + options.max_message_bytes)
+    most = options.max_queue_bytes + options.max_message_bytes
+    return RouterLimits(**same, max_keep_all_queue_bytes=most)
 
 
 def _held_partly(link: Link) -> int:

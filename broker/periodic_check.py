@@ -28,14 +28,6 @@ often. Its client should still be waiting for the answer."""
 RETURN_PERIOD_SEC: Final = 10.0
 """Freed memory is returned to the system at most once in this time, as it stops all else for milliseconds."""
 
-REPORT_PERIOD_SEC: Final = 10.0
-"""Refusals are logged at most once in this time, with their number."""
-
-_REFUSALS: Final = (
-    "%d calls were refused because too much waited for their server (--max-queued-call-bytes)",
-    "%d large messages were discarded because the broker held too much (--max-broker-bytes)",
-)
-
 
 class PeriodicCheck:
     """Checks the links of one run of a broker; one task for all of them.
@@ -49,9 +41,7 @@ class PeriodicCheck:
         self._dispatcher = dispatcher
         self._lag = lag
         self._next_round = 0.0
-        self._next_report = 0.0
         self._next_return = 0.0
-        self._reported = (0,) * len(_REFUSALS)
 
     @property
     def _options(self) -> BrokerOptions:
@@ -73,7 +63,7 @@ class PeriodicCheck:
                 self._check(now)
                 self._dispatcher.flush()
                 self._return_memory(now)
-                self._dispatcher.presence_log.report_omitted()
+                self._dispatcher.report_omitted()
 
     def _check(self, now: float) -> None:
         """Check the links that something relies on, or all during a stop; the other links in rounds."""
@@ -82,7 +72,7 @@ class PeriodicCheck:
             lines, deliveries = router.check_stalls(now)
             dispatcher.deliver(router, deliveries)
             for line in lines:
-                logger.warning("%s", line)
+                dispatcher.warnings.warn("stalled subscriptions", "%s", line)
         all_due = dispatcher.draining or any(router.graph.watched for router in dispatcher.joined)
         due = dict(dispatcher.handshaking)
         for router, joined in dispatcher.joined.items():
@@ -94,8 +84,6 @@ class PeriodicCheck:
                 router.routes.prune(at_least=0)
             due.update((each, None) for each in dispatcher.links if all_due or each.check_at <= now)
         self._check_partial(now)
-        if now >= self._next_report:
-            self._report_refusals(now)
         for link in due:
             try:
                 self.check_link(link, now, all_due=all_due)
@@ -121,17 +109,6 @@ class PeriodicCheck:
                 text = f"a message is incomplete, and no part of it has arrived for {limit:g} s"
                 link.fail(ErrorCode.TIMEOUT, f"{text} (the broker's --reassembly-timeout-sec)")
                 reassembler.clear()
-
-    def _report_refusals(self, now: float) -> None:
-        """Log what has been refused since the last report; what ends a link is logged at once."""
-        calls = sum(router.calls.overloaded for router in self._dispatcher.joined)
-        counts = calls, self._dispatcher.reassembly.refused
-        if counts != self._reported:
-            self._next_report = now + REPORT_PERIOD_SEC
-            for text, count, before in zip(_REFUSALS, counts, self._reported, strict=True):
-                if count > before:
-                    logger.warning(text, count - before)
-            self._reported = counts
 
     def check_link(self, link: Link, now: float, *, all_due: bool) -> None:
         """Check one link's handshake, keepalive and suspension.

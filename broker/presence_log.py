@@ -30,15 +30,11 @@ class PresenceLog:
     Args:
         level: Level for nodes that are not hidden; everything else is logged at debug.
         clock: Returns the time in seconds.
-
-    Attributes:
-        warnings: Limits the warnings about links.
     """
 
     def __init__(self, level: int, clock: Callable[[], float]) -> None:
         self._level = level
         self._limit = LimitedLog(self._log_omitted, clock, max_lines=MAX_LINES_PER_SEC, period_sec=1.0)
-        self.warnings = LimitedLog(_warn_of_omitted, clock)
 
     def log_change(self, domain: int, link: Link | None, endpoint: Endpoint, reason: str | None) -> None:
         """Log that an endpoint has come or gone.
@@ -69,18 +65,13 @@ class PresenceLog:
             logger.log(level, "Node %s %s (%s): %s", endpoint.name, "died" if died else "left", place, reason)
 
     def report_omitted(self, *, at_once: bool = False) -> None:
-        """Log how many changes and warnings were not logged, if there are any.
+        """Log how many changes were not logged, if there are any.
 
         Args:
             at_once: Whether to ignore the limit, because the broker ends.
         """
         self._limit.report_omitted(at_once=at_once)
-        self.warnings.report_omitted(at_once=at_once)
 
     def _log_omitted(self, omitted: int, _reason: str) -> None:
         text = "… and %d more changes: nodes come and go faster than they are logged"
         logger.log(self._level, text, omitted)
-
-
-def _warn_of_omitted(omitted: int, reason: str) -> None:
-    logger.warning("… and %d more like this: %s", omitted, reason)

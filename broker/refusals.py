@@ -13,17 +13,18 @@ if TYPE_CHECKING:
 class Refusals:
     """Declarations and watches that a limit has refused.
 
+    Args:
+        report: See `Router`.
+
     Attributes:
         count: How many.
-        on_limit: Called with the peer and the text for each.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, report: Callable[[Peer, str, str], None]) -> None:
         self.count = 0
-        self.on_limit: Callable[[Peer, str], None] | None = None
+        self._report = report
 
     def add(self, peer: Peer, text: str) -> None:
         """Count a refusal, and have it logged."""
         self.count += 1
-        if self.on_limit is not None:
-            self.on_limit(peer, text)
+        self._report(peer, "declarations and watches", text)

@@ -5,7 +5,6 @@ One router is one graph. It knows the peers and gives each frame to the part tha
 
 from __future__ import annotations
 
-from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, get_args
 
@@ -27,7 +26,6 @@ from proto import frames
 from proto.codes import NoticeKind
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import ByteTotal
-from proto.queued_calls import QueuedCalls
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,6 +41,10 @@ DEFAULT_LIMITS: Final = RouterLimits()
 WAS_SILENT: Final = "This node was silent for the keepalive limit; until now the graph was without it"
 
 
+def _ignore(*_: object) -> None:
+    """Report nothing."""
+
+
 class Router:
     """One graph: its peers, and everything they have declared.
 
@@ -52,12 +54,14 @@ class Router:
         watches: The kept watches of all graphs of the broker, and their limit; None for its own.
         report: For logs. Called with each endpoint and None when it is declared, and with the reason when it
             is removed; "" if its connection has ended.
+        report_refusal: For logs. Called with a peer, what of it a limit has refused (plural), and why.
+        latched: Counts the bytes of latched messages, possibly of several graphs; None for its own.
+        memory_full: Returns whether large calls are refused because the broker holds too much.
 
     Attributes:
         domain: The same number.
         relied_on: Ids of the peers to check closely: others are matched with them, wait for their answers, or
             have asked for the graph.
-        latched: Counts the bytes of latched messages, possibly of several graphs.
         refusals: What limits have refused.
         routes, topics, calls, services, graph, declarations: The parts.
     """
@@ -68,28 +72,26 @@ class Router:
         domain: int = 0,
         limits: RouterLimits = DEFAULT_LIMITS,
         watches: WatchCount | None = None,
-        report: Callable[[Endpoint, str | None], None] | None = None,
+        report: Callable[[Endpoint, str | None], None] = _ignore,
+        report_refusal: Callable[[Peer, str, str], None] = _ignore,
+        latched: ByteTotal | None = None,
+        memory_full: Callable[[], bool] = bool,
     ) -> None:
         self.domain = domain
         self.relied_on: set[int] = set()
-        self.latched = ByteTotal()
+        self._latched = latched or ByteTotal()
         self._out: list[Delivery] = []
         self._peer_ids = count(1)
         self._peers: dict[int, Peer] = {}
         self._instances: dict[bytes, Peer] = {}
         self._notices = Notices(self._emit)
         stalls = Stalls(stall_sec=limits.keep_all_stall_sec, max_sec=limits.keep_all_stall_max_sec)
-        self.routes = Routes(self._emit, max_queue_bytes=limits.max_queue_bytes)
+        self.routes = Routes(self._emit, max_keep_all_queue_bytes=limits.max_keep_all_queue_bytes)
         self._assertions = Assertions(self._emit, self.routes)
         self.topics = Topics(self._emit, self._notices, self.routes, stalls)
-        self.calls = Calls(
-            self._emit,
-            max_pending=limits.max_pending_calls,
-            max_bytes=limits.max_message_bytes,
-            queued=partial(QueuedCalls, limits.max_queued_call_bytes, limits.max_bulk_bytes),
-        )
+        self.calls = Calls(self._emit, limits, memory_full, report_refusal)
         self.services = Services(self._notices, self.calls)
-        self.refusals = Refusals()
+        self.refusals = Refusals(report_refusal)
         self.graph = Graph(self._emit, watches or WatchCount(), self.refusals)
         self.declarations = Declarations(
             self._emit,
@@ -99,7 +101,7 @@ class Router:
             services=self.services,
             graph=self.graph,
             replace_peer=self._replace_peer,
-            report=report or _ignore,
+            report=report,
         )
         self._handlers = self._handler_table()
 
@@ -168,7 +170,7 @@ class Router:
             token,
             relied_on=self.relied_on,
             principal=principal,
-            all_latched=self.latched,
+            all_latched=self._latched,
         )
         self._peers[peer.id] = peer
         old = self._instances.get(instance)
@@ -285,7 +287,3 @@ class Router:
 
 def _user(peer: Peer) -> str | None:
     return None if peer.principal is None else peer.principal.user
-
-
-def _ignore(_endpoint: Endpoint, _reason: str | None) -> None:
-    """Report nothing."""

@@ -24,7 +24,7 @@ class RouterLimits:
     """Different type definitions that one peer may declare."""
     max_definition_bytes: int = 4 * _MIB
     """Their size."""
-    max_queue_bytes: int = 128 * _MIB
+    max_keep_all_queue_bytes: int = 128 * _MIB
     """Bytes that may wait in one queue for a KEEP_ALL subscription that granted credit."""
     max_queued_call_bytes: int = 8 * _MIB
     """Bytes of requests from one peer that may wait for one server's peer."""

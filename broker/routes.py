@@ -32,7 +32,7 @@ class Routes:
 
     Args:
         emit: Takes each delivery.
-        max_queue_bytes: Bytes that may wait in one publisher queue for a KEEP_ALL subscription.
+        max_keep_all_queue_bytes: Bytes that may wait in one publisher queue for a KEEP_ALL subscription.
 
     Attributes:
         reader_credit: The limits of the routes from KEEP_LAST publishers to KEEP_ALL subscriptions.
@@ -43,9 +43,9 @@ class Routes:
         latched_dropped: Latched messages dropped because too many bytes were latched.
     """
 
-    def __init__(self, emit: Callable[[Delivery], None], *, max_queue_bytes: int) -> None:
+    def __init__(self, emit: Callable[[Delivery], None], *, max_keep_all_queue_bytes: int) -> None:
         self._emit = emit
-        self._max_queue_bytes = max_queue_bytes
+        self._max_keep_all_queue_bytes = max_keep_all_queue_bytes
         self._publishers: dict[int, PublisherRecord] = {}
         self._departed = DepartedQueues()
         self._attachments = AttachmentFrames(emit)
@@ -215,7 +215,7 @@ class Routes:
         for route in routes.values():
             queue = route.queue
             self._emit(Enqueue(route.peer.id, queue, batch))
-            if queue.depth is None and queue.pending_bytes > self._max_queue_bytes:
+            if queue.depth is None and queue.pending_bytes > self._max_keep_all_queue_bytes:
                 self._overflow(publisher, route)
 
     def _overflow(self, publisher: PublisherRecord, route: Route) -> None:

@@ -24,6 +24,7 @@ from broker.dispatcher import Dispatcher
 from broker.drain import Drain
 from broker.listening import Listener, listen
 from broker.options import BrokerOptions
+from broker.peer_warnings import PeerWarnings
 from broker.periodic_check import PeriodicCheck
 from broker.presence_log import PresenceLog
 from broker.stats import Statistics
@@ -83,7 +84,8 @@ class Broker:
         )
         capacity = Capacity(options.max_connections)
         presence_log = PresenceLog(self._node_log_level, self._now)
-        self._dispatcher = Dispatcher(options, capacity, admission, presence_log)
+        warnings = PeerWarnings(self._now)
+        self._dispatcher = Dispatcher(options, capacity, admission, presence_log, warnings)
         self._statistics = Statistics(self.instance.hex(), self._dispatcher)
         drop_in_children(self._dispatcher)
 
@@ -231,7 +233,7 @@ class Broker:
                 link.channel.abort()
             for link in links:
                 dispatcher.leave(link)  # not only when its end is noticed: the broker may run again by then
-            dispatcher.presence_log.report_omitted(at_once=True)
+            dispatcher.report_omitted(at_once=True)
             self._listener = None
             self._entered = False
             await self._stop_check()

@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import mmap
 import sys
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from proto import limits
 from proto.codec import encode_head
 from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import Abort, Buffer, Fragment
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 _OPCODE_AT: Final = limits.PREFIX_BYTES + 1
 _BATCH: Final = bytes([Op.BATCH])
@@ -120,6 +123,7 @@ class ReassemblyTotal(ByteTotal):
 
     Args:
         max_bytes: How much that may be; the owner sees to it.
+        on_refused: Called for each frame discarded.
 
     Attributes:
         bytes: How much that is.
@@ -127,13 +131,20 @@ class ReassemblyTotal(ByteTotal):
         refused: Frames discarded.
     """
 
-    __slots__ = ("max_bytes", "refused", "refusing")
+    __slots__ = ("_on_refused", "max_bytes", "refused", "refusing")
 
-    def __init__(self, max_bytes: int = sys.maxsize) -> None:
+    def __init__(self, max_bytes: int = sys.maxsize, on_refused: Callable[[], None] | None = None) -> None:
         super().__init__()
+        self._on_refused = on_refused
         self.max_bytes = max_bytes
         self.refusing = False
         self.refused = 0
+
+    def refuse(self) -> None:
+        """Count a frame that is discarded."""
+        self.refused += 1
+        if self._on_refused is not None:
+            self._on_refused()
 
 
 class _Partial:
@@ -213,7 +224,7 @@ class Reassembler:
                 and fragment.more
                 and fragment.payload[_OPCODE_AT : _OPCODE_AT + 1] == _BATCH
             ):
-                self._total.refused += 1
+                self._total.refuse()
                 self._refused.add(fragment.transfer)
                 return None
             partial = self._open[fragment.transfer] = _Partial(fragment.total)

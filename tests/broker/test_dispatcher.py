@@ -13,6 +13,7 @@ from broker.dispatcher import Dispatcher
 from broker.link import Link
 from broker.memory_guard import MUCH_BYTES
 from broker.options import BrokerOptions
+from broker.peer_warnings import PeerWarnings
 from broker.periodic_check import PeriodicCheck
 from broker.presence_log import PresenceLog
 from proto.aio.budgeted_channel import BudgetedChannel
@@ -35,7 +36,9 @@ async def test_a_link_that_is_closing_counts_nothing_that_is_gone() -> None:
     """A queue discarded between the end of the channel and that of the link leaves no bytes in the outbox."""
     options = BrokerOptions()
     admission = Admission(None, max_per_address=10, plain_tokens=False)
-    dispatcher = Dispatcher(options, Capacity(10), admission, PresenceLog(10, lambda: 0.0))
+    dispatcher = Dispatcher(
+        options, Capacity(10), admission, PresenceLog(10, lambda: 0.0), PeerWarnings(lambda: 0.0)
+    )
     loop = asyncio.get_running_loop()
     channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
     channel.connected = True
@@ -57,7 +60,9 @@ async def test_a_link_that_was_closed_after_its_handshake_may_read_the_reason(
     """The handshake's deadline is not for it, however old it is: unsent bytes are not discarded."""
     options = BrokerOptions()
     admission = Admission(None, max_per_address=10, plain_tokens=False)
-    dispatcher = Dispatcher(options, Capacity(10), admission, PresenceLog(10, lambda: 0.0))
+    dispatcher = Dispatcher(
+        options, Capacity(10), admission, PresenceLog(10, lambda: 0.0), PeerWarnings(lambda: 0.0)
+    )
     loop = asyncio.get_running_loop()
     channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
     aborted: list[bool] = []
@@ -79,7 +84,9 @@ async def test_memory_is_returned_after_a_link_that_held_much(
     monkeypatch.setattr("broker.periodic_check.return_memory", lambda: returned.append(True))
     options = BrokerOptions()
     admission = Admission(None, max_per_address=10, plain_tokens=False)
-    dispatcher = Dispatcher(options, Capacity(10), admission, PresenceLog(10, lambda: 0.0))
+    dispatcher = Dispatcher(
+        options, Capacity(10), admission, PresenceLog(10, lambda: 0.0), PeerWarnings(lambda: 0.0)
+    )
     loop = asyncio.get_running_loop()
     channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
     link = Link(channel, options, 0.0)

@@ -13,6 +13,7 @@ from broker.access.admission import Admission
 from broker.capacity import Capacity
 from broker.dispatcher import Dispatcher
 from broker.link import Link
+from broker.peer_warnings import PeerWarnings
 from broker.periodic_check import PeriodicCheck
 from broker.presence_log import PresenceLog
 from proto import frames
@@ -98,6 +99,7 @@ async def test_a_link_whose_bytes_wait_is_not_silent(waiting: bool) -> None:
         Capacity(10),
         Admission(None, max_per_address=10, plain_tokens=False),
         PresenceLog(10, lambda: 0.0),
+        PeerWarnings(lambda: 0.0),
     )
     loop = asyncio.get_running_loop()
     channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
