@@ -98,7 +98,9 @@ class Link:
         self.fail(ErrorCode.LIMIT, text)
 
     def refuse(self, code: ErrorCode, text: str) -> None:
-        """Send ERROR to a peer without a session, and close; the refusal is not logged here."""
+        """Send ERROR to a peer without a session, and close, once; the refusal is not logged here."""
+        if not self.channel.connected:
+            return
         self.channel.send(frames.Error(code, text))
         self.channel.flush()
         self.channel.close()

@@ -97,3 +97,23 @@ async def test_memory_is_returned_after_a_link_that_held_much(
     for second in range(3):
         check._return_memory(100.0 + second)
     assert len(returned) == times
+
+
+async def test_a_late_rejection_is_sent_once() -> None:
+    """Case 32: a peer that does not read its refusal gets it once, however often it is checked."""
+    options = BrokerOptions()
+    admission = Admission(None, max_per_address=10, plain_tokens=False)
+    dispatcher = Dispatcher(
+        options, Capacity(10), admission, PresenceLog(10, lambda: 0.0), PeerWarnings(lambda: 0.0)
+    )
+    loop = asyncio.get_running_loop()
+    channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
+    channel.connected = True
+    link = Link(channel, options, 0.0)
+    link.rejected = "it has no valid token"
+    check = PeriodicCheck(dispatcher, LoopLag())
+    check.check_link(link, 2.0, all_due=True)
+    sent = channel.outbox.urgent_bytes
+    for second in (2.5, 3.0, 4.0):
+        check.check_link(link, second, all_due=True)
+    assert channel.outbox.urgent_bytes == sent > 0
