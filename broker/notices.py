@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from broker.records import Endpoint
 
 MAX_NOTICES: Final = 16
-"""Mismatches reported one by one to an endpoint that is being matched; one more NOTICE of each kind counts
+"""Mismatches and stalls reported one by one to one endpoint at a time; one more NOTICE of each kind counts
 the others. Each of the counterparts gets its own NOTICE in any case."""
 
 
@@ -48,11 +48,11 @@ class Notices:
         self._changed: dict[Endpoint, None] = {}
 
     def begin(self, newcomer: Endpoint) -> None:
-        """Begin to match an endpoint that is new or back."""
+        """Begin to report to an endpoint about many others, as when it is new or back."""
         self._newcomer, self._reported = newcomer, 0
 
     def report(self, endpoint: Endpoint, kind: NoticeKind, text: str, policy: int = 0) -> None:
-        """Tell one endpoint of a pair about a mismatch."""
+        """Tell one endpoint of a pair about the other."""
         text = text[: limits.MAX_ERROR_TEXT]
         newcomer = endpoint is self._newcomer
         self._reported += newcomer
@@ -84,7 +84,7 @@ class Notices:
             self.report(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text if visible else hidden)
 
     def end(self) -> None:
-        """End the matching of the newcomer: report how many other mismatches there are."""
+        """End what `begin` has begun: report how many others there are."""
         assert self._newcomer is not None
         for notice in self._unreported.values():
             self._emit(Send(self._newcomer.peer.id, notice))

@@ -31,6 +31,11 @@ class Stalls:
         """Return for how many seconds a subscription may hold publishers back without a GRANT."""
         return min(max(self._stall_sec, subscription.stall_ms / 1000), self._max_sec)
 
+    def describe(self, subscription: SubscriptionRecord) -> str:
+        """Return what a stalled subscription has done, as the end of a sentence."""
+        seconds = self.limit_sec(subscription)
+        return f"has taken nothing for {seconds:g} s and held back its publishers; they wait no longer"
+
     def end(self, subscription: SubscriptionRecord) -> None:
         """Note that a subscription has granted credit."""
         self._since.pop(subscription, None)

@@ -219,27 +219,38 @@ class Topics:
         """
         if self._held:
             return []
-        return [self._suspend_credit(each) for each in self.stalls.check(self._routes.publishers(), now)]
+        stalled = self.stalls.check(self._routes.publishers(), now)
+        publishers: dict[PublisherRecord, list[SubscriptionRecord]] = {}
+        for subscription in stalled:
+            subscription.stalled = True
+            text = (
+                f"'{subscription.name}': this KEEP_ALL subscription {self.stalls.describe(subscription)}."
+                " It misses messages until it takes one: iterate it, give it a callback, destroy it, or"
+                " create it with a longer stall_timeout_sec"
+            )
+            self._notices.send(subscription, NoticeKind.STALLED, text)
+            for publisher in subscription.matched.values():
+                if publisher.waits_for_readers:
+                    publishers.setdefault(publisher, []).append(subscription)
+        for publisher, subscriptions in publishers.items():
+            self._suspend_credit(publisher, subscriptions)
+        return [
+            f"'{each.name}': the KEEP_ALL subscription of {each.node_name} {self.stalls.describe(each)}"
+            for each in stalled
+        ]
 
-    def _suspend_credit(self, subscription: SubscriptionRecord) -> str:
-        seconds = self.stalls.limit_sec(subscription)
-        what = f"has taken nothing for {seconds:g} s and held back its publishers; they wait no longer"
-        subscription.stalled = True
-        for publisher in subscription.matched.values():
-            if publisher.waits_for_readers:
-                publisher.credit.limits.remove(subscription.key)
-                self._update_credit(publisher)
-                self._routes.pause(publisher, subscription)
-                visible = publisher.peer.may(Action.SEE, subscription.node_name)
-                whose = f"the KEEP_ALL subscription of {subscription.node_name}" if visible else HIDDEN
-                text = f"'{subscription.name}': {whose} {what}"
-                self._notices.send(publisher, NoticeKind.STALLED, text)
-        text = (
-            f"'{subscription.name}': this KEEP_ALL subscription {what}. It misses messages until it takes"
-            " one: iterate it, give it a callback, destroy it, or create it with a longer stall_timeout_sec"
-        )
-        self._notices.send(subscription, NoticeKind.STALLED, text)
-        return f"'{subscription.name}': the KEEP_ALL subscription of {subscription.node_name} {what}"
+    def _suspend_credit(self, publisher: PublisherRecord, stalled: list[SubscriptionRecord]) -> None:
+        """Let a publisher no longer wait for stalled subscriptions, and tell it."""
+        self._notices.begin(publisher)
+        for subscription in stalled:
+            publisher.credit.limits.remove(subscription.key)
+            self._routes.pause(publisher, subscription)
+            visible = publisher.peer.may(Action.SEE, subscription.node_name)
+            whose = f"the KEEP_ALL subscription of {subscription.node_name}" if visible else HIDDEN
+            text = f"'{subscription.name}': {whose} {self.stalls.describe(subscription)}"
+            self._notices.report(publisher, NoticeKind.STALLED, text)
+        self._notices.end()
+        self._update_credit(publisher)
 
     def _resume(self, subscription: SubscriptionRecord) -> None:
         """Attach a stalled subscription again, from the current messages on."""
@@ -247,6 +258,7 @@ class Topics:
         for publisher in subscription.matched.values():
             if publisher.waits_for_readers:
                 self._attach(publisher, subscription)
+        self._routes.flush()  # a GRANT is followed by no report
 
     def confirm_credit(self, peer: Peer, frame: frames.Credit) -> None:
         """Note that a publisher has echoed a CREDIT.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from broker.notices import MAX_NOTICES
 from proto import frames, limits
 from proto.errors import ErrorCode, ProtocolError
 from tests.broker import frame_makers as make
@@ -308,3 +309,42 @@ def test_a_stalled_reader_keeps_a_limited_number_of_queues(monkeypatch: pytest.M
         switch._carry(deliveries)
     tally, _ = switch.router.routes.tallies()
     assert (tally.queued, tally.dropped) == (2, 3)
+
+
+def test_a_grant_after_a_stall_attaches_the_reader_at_once() -> None:
+    """§6.5.9: ATTACHED is part of what the GRANT itself causes; it waits for no report and no message."""
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window=1))
+    number = switch.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
+    switch.send(talker, make.batch(number, 0))
+    for now in (0.0, 61.0):
+        _, deliveries = switch.router.check_stalls(now)
+        switch._carry(deliveries)
+    switch.send(talker, make.batch(number, 1))
+    assert spans(switch, reader) == [(0, 1)]
+    switch._carry(switch.router.handle(reader, frames.Grant(1, number, 1, 0)))
+    (attached,) = switch.read(reader, frames.Attached)
+    assert (attached.publisher, attached.first_sequence) == (number, 2)
+    switch.send(talker, make.batch(number, 2))
+    assert spans(switch, reader) == [(2, 1)]
+
+
+def test_many_stalls_are_few_notices_and_one_credit() -> None:
+    """Case 44: a publisher of 100 stalled readers gets a limited number of NOTICEs, and one CREDIT."""
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    number = switch.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
+    for each in range(1, 101):
+        switch.send(reader, make.subscription(each, qos=make.KEEP_ALL, window=1 + each // 60))
+    switch.send(talker, make.batch(number, 0), make.batch(number, 1))
+    switch.read_all(talker)
+    for now in (0.0, 61.0):
+        lines, deliveries = switch.router.check_stalls(now)
+        switch._carry(deliveries)
+    assert len(lines) == 100
+    answers = switch.read_all(talker)
+    notices = [frame for frame in answers if isinstance(frame, frames.Notice)]
+    assert len(notices) == MAX_NOTICES + 1
+    assert notices[-1].peers == 100 - MAX_NOTICES
+    assert sum(isinstance(frame, frames.Credit) for frame in answers) == 1

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import actors
 from broker import BrokerOptions
+from proto.limited_log import MAX_LINES
 from tests.simulation.records import Note
 from tests.simulation.stage import Stage, play
 
@@ -105,3 +106,24 @@ def test_a_subscription_may_ask_for_more_time(caplog: pytest.LogCaptureFixture) 
         await task
 
     play(scene, options=BrokerOptions(keep_all_stall_sec=10, keep_all_stall_max_sec=100))
+
+
+def test_many_stalls_are_few_lines(caplog: pytest.LogCaptureFixture) -> None:
+    """Case 44: subscriptions that stall together cannot fill the broker's log."""
+
+    async def scene(stage: Stage) -> None:
+        talker, idle = await stage.enter("talker"), await stage.enter("idle")
+        for _ in range(30):
+            idle.create_subscription(Note, "red", qos=KEEP_ALL)
+        publisher = talker.create_publisher(Note, "red", KEEP_ALL)
+        await stage.until(lambda: publisher.get_subscription_count() == 30)
+        for number in range(COUNT):
+            if not number % 500:
+                await publisher.ready(timeout_sec=1000)
+            publisher.publish(Note(number=number))
+        await asyncio.sleep(15)
+
+    play(scene, options=BrokerOptions(keep_all_stall_sec=10))
+    lines = [each.getMessage() for each in caplog.records if each.name == "callboard.broker"]
+    assert sum("has taken nothing" in line for line in lines) == MAX_LINES
+    assert f"… and {30 - MAX_LINES} more like this: stalled subscriptions" in lines
