@@ -72,6 +72,7 @@ class Connection:
             reassembler=Reassembler(
                 options.max_message_bytes, dispatcher.max_reassembly_bytes, dispatcher.reassembly
             ),
+            received=dispatcher.received,
         )
         self._link = Link(self.channel, options, loop.time())
         self._inspects: list[int] = []

@@ -46,6 +46,7 @@ class Dispatcher:
         joined: By router, the links of its graph, by peer.
         reassembly: The bytes of incomplete messages of all links.
         latched: The bytes of latched messages of all links.
+        received: The buffers of received bytes and for TLS of all links.
         memory: What all links hold.
         partial: Links that have, or had, incomplete messages.
         max_reassembly_bytes: Bytes of incomplete messages of one link.
@@ -76,8 +77,11 @@ class Dispatcher:
         self.reassembly = ReassemblyTotal(options.max_total_reassembly_bytes, self._warn_of_discarded)
         self.partial: dict[Link, None] = {}
         self.latched = ByteTotal()
+        self.received = ByteTotal()
         self.memory = MemoryGuard(
-            options.max_broker_bytes or memory_bytes() // 2, resident_bytes, self.reassembly, self.latched
+            options.max_broker_bytes or memory_bytes() // 2,
+            resident_bytes,
+            (self.reassembly, self.latched, self.received),
         )
         self.max_reassembly_bytes = max(options.max_reassembly_bytes, options.max_message_bytes)
         self.draining = False

@@ -1,6 +1,7 @@
 """Counts the memory that a broker holds for all its links, and frees some when it is too much.
 
-It counts what waits for links, latched messages and incomplete messages. A message that waits for many links
+It counts what waits for links, latched messages, incomplete messages, and the buffers of received bytes that
+wait for their turn, of large frames that are incomplete, and of TLS. A message that waits for many links
 counts for each of them, so nothing is refused before the process really uses too much memory, too.
 The order, for a limit of `max_bytes`:
 
@@ -31,8 +32,7 @@ class MemoryGuard:
     Args:
         max_bytes: The limit.
         resident: Returns the memory that the process uses, or None if that is unknown.
-        reassembly: The bytes of incomplete messages.
-        latched: The bytes of latched messages.
+        totals: The bytes of incomplete messages, of latched messages, and of buffers for received bytes.
 
     Attributes:
         freed: Whether links that held at least `MUCH_BYTES` have ended; the periodic check resets it.
@@ -45,8 +45,7 @@ class MemoryGuard:
         self,
         max_bytes: int,
         resident: Callable[[], int | None],
-        reassembly: ReassemblyTotal,
-        latched: ByteTotal,
+        totals: tuple[ReassemblyTotal, ByteTotal, ByteTotal],
     ) -> None:
         self.max_bytes = max_bytes
         self.queued_bytes = 0
@@ -55,20 +54,19 @@ class MemoryGuard:
         self._enough = max_bytes - max_bytes // 8
         self._check_above = self._enough
         self._resident = resident
-        self._reassembly = reassembly
-        self._latched = latched
+        self._reassembly, self._latched, self._received = totals
         self._closing: Link | None = None
 
     @property
     def held_bytes(self) -> int:
         """Bytes held in all."""
-        return self.queued_bytes + self._reassembly.bytes + self._latched.bytes
+        return self.queued_bytes + self._reassembly.bytes + self._latched.bytes + self._received.bytes
 
     @property
     def needs_relief(self) -> bool:
         """Whether to call `relieve`."""
         # Not `held_bytes`: this is asked after every read.
-        held = self.queued_bytes + self._reassembly.bytes + self._latched.bytes
+        held = self.queued_bytes + self._reassembly.bytes + self._latched.bytes + self._received.bytes
         return held > self._check_above or self.full
 
     def count(self, link: Link) -> None:
@@ -123,4 +121,5 @@ class MemoryGuard:
 def _memory(link: Link) -> int:
     """Return what is held for a link: what waits for it, and what it has sent."""
     peer = None if link.router is None else link.router.peer(link.peer)
-    return link.held_bytes + link.channel.reassembler.held_bytes + (0 if peer is None else peer.latched_bytes)
+    received = link.channel.reassembler.held_bytes + link.channel.held_bytes
+    return link.held_bytes + received + (0 if peer is None else peer.latched_bytes)

@@ -160,8 +160,9 @@ class BrokerOptions:
     )
     max_broker_bytes: int = _option(
         0,
-        "bytes of all messages and calls that wait, are latched or incomplete; beyond it some are refused or"
-        " dropped; 0 is half of the memory of the machine or its container",
+        "bytes of all messages and calls that wait, are latched or incomplete, and of buffers for received"
+        " bytes and TLS; beyond it some are refused or dropped; 0 is half of the memory of the machine or its"
+        " container",
         0,
         2**50,
     )

@@ -178,7 +178,7 @@ class Broker:
                 return channel
             from proto.aio.tls_transport import TlsTransport  # noqa: PLC0415 - few brokers use TLS
 
-            return TlsTransport(channel, self._tls, loop=loop, budget=budget)
+            return TlsTransport(channel, self._tls, loop=loop, budget=budget, received=dispatcher.received)
 
         statistics.started_at = loop.time()
         self._listener = await listen(self.options, connect, backlog=dispatcher.capacity.backlog)

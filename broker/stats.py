@@ -71,6 +71,7 @@ class Statistics:
             urgent_bytes=sum(outbox.urgent_bytes for outbox in outboxes),
             ordered_bytes=sum(outbox.ordered_bytes for outbox in outboxes),
             reassembly_bytes=dispatcher.reassembly.bytes,
+            received_bytes=dispatcher.received.bytes,
             held_bytes=dispatcher.memory.held_bytes,
             refused_messages=dispatcher.reassembly.refused,
             closed_for_memory=dispatcher.memory.closed,

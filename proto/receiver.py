@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Final
 from proto import frames, limits
 from proto.codec import BIN_32
 from proto.errors import ErrorCode, ProtocolError
+from proto.fragments import ByteTotal
 
 if TYPE_CHECKING:
     from proto.codec import Decoder
@@ -52,10 +53,12 @@ class Receiver:
         scratch: `SCRATCH_BYTES` bytes to read into, possibly shared with other receivers.
         decoder: Decodes the frames, possibly shared with other receivers.
         reassembler: Joins the peer's fragments.
+        total: What several receivers hold in buffers of their own; None to count nothing with others.
 
     Attributes:
         has_unprocessed: Whether `next_frame` has received bytes to look at, more than the start of a large
             frame. If not, it would return None.
+        held_bytes: Size of the buffers that `keep` and large frames have; counted in `total`.
     """
 
     __slots__ = (
@@ -69,7 +72,9 @@ class Receiver:
         "_session",
         "_source",
         "_start",
+        "_total",
         "has_unprocessed",
+        "held_bytes",
     )
 
     def __init__(
@@ -78,11 +83,14 @@ class Receiver:
         scratch: memoryview,
         decoder: Decoder,
         reassembler: Reassembler,
+        total: ByteTotal | None = None,
     ) -> None:
         self._session = session
         self._scratch = scratch
         self._decoder = decoder
         self._reassembler = reassembler
+        self._total = total or ByteTotal()
+        self.held_bytes = 0
         self._source = scratch
         """Where the frames are read from: the scratch buffer, or a buffer made by `keep`."""
         self._start = self._end = 0
@@ -127,12 +135,18 @@ class Receiver:
         if self._source is self._scratch:
             self._source = memoryview(bytes(self._scratch[self._start : self._end]))
             self._start, self._end = 0, len(self._source)
+            self._hold(len(self._source) + (0 if self._own is None else len(self._own)))
+
+    def _hold(self, size: int) -> None:
+        self._total.bytes += size - self.held_bytes
+        self.held_bytes = size
 
     def discard(self) -> None:
         """Forget the received bytes, as the connection has ended."""
         self._source, self._start, self._end = self._scratch, 0, 0
         self._rest, self._own = b"", None
         self.has_unprocessed = False
+        self._hold(0)
 
     def next_frame(self) -> Frame | None:
         """Return the next frame that the session allows, or None if more bytes are needed.
@@ -177,6 +191,8 @@ class Receiver:
         else:
             self.has_unprocessed = False
             self._source = self._scratch
+            if self.held_bytes:
+                self._hold(0)
         return bytes(source[start:stop])
 
     def _check_size(self, size: int) -> None:
@@ -190,6 +206,7 @@ class Receiver:
         behind = self._filled - size
         self._own = None
         self.has_unprocessed = behind > 0
+        self._hold(0)
         self._source = self._scratch
         self._source[:behind] = own[size : self._filled]
         self._start, self._end = 0, behind
@@ -203,10 +220,12 @@ class Receiver:
         size, here = stop - start, end - start
         if size < _OWN_BYTES or here < size // _CLAIM_RATIO:
             self._rest = bytes(source[start:end])
+            self._hold(0)
             return
         own = self._own = memoryview(bytearray(size + _BEHIND_BYTES))
         own[:here] = source[start:end]
         self._filled = here
+        self._hold(len(own))
 
     def _reassemble(self, frame: Frame) -> Frame:
         """Handle a FRAGMENT or an ABORT; return the frame that it completes, or else itself."""

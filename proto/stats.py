@@ -118,6 +118,8 @@ class BrokerStats:
     """Control frames and latched messages that wait in order with messages."""
     reassembly_bytes: int = 0
     """Parts of large messages that links have not sent completely."""
+    received_bytes: int = 0
+    """Buffers of received bytes that wait for their turn or are the start of a large frame, and for TLS."""
     held_bytes: int = 0
     """All that counts for the broker's `max_broker_bytes`."""
     refused_messages: int = 0

@@ -25,7 +25,6 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "actors.node.node": "rclpy's surface, mostly docstrings",
     "actors.node.node.Node": "has rclpy's surface; its methods delegate",
     "actors.node.node.Node.__init__": "wires the node's parts",
-    "proto.aio.tls_transport.TlsTransport": "a transport and a protocol of asyncio at once",
     "proto.frames": "one table of all frames",
 }
 """Modules, functions and classes beyond a limit, by qualified name, and why."""

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from proto.aio.channel import ChannelHandler
     from proto.aio.read_budget import ReadBudget
-    from proto.fragments import Reassembler
+    from proto.fragments import ByteTotal, Reassembler
     from proto.session import Role
 
 CONTENDED_READ_BYTES: Final = 64 * 1024
@@ -32,6 +32,7 @@ class BudgetedChannel(Channel):
         loop: The event loop that owns the transport.
         budget: The budget.
         reassembler: Joins the fragments of the peer's large messages.
+        received: What all channels of the broker hold of received bytes.
 
     Attributes:
         waiting: Whether received bytes wait for the budget.
@@ -47,8 +48,9 @@ class BudgetedChannel(Channel):
         loop: asyncio.AbstractEventLoop,
         budget: ReadBudget,
         reassembler: Reassembler | None = None,
+        received: ByteTotal | None = None,
     ) -> None:
-        super().__init__(role, handler, loop=loop, reassembler=reassembler)
+        super().__init__(role, handler, loop=loop, reassembler=reassembler, received=received)
         self.waiting = False
         self._budget = budget
         self._until = 0.0
@@ -60,6 +62,12 @@ class BudgetedChannel(Channel):
     def kept_bytes(self) -> int:
         """Size of the buffer of received bytes that wait for the budget."""
         return 0 if self._receiver is None else self._receiver.kept_bytes
+
+    @property
+    def held_bytes(self) -> int:
+        """What is held of received bytes, without incomplete messages: kept, of a large frame, and by TLS."""
+        tls: int = self.extra_info("tls_bytes") or 0
+        return tls + (0 if self._receiver is None else self._receiver.held_bytes)
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
         """Called by asyncio."""

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 from proto import frames, limits
 from proto.codec import Decoder, encode
 from proto.errors import ProtocolError
-from proto.fragments import Reassembler
+from proto.fragments import ByteTotal, Reassembler
 from proto.outbox import Outbox
 from proto.receiver import PARTS, SCRATCH_BYTES, Receiver
 from proto.session import Role, Session, State
@@ -90,6 +90,7 @@ class Channel(asyncio.BufferedProtocol):
         handler: Gets the received frames and the events of the connection.
         loop: The event loop that owns the transport.
         reassembler: Joins the fragments of the peer's large messages; None for one with the default limits.
+        received: What several channels hold of received bytes; None to count nothing with others.
 
     Attributes:
         reassembler: As given, or made.
@@ -111,6 +112,7 @@ class Channel(asyncio.BufferedProtocol):
         "_loop",
         "_offered",
         "_reading_paused",
+        "_received",
         "_receiver",
         "_transport",
         "busy",
@@ -130,6 +132,7 @@ class Channel(asyncio.BufferedProtocol):
         *,
         loop: asyncio.AbstractEventLoop,
         reassembler: Reassembler | None = None,
+        received: ByteTotal | None = None,
     ) -> None:
         self.outbox = Outbox()
         self.reassembler = reassembler or Reassembler()
@@ -143,6 +146,7 @@ class Channel(asyncio.BufferedProtocol):
         # writelines of asyncio's own transports does not call pause_writing before Python 3.12.9 and 3.13.2
         # (CVE-2024-12254), and in 3.11 it joins the parts anyway.
         self._joins = isinstance(loop, asyncio.BaseEventLoop)
+        self._received = received
         self._receiver: Receiver | None = None
         self._transport: asyncio.Transport | None = None
         self.busy = False
@@ -158,7 +162,9 @@ class Channel(asyncio.BufferedProtocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Called by asyncio."""
-        self._receiver = Receiver(self.session, _scratch.view, _scratch.decoder, self.reassembler)
+        self._receiver = Receiver(
+            self.session, _scratch.view, _scratch.decoder, self.reassembler, self._received
+        )
         self._transport = cast("asyncio.Transport", transport)
         self.connected = True
         self._transport.set_write_buffer_limits(high=limits.HIGH_WATER_BYTES, low=limits.LOW_WATER_BYTES)
@@ -174,6 +180,8 @@ class Channel(asyncio.BufferedProtocol):
         handler, self._handler = self._handler, _NO_HANDLER
         handler.closed(exc)
         # Nothing refers to this channel in a circle now: its memory is free without the garbage collector.
+        if self._receiver is not None:
+            self._receiver.discard()
         self._receiver = None
         self.reassembler.clear()
 

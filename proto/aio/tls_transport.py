@@ -10,17 +10,16 @@ from __future__ import annotations
 import asyncio
 import ssl
 import threading
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from proto import frames
+from proto.aio.tls_cipher import SHARE_RECORDS, Cipher
 from proto.codec import BIN_32, encode
 from proto.errors import ErrorCode
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from proto.aio.read_budget import ReadBudget
+    from proto.aio.read_budget import ReadBudget, Reader
+    from proto.fragments import ByteTotal
     from proto.frames import Buffer
 
 _READ_BYTES: Final = 256 * 1024
@@ -31,10 +30,6 @@ _CONTENDED_READ_BYTES: Final = 64 * 1024
 
 _HANDSHAKE_READ_BYTES: Final = 16 * 1024
 """The same during the handshake: an unknown peer gets no more memory."""
-
-SHARE_RECORDS: Final = 500
-"""Records that one connection may have decrypted in one loop turn. They may be of one byte, and each costs
-microseconds."""
 
 _PLAIN_REFUSED: Final = encode(
     frames.Error(ErrorCode.TLS_REQUIRED, "this port speaks TLS: use callboards:// instead of callboard://")
@@ -51,93 +46,11 @@ class _Scratch(threading.local):
 _scratch: Final = _Scratch()
 
 
-class _Cipher:
-    """The TLS of one connection, without its socket: bytes in, bytes out. Errors are `ssl.SSLError`.
-
-    Args:
-        context: Verifies the other end.
-        host: The broker's name; None at the broker.
-        budget: Counts what handshakes and decryption take.
-
-    Attributes:
-        share: Records that may still be decrypted in this loop turn.
-        tls: The state of OpenSSL.
-        ended: Whether the peer has sent `close_notify`.
-    """
-
-    __slots__ = ("_budget", "_incoming", "_outgoing", "_partial", "_read", "ended", "share", "tls")
-
-    def __init__(self, context: ssl.SSLContext, host: str | None, budget: ReadBudget | None) -> None:
-        self._budget = budget
-        self._incoming = ssl.MemoryBIO()
-        self._outgoing = ssl.MemoryBIO()
-        self.tls = context.wrap_bio(
-            self._incoming, self._outgoing, server_side=host is None, server_hostname=host
-        )
-        self._read = cast("Callable[[int, memoryview], int]", self.tls.read)  # with a buffer: a number
-        self._partial = True
-        """Whether what is left of the input is less than a record."""
-        self.ended = False
-        self.share = SHARE_RECORDS
-
-    @property
-    def has_input(self) -> bool:
-        """Whether there may be something to decrypt."""
-        return not (self._partial or self.ended) and bool(self._incoming.pending or self.tls.pending())
-
-    def receive(self, data: memoryview) -> None:
-        """Take encrypted bytes."""
-        self._incoming.write(data)
-        self._partial = False
-
-    def take(self) -> bytes:
-        """Return the encrypted bytes to send."""
-        return self._outgoing.read() if self._outgoing.pending else b""
-
-    def handshake(self) -> bool:
-        """Continue the handshake; return whether it is over."""
-        began = self._clock()
-        try:
-            self.tls.do_handshake()
-        except ssl.SSLWantReadError:
-            return False
-        finally:
-            self._spend(began)
-        return True
-
-    def encrypt(self, data: Buffer) -> None:
-        """Encrypt bytes."""
-        view = memoryview(data)
-        while view:
-            view = view[self.tls.write(view) :]
-
-    def decrypt(self, buffer: memoryview) -> int:
-        """Decrypt what there is, fits into a buffer and is within the share; return the number of bytes."""
-        began = self._clock()
-        filled = 0
-        try:
-            while filled < len(buffer) and self.share and self.has_input:
-                self.share -= 1
-                size = self._read(len(buffer) - filled, buffer[filled:])
-                self.ended = not size
-                filled += size
-        except ssl.SSLWantReadError:
-            self._partial = True
-        self._spend(began)
-        return filled
-
-    def _clock(self) -> float:
-        return 0.0 if self._budget is None else self._budget.clock()
-
-    def _spend(self, began: float) -> None:
-        budget = self._budget
-        if budget is not None:
-            budget.spend(budget.clock() - began)
-
-    def finish(self) -> None:
-        """Send `close_notify`."""
-        with suppress(OSError):  # SSLWantReadError: the peer has not sent its own, and need not
-            self.tls.unwrap()
+def _go_on_later(reader: Reader, loop: asyncio.AbstractEventLoop, budget: ReadBudget | None) -> None:
+    if budget is None:
+        loop.call_soon(reader.go_on_reading)
+    else:
+        budget.wait(reader)
 
 
 class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
@@ -153,6 +66,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         host: The broker's name, which its certificate must have; None at the broker.
         budget: Counts what handshakes and decryption take; what is received when it is exhausted waits, like
             what is more than a share.
+        received: What all channels of the broker hold of received bytes, and buffers for TLS.
     """
 
     __slots__ = (
@@ -178,11 +92,12 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         loop: asyncio.AbstractEventLoop,
         host: str | None = None,
         budget: ReadBudget | None = None,
+        received: ByteTotal | None = None,
     ) -> None:
         self._budget = budget
         self._channel = channel
         self._loop = loop
-        self._cipher = _Cipher(context, host, budget)
+        self._cipher = Cipher(context, host, budget, received)
         self._raw: asyncio.Transport | None = None
         self._started = False
         """Whether the peer has sent anything."""
@@ -206,6 +121,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         """Called by asyncio."""
         self._raw = None
         self._closing = True
+        self._cipher.release()
         self._channel.connection_lost(self._error or exc)
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
@@ -225,21 +141,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
                 self._end(ssl.SSLError(ssl.SSL_ERROR_SSL, "a client without TLS"))
                 return
         self._cipher.receive(received)
-        if self._budget is None or not self._budget.exhausted:
-            self._process()
-        else:
-            self._wait()
-
-    def _wait(self) -> None:
-        """Go on in a later loop turn."""
-        if self._waiting or self._raw is None:
-            return
-        self._waiting = True
-        self._raw.pause_reading()
-        if self._budget is None:
-            self._loop.call_soon(self.go_on_reading)
-        else:
-            self._budget.wait(self)
+        self._process()
 
     def go_on_reading(self) -> None:
         """Called by the budget, or in the next loop turn without one."""
@@ -265,24 +167,18 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
 
     def _process(self) -> None:
         """Go on with the handshake; then give what has been received to the channel, until it pauses."""
-        cipher = self._cipher
+        cipher, budget, raw = self._cipher, self._budget, self._raw
+        cipher.share = 0 if budget is not None and budget.exhausted else SHARE_RECORDS
         try:
-            if not self._established and self._error is None and cipher.handshake():
+            if not self._established and cipher.share and self._error is None and cipher.handshake():
                 self._established = True
                 for data in self._unsent:
                     cipher.encrypt(data)
                 self._unsent.clear()
                 if self._closing:
                     self._end()
-            cipher.share = SHARE_RECORDS
-            while (
-                self._established
-                and cipher.has_input
-                and not (self._paused or self._waiting or self._closing)
-            ):
-                if not cipher.share:
-                    self._wait()
-                    break
+            stopped = not self._established or self._waiting
+            while cipher.share and cipher.has_input and not (stopped or self._paused or self._closing):
                 size = cipher.decrypt(cast("memoryview", self._channel.get_buffer(-1)))
                 if size:
                     self._channel.buffer_updated(size)
@@ -294,7 +190,11 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         except BaseException:
             self.abort()  # as the event loop does after an error in buffer_updated
             raise
-        self._flush()  # a part of the handshake, or an alert
+        self._flush()  # TLS itself may have something to say, too
+        if not (cipher.share or self._waiting or raw is None or raw.is_closing()) and cipher.has_input:
+            self._waiting = True
+            raw.pause_reading()
+            _go_on_later(self, self._loop, budget)
 
     def _flush(self) -> None:
         data = self._cipher.take()
@@ -365,4 +265,6 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         """Return what the socket's transport knows; "ssl_object" is None until the handshake is over."""
         if name == "ssl_object":
             return self._cipher.tls if self._established else default
+        if name == "tls_bytes":
+            return self._cipher.held_bytes
         return default if self._raw is None else self._raw.get_extra_info(name, default)

@@ -149,7 +149,7 @@ async def test_refusals_are_few_lines_in_the_log(caplog: pytest.LogCaptureFixtur
     assert all("/guilty" in line for line in lines)
     assert ["--max-matches" in line for line in lines] == [True] * 8 + [False] * 2
     assert "--max-watches" in lines[-1]
-    assert total.endswith("… and 90 more like this: declarations and watches beyond a limit")
+    assert total.endswith("… and 90 more like this: refused declarations and watches")
 
 
 async def test_a_node_hears_that_its_watch_is_refused() -> None:

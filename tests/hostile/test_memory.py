@@ -18,21 +18,27 @@ from broker import Broker, BrokerOptions
 from broker.departed_queues import FORGET_QUEUES, MAX_QUEUES_PER_PEER
 from broker.memory_guard import MemoryGuard
 from proto import frames, limits
+from proto.aio.tls import client_context
 from proto.batches import with_raw
-from proto.codec import Decoder, encode
+from proto.codec import BIN_32, Decoder, encode
 from proto.codes import Status
 from proto.errors import ErrorCode
 from proto.fragments import MAP_ABOVE_BYTES, ByteTotal, Reassembler, ReassemblyTotal
 from proto.limited_log import MAX_LINES
 from proto.outbox import REPLAY_AHEAD_BYTES, Outbox
 from proto.publisher_queue import PublisherQueue
+from proto.receiver import SCRATCH_BYTES, Receiver
+from proto.session import Role, Session
+from proto.url import parse_url
 from tests.allocations import peak_bytes
 from tests.broker import frame_makers as make
-from tests.broker.rawclient import RawClient, link, until
+from tests.broker.rawclient import RawClient, hello, link, read_frame, until
 from tests.broker.switch import Switch
+from tests.certificates import Authority
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from pathlib import Path
 
 KIB = 1024
 MANY: frames.Options = {**make.LATCHED, "depth": 100}
@@ -534,11 +540,72 @@ async def test_the_count_of_held_bytes_returns_to_zero(broker: Broker) -> None:
     assert broker.stats().held_bytes == 0
 
 
+async def test_starts_of_large_frames_count() -> None:
+    """Case 47: each start claims memory for the whole frame; at the limit links that hold most close."""
+    size, limit = limits.MAX_FRAME_BYTES, 2 * KIB * KIB
+    start = bytes((BIN_32,)) + size.to_bytes(4, "big") + bytes(size // 8)
+    options = BrokerOptions(port=0, max_broker_bytes=limit, drain_timeout_sec=0.2)
+    async with AsyncExitStack() as stack:
+        broker = await stack.enter_async_context(Broker(options))
+        links = [await stack.enter_async_context(link(broker)) for _ in range(12)]
+        for each in links[:4]:
+            cast("asyncio.WriteTransport", each.transport).write(start)
+        await until(lambda: broker.stats().received_bytes > 4 * size)
+        assert broker.stats().held_bytes == broker.stats().received_bytes
+        for each in links[4:]:
+            cast("asyncio.WriteTransport", each.transport).write(start)
+        await until(lambda: broker.stats().closed_for_memory and broker.stats().held_bytes <= limit)
+        assert broker.stats().connections >= 6
+    assert broker.stats().received_bytes == 0
+
+
+def test_bytes_that_wait_for_their_turn_count() -> None:
+    """Case 54: from the moment when they are kept until they are handled, or the connection ends."""
+    for ends in (False, True):
+        total, session = ByteTotal(), Session(Role.BROKER)
+        session.received(frames.Hello(1, {}))
+        session.sent(frames.Welcome(1, {}))
+        scratch = memoryview(bytearray(SCRATCH_BYTES))
+        receiver = Receiver(session, scratch, Decoder(), Reassembler(), total)
+        pongs = encode(frames.Ping(1)) * 10
+        receiver.buffer()[: len(pongs)] = pongs
+        receiver.received(len(pongs))
+        assert receiver.next_frame() is not None
+        receiver.keep()
+        assert total.bytes == receiver.held_bytes == len(pongs) * 9 // 10
+        if ends:
+            receiver.discard()
+        else:
+            for _ in range(9):
+                assert total.bytes
+                assert receiver.next_frame() is not None
+        assert total.bytes == 0
+
+
+async def test_buffers_for_tls_count(tmp_path: Path) -> None:
+    """Case 46: OpenSSL keeps as much for a connection as its largest read, until it ends."""
+    authority = Authority(tmp_path)
+    async with Broker(authority.options()) as broker:
+        url = parse_url(broker.url)
+        context = client_context(authority.files())
+        reader, writer = await asyncio.open_connection(url.host, url.port, ssl=context)
+        writer.write(encode(hello()))
+        assert isinstance(await read_frame(reader), frames.Welcome)
+        handshake = broker.stats().received_bytes
+        assert handshake > 0
+        writer.write(encode(frames.Ping(1)) * 10_000)
+        await until(lambda: broker.stats().received_bytes > handshake + 10_000)
+        assert broker.stats().held_bytes >= broker.stats().received_bytes
+        writer.transport.abort()
+        await until(lambda: not broker.stats().connections)
+        assert broker.stats().received_bytes == 0
+
+
 def test_messages_that_are_only_counted_several_times_are_no_reason_to_refuse() -> None:
     """What waits for many links is in memory once: the process must really use too much."""
     total, latched = ReassemblyTotal(), ByteTotal()
     used = [100]
-    guard = MemoryGuard(1000, lambda: used[0], total, latched)
+    guard = MemoryGuard(1000, lambda: used[0], (total, latched, ByteTotal()))
     latched.bytes = 5000
     assert guard.needs_relief
     guard.relieve(())

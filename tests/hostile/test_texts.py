@@ -96,9 +96,9 @@ async def test_declarations_beyond_a_limit_are_few_lines(caplog: pytest.LogCaptu
         await client.synchronise()
         assert broker.stats().refused_definitions == 30
     lines = warnings(caplog)
-    assert "Refused a declaration or watch of link 1 " in lines[0]
+    assert "Refused declarations and watches of link 1 " in lines[0]
     assert "--max-definitions" in lines[0]
-    assert lines[MAX_LINES:] == ["… and 20 more like this: declarations and watches beyond a limit"]
+    assert lines[MAX_LINES:] == ["… and 20 more like this: refused declarations and watches"]
 
 
 async def test_mismatched_types_are_few_warnings_at_an_innocent_node(

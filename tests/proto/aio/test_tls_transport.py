@@ -13,7 +13,8 @@ import pytest
 from proto.aio.process import new_event_loop
 from proto.aio.read_budget import ReadBudget
 from proto.aio.tls import client_context, server_context
-from proto.aio.tls_transport import SHARE_RECORDS, TlsTransport
+from proto.aio.tls_cipher import SHARE_RECORDS
+from proto.aio.tls_transport import TlsTransport
 from tests.certificates import Authority
 
 if TYPE_CHECKING:
