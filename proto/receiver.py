@@ -42,6 +42,9 @@ _BEHIND_BYTES: Final = 4 * 1024
 PARTS: Final = frozenset({frames.Fragment, frames.Abort})
 """Frames about parts of others, which the receiver itself handles."""
 
+_TLS_HANDSHAKE: Final = 0x16
+"""First byte of a connection with TLS."""
+
 _FRAGMENTABLE: Final = (frames.Batch, frames.Replay, frames.Request, frames.Reply)
 
 
@@ -176,7 +179,9 @@ class Receiver:
             return self._finish_own(self._own)
         start, end, source = self._start, self._end, self._source
         if source[start] != BIN_32:
-            raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {source[start]:#04x}")
+            is_tls = source[start] == _TLS_HANDSHAKE
+            hint = ", as TLS does; a broker needs --tls-cert for that" if is_tls else ""
+            raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {source[start]:#04x}{hint}")
         stop = start + limits.PREFIX_BYTES
         if stop <= end:
             size = int.from_bytes(source[start + 1 : stop], "big")

@@ -101,7 +101,8 @@ def refused_credentials(url: str, text: str, presented: Credentials) -> NotAutho
     source = presented.token_file or ("CALLBOARD_TOKEN" if presented.token is not None else "")
     hint = "Name a file with a token in CALLBOARD_TOKEN_FILE; `callboard auth token` makes one"
     if source:
-        hint = f"This client presented the token in {escape(source)}; `callboard auth token` makes another"
+        remedy = "if it is wrong, `callboard auth token` makes another"
+        hint = f"This client presented the token in {escape(source)}; {remedy}"
     return NotAuthorized(f"The broker at {url} refuses this client: {escape(text)}. {hint}.")
 
 

@@ -126,7 +126,7 @@ def _user(name: str, value: object, roles: dict[str, Role]) -> User:
     for role, place in own.items():
         if role not in roles:
             known = _list(roles) or "none"
-            raise AccessFileError(f"{place}: there is no role {_quote(role)}; there is {known}")
+            raise AccessFileError(f"{place}: there is no role {_quote(role)}; the file has {known}")
     return User(name, tuple(tokens), tuple(certificates), tuple(own))
 
 

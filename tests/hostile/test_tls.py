@@ -106,13 +106,16 @@ async def test_an_unknown_authority(ours: Authority, tmp_path: Path, monkeypatch
                 assert "CALLBOARD_CA" in str(error)
 
 
-async def test_tls_to_a_plain_port(ours: Authority, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Case 6: a client with TLS says that the port has none, and names the other URL."""
+async def test_tls_to_a_plain_port(
+    ours: Authority, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Case 6: a client with TLS says that the port has none, and names the other URL; the broker logs why."""
     use(monkeypatch, ours.files())
     async with Broker(BrokerOptions(port=0)) as broker:
         for error in await failures(broker.url.replace("callboard:", "callboards:")):
             assert error.fault is TlsFault.NO_TLS
             assert f"use {broker.url}" in str(error)
+    assert "starts with 0x16, as TLS does; a broker needs --tls-cert" in caplog.text
 
 
 async def test_plain_bytes_to_a_tls_port(ours: Authority, caplog: pytest.LogCaptureFixture) -> None:

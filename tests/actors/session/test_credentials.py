@@ -51,7 +51,7 @@ async def test_a_node_presents_its_token(broker: Broker, monkeypatch: pytest.Mon
     ("variable", "token", "hint"),
     [
         ("CALLBOARD_TOKEN", "", "Name a file with a token in CALLBOARD_TOKEN_FILE"),
-        ("CALLBOARD_TOKEN", OTHER, "presented the token in CALLBOARD_TOKEN;"),
+        ("CALLBOARD_TOKEN", OTHER, "presented the token in CALLBOARD_TOKEN; if it is wrong,"),
         ("CALLBOARD_TOKEN_FILE", OTHER, "presented the token in /.*/wrong.token;"),
     ],
 )

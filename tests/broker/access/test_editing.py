@@ -92,7 +92,7 @@ def test_what_cannot_be_removed_safely_is_refused(text: str, fault: str) -> None
         ("a b", [], "cannot be called"),
         ("x]\n[roles.y", [], "cannot be called"),
         ("", [], "cannot be called"),
-        ("c", ["admin"], "no role 'admin'; there is r"),
+        ("c", ["admin"], "no role 'admin'; the file has r"),
     ],
 )
 def test_what_cannot_be_added_is_refused(name: str, roles: list[str], fault: str) -> None:

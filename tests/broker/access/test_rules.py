@@ -200,7 +200,7 @@ HASH = hash_token("x")
         ("[users.'a b']", "users.'a b': a name has at most 64 letters"),
         ("users.a = []", "users.a must be a table, not an array"),
         ("[users.a]\nrole = ['r']", "users.a.'role' is not known here; there is tokens"),
-        ("[users.a]\nroles = ['r']", r"users.a.roles\[0\]: there is no role 'r'; there is none"),
+        ("[users.a]\nroles = ['r']", r"users.a.roles\[0\]: there is no role 'r'; the file has none"),
         ("[users.a]\nroles = 'r'", "users.a.roles must be an array of strings, not a string"),
         ("[users.a]\nroles = [1]", r"users.a.roles\[0\] must be a string, not an integer"),
         ("[users.a]\ntokens = ['secret']", r"users.a.tokens\[0\] is no 'sha256:'"),
