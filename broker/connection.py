@@ -206,6 +206,7 @@ class Connection:
         if is_tls_error(error):
             reason = describe(error)
             if not link.session:
+                self._dispatcher.limit_counts.tls_failures += 1
                 self._dispatcher.warnings.warn("failures of TLS", "Closing %s: TLS: %s", link, reason)
             self._dispatcher.note_ending(link, f"TLS: {reason}")
         self._dispatcher.note_ending(

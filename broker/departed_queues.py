@@ -41,7 +41,11 @@ class PeerQueue(NamedTuple):
 
 
 class DepartedQueues:
-    """The queues of one graph that get no batches any more."""
+    """The queues of one graph that get no batches any more.
+
+    Attributes:
+        overflows: Queues that had to give way because there were too many for one peer.
+    """
 
     def __init__(self) -> None:
         self._resumable: dict[int, dict[tuple[bytes, str], PeerQueue]] = {}
@@ -51,6 +55,7 @@ class DepartedQueues:
         self._count = 0
         self._forget_at = FORGET_QUEUES
         self._forgotten = Tally()
+        self.overflows = 0
 
     def add(self, gid: bytes, publisher: int, peer_queue: PeerQueue) -> PublisherQueue | None:
         """Add a queue whose publisher, of this gid and id, is gone; its content is still delivered.
@@ -68,6 +73,7 @@ class DepartedQueues:
         self._count += 1
         if len(queues) <= MAX_QUEUES_PER_PEER:
             return None
+        self.overflows += 1
         oldest = queues.pop(next(iter(queues)))
         self._final.setdefault(peer, []).append(oldest)
         return oldest.queue

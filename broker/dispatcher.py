@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from broker.access.errors import Unauthorized
 from broker.graph import WatchCount
+from broker.limit_counts import LimitCounts
 from broker.machine_memory import memory_bytes, resident_bytes
 from broker.memory_guard import MemoryGuard
 from broker.reports import Reports
@@ -48,6 +49,7 @@ class Dispatcher:
         latched: The bytes of latched messages of all links.
         received: The buffers of received bytes and for TLS of all links.
         memory: What all links hold.
+        limit_counts: Limits that links have reached.
         partial: Links that have, or had, incomplete messages.
         max_reassembly_bytes: Bytes of incomplete messages of one link.
         draining: Whether the broker is stopping: no peer may join any more.
@@ -83,6 +85,7 @@ class Dispatcher:
             resident_bytes,
             (self.reassembly, self.latched, self.received),
         )
+        self.limit_counts = LimitCounts()
         self.max_reassembly_bytes = max(options.max_reassembly_bytes, options.max_message_bytes)
         self.draining = False
         self.on_progress: Callable[[], None] | None = None
@@ -100,6 +103,7 @@ class Dispatcher:
         refusal = self.capacity.refusal if len(self.links) > self.capacity.most else too_many
         if refusal:
             self.capacity.refused += 1
+            self.limit_counts.refused_per_address += refusal == too_many
             self.warnings.warn(refusal, "Refused a connection from %s: %s", link.address, refusal)
             link.refuse(ErrorCode.LIMIT, refusal)
 

@@ -106,6 +106,7 @@ class PeriodicCheck:
             if not reassembler.held_bytes:
                 del self._dispatcher.partial[link]
             elif reassembler.idle_sec(now) > limit:
+                self._dispatcher.limit_counts.reassembly_timeouts += 1
                 text = f"a message is incomplete, and no part of it has arrived for {limit:g} s"
                 link.fail(ErrorCode.TIMEOUT, f"{text} (the broker's --reassembly-timeout-sec)")
                 reassembler.clear()

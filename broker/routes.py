@@ -36,6 +36,7 @@ class Routes:
 
     Attributes:
         reader_credit: The limits of the routes from KEEP_LAST publishers to KEEP_ALL subscriptions.
+        departed: Queues that get no batches any more.
         routed: Messages that reached at least one link.
         copies: Messages, counted once per link to which they were routed; `tallies` has their outcomes.
         unmatched: Messages without a subscription.
@@ -47,7 +48,7 @@ class Routes:
         self._emit = emit
         self._max_keep_all_queue_bytes = max_keep_all_queue_bytes
         self._publishers: dict[int, PublisherRecord] = {}
-        self._departed = DepartedQueues()
+        self.departed = DepartedQueues()
         self._attachments = AttachmentFrames(emit)
         self.reader_credit = ReaderCredit(emit)
         self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
@@ -97,7 +98,7 @@ class Routes:
         messages do not overtake the earlier ones.
         """
         own_depth = None if publisher.waits_for_readers else publisher.wants.depth
-        left = self._departed.resume(peer.id, publisher.gid, publisher.name)
+        left = self.departed.resume(peer.id, publisher.gid, publisher.name)
         if left is None:
             queue = PublisherQueue(publisher.key, 1)
             queue.restart(publisher.key, publisher.next_sequence)
@@ -120,7 +121,7 @@ class Routes:
             self.reader_credit.remove(route, subscription)
             return
         del publisher.routes[peer.id]
-        self._departed.add_unwanted(PeerQueue(route.queue, route.topic, peer.id))
+        self.departed.add_unwanted(PeerQueue(route.queue, route.topic, peer.id))
         self._emit(Discard(peer.id, route.queue))
 
     def pause(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
@@ -130,7 +131,7 @@ class Routes:
         if not route.subscriptions:
             del publisher.routes[route.peer.id]
             peer_queue = PeerQueue(route.queue, route.topic, route.peer.id, route.earlier_ids)
-            if excess := self._departed.add(publisher.gid, publisher.key, peer_queue):
+            if excess := self.departed.add(publisher.gid, publisher.key, peer_queue):
                 self._emit(Shed(route.peer.id, excess))
 
     def detach_all(self, publisher: PublisherRecord) -> None:
@@ -144,8 +145,8 @@ class Routes:
             queue = None if empty else route.queue
             self._attachments.detach(publisher.key, route.peer.id, route.subscriptions, reason, queue)
             if empty:
-                self._departed.forget(peer_queue)
-            elif excess := self._departed.add(publisher.gid, publisher.key, peer_queue):
+                self.departed.forget(peer_queue)
+            elif excess := self.departed.add(publisher.gid, publisher.key, peer_queue):
                 self._attachments.flush()
                 self._emit(Shed(route.peer.id, excess))
         publisher.routes.clear()
@@ -154,18 +155,18 @@ class Routes:
         """Report to a subscription that a publisher, known to it as suspended, will not come back."""
         peer = subscription.peer.id
         # After the publisher's messages and the DETACHED with the reason SUSPENDED.
-        queue = self._departed.latest(peer, publisher.gid, publisher.name)
+        queue = self.departed.latest(peer, publisher.gid, publisher.name)
         self._attachments.detach(publisher.key, peer, (subscription.id,), DetachReason.GONE, queue)
 
     def remove_peer(self, peer: int) -> None:
         """Discard what waits for a peer that is gone."""
         self._attachments.flush()
-        for queue in self._departed.remove_peer(peer):
+        for queue in self.departed.remove_peer(peer):
             self._emit(Discard(peer, queue))
 
     def prune(self, *, at_least: int | None = None) -> None:
         """Forget empty queues if there are many, or so many. Only between the handling of two frames."""
-        self._departed.prune(at_least=at_least)
+        self.departed.prune(at_least=at_least)
 
     def flush(self) -> None:
         """Send ATTACHED and DETACHED frames."""
@@ -231,11 +232,11 @@ class Routes:
 
     def tallies(self) -> tuple[Tally, dict[TopicRecord, Tally]]:
         """Return the outcomes of all copies, whose sum is always `copies`, in total and by topic."""
-        return self._departed.tallies(self._queues_in_use())
+        return self.departed.tallies(self._queues_in_use())
 
     def peer_queues(self) -> list[PeerQueue]:
         """Return all publisher queues, departed ones included."""
-        return [*self._queues_in_use(), *self._departed.all()]
+        return [*self._queues_in_use(), *self.departed.all()]
 
     def _queues_in_use(self) -> Iterator[PeerQueue]:
         for publisher in self._publishers.values():

@@ -7,7 +7,7 @@ publisher queues, topics and links.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from broker.access.rules import Action
@@ -60,6 +60,7 @@ class Statistics:
         return replace(
             collect(len(channels), dispatcher.joined),
             broker=self._broker,
+            **asdict(dispatcher.limit_counts),
             refused_connections=dispatcher.capacity.refused,
             unauthorized_connections=dispatcher.admission.unauthorized,
             stamp_sec=now,
@@ -138,6 +139,8 @@ def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
         calls=sum(each.routed for each in calls),
         refused_calls=sum(each.refused for each in calls),
         overloaded_calls=sum(each.overloaded for each in calls),
+        stalls=sum(router.topics.stalls.count for router in graphs),
+        departed_overflows=sum(each.departed.overflows for each in routes),
         refused_declarations=sum(router.refusals.count for router in graphs),
         pending_calls=sum(each.pending for each in calls),
         late_replies=sum(each.late for each in calls),

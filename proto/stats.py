@@ -88,6 +88,16 @@ class BrokerStats:
     """Connections refused because there were too many, in all or from one address."""
     unauthorized_connections: int = 0
     """Connections refused because the access rules have no user for them."""
+    refused_per_address: int = 0
+    """Those of `refused_connections` whose address had too many."""
+    tls_failures: int = 0
+    """Connections that ended because TLS failed before their session."""
+    reassembly_timeouts: int = 0
+    """Links closed because a message stayed incomplete."""
+    stalls: int = 0
+    """KEEP_ALL subscriptions that lost their credit because they took nothing."""
+    departed_overflows: int = 0
+    """Queues of publishers that had gone, emptied because too many waited for one link."""
     suspended: int = 0
     """Links that have been silent for too long and may return."""
     endpoints: int = 0

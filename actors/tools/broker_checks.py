@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot
     from actors.tools.check import Status
     from proto.frames import GraphEntry
-    from proto.stats import LinkStats
+    from proto.stats import BrokerStats, LinkStats
 
 SKEW_SEC: Final = 0.1
 """A larger difference of the clocks makes delays between machines wrong."""
@@ -25,6 +25,29 @@ WRONG_CLOCK_SEC: Final = 10.0
 """A larger difference means a wrong clock: messages may expire before they are delivered."""
 LATE_SEC: Final = 0.1
 """The longest acceptable lag of a broker's event loop."""
+LIMITS: Final = {
+    "refused_per_address": (
+        "connections refused: too many of one address",
+        "look for a client that connects too often",
+    ),
+    "unauthorized_connections": ("connections without valid credentials", "give their users tokens"),
+    "tls_failures": ("connections failed in TLS", "compare the certificates and authorities of both sides"),
+    "reassembly_timeouts": (
+        "connections closed: a message stayed incomplete",
+        "look for a frozen publisher or a cut network",
+    ),
+    "stalls": ("KEEP_ALL subscriptions took nothing and lost messages", "let them read, or use KEEP_LAST"),
+    "departed_overflows": (
+        "queues of publishers that have gone were emptied",
+        "let the readers read faster, and publishers restart less often",
+    ),
+    "refused_declarations": ("declarations and watches refused", "declare less in one process"),
+    "overloaded_calls": ("calls refused: too much waited for their server", "let it answer faster"),
+    "refused_messages": ("large messages discarded: the broker held too much", "raise --max-broker-bytes"),
+    "closed_for_memory": ("connections closed: the broker held too much", "raise --max-broker-bytes"),
+    "refused_definitions": ("type definitions not kept", "generate the classes anew from one .msg or .srv"),
+}
+"""By counter: what has reached a limit, and what to do."""
 MAX_PROFILES: Final = 32
 """Different QoS profiles that are compared on each side of a topic."""
 
@@ -77,10 +100,19 @@ def numbers(report: BrokerReport) -> list[Check]:
         remedy = f"its log names the limit to raise: {limits}"
         text = f"{totals.refused_connections} connections turned away: there were too many"
         checks.append(Check("load", "warn", text, remedy))
+    checks += summed_up("limits", _limits_reached(totals), "none reached")
     checks += summed_up("links", _slow_links(report), f"{len(report.links)}, none slow, none silent")
     return checks + summed_up(
         "messages", _losing_topics(report), f"{len(report.topics)} topics, nothing lost"
     )
+
+
+def _limits_reached(totals: BrokerStats) -> list[Check]:
+    found: list[Check] = []
+    for name, (what, remedy) in LIMITS.items():
+        if count := getattr(totals, name):
+            found.append(Check("limits", "warn", f"{count} {what}", f"{remedy}; the broker's log says more"))
+    return found
 
 
 def _slow_links(report: BrokerReport) -> list[Check]:

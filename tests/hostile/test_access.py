@@ -162,7 +162,7 @@ async def test_connections_of_one_address_are_limited(
                 assert error.code == ErrorCode.LIMIT
                 assert "--max-connections-per-address" in error.text
                 await client.gone()
-            assert broker.stats().refused_connections == 1
+            assert (broker.stats().refused_connections, broker.stats().refused_per_address) == (1, 1)
             come_from("192.0.2.8")
             assert await greet(broker) is None
             come_from("127.0.0.1")

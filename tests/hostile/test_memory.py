@@ -17,6 +17,7 @@ from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
 from broker.departed_queues import FORGET_QUEUES, MAX_QUEUES_PER_PEER
 from broker.memory_guard import MemoryGuard
+from broker.stats import collect
 from proto import frames, limits
 from proto.aio.tls import client_context
 from proto.batches import with_raw
@@ -356,6 +357,7 @@ async def test_a_link_with_an_idle_incomplete_message_is_closed() -> None:
         assert (error.code, "--reassembly-timeout-sec" in error.text) == (ErrorCode.TIMEOUT, True)
         await other.synchronise()
         await until(lambda: broker.stats().connections == 1)
+        assert broker.stats().reassembly_timeouts == 1
 
 
 async def test_large_messages_wait_at_the_client_for_the_limit_of_the_broker() -> None:
@@ -451,6 +453,7 @@ def test_queues_of_publishers_that_are_gone_are_bounded() -> None:
     assert len(routes.peer_queues()) <= 2 * MAX_QUEUES_PER_PEER + FORGET_QUEUES
     total = routes.tallies()[0]
     assert (total.queued, total.dropped) == (MAX_QUEUES_PER_PEER, 300)
+    assert collect(1, [switch.router]).departed_overflows == 300
     got = switch.read_all(reader)
     assert sum(isinstance(frame, frames.Batch) for frame in got) == MAX_QUEUES_PER_PEER
     assert sum(isinstance(frame, frames.Detached) for frame in got) == MAX_QUEUES_PER_PEER + 300

@@ -52,6 +52,7 @@ def test_a_subscription_that_nobody_iterates_delays_a_topic_and_does_not_silence
         await stage.until(lambda: len(received) == COUNT, 100, step=0.1)
         assert received == list(range(COUNT))
         assert 60 < stage.loop.time() - began < 70
+        assert stage.broker.stats().stalls == 1
         assert stalled(caplog) == 3  # in the logs of the broker, the publisher and the reader
         held = forgotten.queued
         iterator = aiter(forgotten)

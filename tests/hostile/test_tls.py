@@ -89,6 +89,7 @@ async def test_a_certificate_that_does_not_hold(
             assert error.fault is fault
             assert text in str(error)
         await until(lambda: not broker.stats().connections)
+        assert broker.stats().tls_failures
 
 
 async def test_an_unknown_authority(ours: Authority, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -293,7 +293,7 @@ def _check_broker_empty(world: World) -> None:
         waiting = sum(not peer_queue.queue.empty for peer_queue in router.routes.peer_queues())
         if waiting:
             world.complain(f"without nodes messages wait in {waiting} publisher queues")
-        departed = router.routes._departed
+        departed = router.routes.departed
         departed._forget_empty()  # it may wait with that for more of them
         parts = (router.declarations, router.routes, router.topics, router.services, router.graph)
         for part in (router, *parts, departed):

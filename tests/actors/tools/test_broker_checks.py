@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -88,6 +88,18 @@ def test_a_broker_under_strain_is_reported() -> None:
         ("load", "warn", "connections: 0; the loop at worst 250 ms late"),
         ("load", "warn", "3 connections turned away: there were too many"),
     ]
+
+
+def test_limits_that_were_reached_are_reported() -> None:
+    """Each counter of a refusal gives a line with the number; none is missing from the statistics."""
+    assert bad(broker_checks.numbers(report(stalls=2, tls_failures=1))) == [
+        ("limits", "warn", "1 connections failed in TLS"),
+        ("limits", "warn", "2 KEEP_ALL subscriptions took nothing and lost messages"),
+    ]
+    for name in broker_checks.LIMITS:
+        totals: dict[str, Any] = {name: 3}
+        ((check, _, finding),) = bad(broker_checks.numbers(report(**totals)))
+        assert (check, finding[:2]) == ("limits", "3 ")
 
 
 def test_slow_and_silent_links_are_named() -> None:
