@@ -183,6 +183,22 @@ async def test_a_keep_last_reader_that_stops_costs_its_depth() -> None:
         assert stats.accounted == stats.copies
 
 
+async def test_endpoints_beyond_the_limit_are_refused() -> None:
+    """Case 27: one link cannot declare without end, and another one still can."""
+    options = BrokerOptions(port=0, max_endpoints=10, drain_timeout_sec=0.2)
+    async with (
+        Broker(options) as running,
+        link(running, "/greedy") as greedy,
+        link(running, "/other") as other,
+    ):
+        greedy.send(*(make.subscription(n, f"/t{n}") for n in range(1, 101)))
+        await greedy.synchronise()
+        assert (running.stats().endpoints, running.stats().refused_declarations) == (11, 91)
+        other.send(make.subscription(1))
+        await other.synchronise()
+        assert (running.stats().endpoints, running.stats().connections) == (12, 2)
+
+
 async def test_a_subscription_on_each_of_many_topics_costs_the_same() -> None:
     """Case 27: ten thousand endpoints of one link are declared, and forgotten, in seconds."""
     async with (

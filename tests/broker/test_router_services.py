@@ -250,7 +250,7 @@ def test_a_live_call_id_cannot_be_used_again() -> None:
 
 
 def test_too_many_pending_calls_are_turned_away() -> None:
-    """Calls beyond the limit end as overloaded; an answer frees a place."""
+    """Case 28: calls beyond the limit end as overloaded; an answer frees a place."""
     switch = Switch(Router(limits=RouterLimits(max_pending_calls=2)))
     asker, server = pair(switch)
     switch.send(asker, make.request(1, 1, 2, 3))
