@@ -85,6 +85,14 @@ def test_what_cannot_be_removed_safely_is_refused(text: str, fault: str) -> None
         remove_user(text, "a", source="f")
 
 
+def test_a_string_that_looks_like_a_table_is_not_edited() -> None:
+    """The result would be valid, but another user's certificate would have changed."""
+    decoy = f'[users.b]\ncertificates = ["""\n[users.a]\ntokens = ["{TWO}"]\n"""]\n\n[users.a]\ntokens = []\n'
+    assert set(parse_rules(decoy, "f").users) == {"a", "b"}
+    with pytest.raises(AccessFileError, match="change it by hand"):
+        set_tokens(decoy, "a", [ONE], source="f")
+
+
 @pytest.mark.parametrize(
     ("name", "roles", "fault"),
     [

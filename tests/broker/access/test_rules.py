@@ -10,7 +10,7 @@ from broker.access.credentials import hash_token
 from broker.access.errors import AccessFileError
 from broker.access.origin import LOCAL, Origin
 from broker.access.parse import parse_rules
-from broker.access.rules import MAX_DECISIONS, AccessRules, Action, Principal
+from broker.access.rules import MAX_DECISIONS, AccessRules, Action, Principal, Role, User
 from proto.addresses import parse_address
 from proto.limits import MAX_TOKEN_CHARACTERS
 
@@ -174,6 +174,17 @@ def test_kept_decisions_are_limited() -> None:
     for number in range(MAX_DECISIONS + 10):
         rights.may(Action.PUBLISH, f"/robot1/t{number}")
     assert len(rights._decisions) <= MAX_DECISIONS
+
+
+def test_kept_rights_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor do connections of ever more users with other roles."""
+    monkeypatch.setattr("broker.access.rules.MAX_RIGHTS", 2)
+    roles = {name: Role(name, allow={}, deny={}) for name in "abcde"}
+    many = AccessRules({name: User(name, roles=(name,)) for name in roles}, roles)
+    for name in roles:
+        found = many.principal(name, FAR)
+        assert found is not None
+        assert len(many._rights) <= 2
 
 
 # The text
