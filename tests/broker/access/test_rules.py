@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from ipaddress import ip_address
+from typing import TYPE_CHECKING
 
 import pytest
 
 from broker.access.credentials import hash_token
 from broker.access.errors import AccessFileError
+from broker.access.files import load_rules
 from broker.access.origin import LOCAL, Origin
-from broker.access.parse import parse_rules
+from broker.access.parse import MAX_FILE_BYTES, parse_rules
 from broker.access.rules import MAX_DECISIONS, AccessRules, Action, Principal, Role, User
 from proto.addresses import parse_address
 from proto.limits import MAX_TOKEN_CHARACTERS
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 TOKEN = "cbt_" + "x" * 43
 FAR = Origin(address=ip_address("10.1.2.3"))
@@ -188,6 +193,14 @@ def test_kept_rights_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 # The text
+
+
+def test_a_file_of_any_size_is_not_read(tmp_path: Path) -> None:
+    """Nor parsed: a file beyond the limit is an error."""
+    file = tmp_path / "rules.toml"
+    file.write_bytes(b"#" * (MAX_FILE_BYTES + 1))
+    with pytest.raises(AccessFileError, match=f"longer than {MAX_FILE_BYTES} bytes"):
+        load_rules(file)
 
 
 def test_an_empty_file_is_an_error() -> None:
