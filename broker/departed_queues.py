@@ -14,7 +14,7 @@ from broker.records import Tally
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from broker.records import TopicRecord
+    from broker.records import Peer, TopicRecord
     from proto.publisher_queue import PublisherQueue
 
 FORGET_QUEUES: Final = 100
@@ -29,7 +29,7 @@ MAX_EARLIER_IDS: Final = 100
 
 
 class PeerQueue(NamedTuple):
-    """A publisher queue, the topic that it counts for, and the peer that reads it.
+    """A publisher queue, the topic that it counts for, the peer that reads it, and its publisher's peer.
 
     `earlier_ids` are ids that its publisher had before it came back; their DETACHED may still be in it.
     """
@@ -37,6 +37,7 @@ class PeerQueue(NamedTuple):
     queue: PublisherQueue
     topic: TopicRecord
     peer: int
+    source: Peer
     earlier_ids: tuple[int, ...] = ()
 
 

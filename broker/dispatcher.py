@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import TYPE_CHECKING
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Final
 
 from broker.access.errors import Unauthorized
+from broker.access.rules import Rights
 from broker.graph import WatchCount
 from broker.limit_counts import LimitCounts
 from broker.machine_memory import memory_bytes, resident_bytes
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from broker.peer_warnings import PeerWarnings
     from broker.presence_log import PresenceLog
     from proto.aio.read_budget import ReadBudget
+
+UNKNOWN_USER: Final = "the access rules do not know this user or its credentials any more"
 
 
 class Dispatcher:
@@ -150,14 +153,14 @@ class Dispatcher:
             router = link.router
             if router is None or link.principal is None:
                 continue
-            link.principal = rules.renewed(link.principal, link.origin)
-            if link.principal is None:
-                link.fail(
-                    ErrorCode.UNAUTHORIZED,
-                    "the access rules do not know this user or its credentials any more",
-                )
-            else:
-                self.deliver(router, router.set_principal(link.peer, link.principal))
+            principal = rules.renewed(link.principal)
+            if principal is None:
+                link.fail(ErrorCode.UNAUTHORIZED, UNKNOWN_USER)
+                principal = replace(link.principal, rights=Rights((), UNKNOWN_USER))
+            link.principal = principal
+            self.deliver(router, router.set_principal(link.peer, principal))
+        for router in tuple(self.joined):
+            self.deliver(router, router.drop_denied(rules.renewed))
         self.reports.report_soon()
         self.flush()
 

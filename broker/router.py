@@ -215,6 +215,15 @@ class Router:
             self.declarations.revoke(peer)
         return self._take()
 
+    def drop_denied(self, renew: Callable[[Principal], Principal | None]) -> list[Delivery]:
+        """Drop messages in departed queues that changed access rules deny to their publisher or reader.
+
+        Args:
+            renew: Returns a user by the changed rules; None if it has none. For publishers that are gone.
+        """
+        self.routes.drop_denied(self._peers, renew)
+        return self._take()
+
     def hold_publishers(self) -> list[Delivery]:
         """Let the publishers send no more messages than they have sent, as the broker stops."""
         self.topics.hold()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from broker.access.rules import Action
 from broker.attachment_frames import AttachmentFrames
 from broker.deliveries import Close, Discard, Enqueue, Shed
 from broker.departed_queues import DepartedQueues, PeerQueue
@@ -20,8 +21,9 @@ from proto.limits import MAX_U64
 from proto.publisher_queue import PublisherQueue
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator
+    from collections.abc import Callable, Collection, Iterator, Mapping
 
+    from broker.access.rules import Principal
     from broker.deliveries import Delivery
     from broker.records import Peer
     from proto.frames import Batch
@@ -121,7 +123,7 @@ class Routes:
             self.reader_credit.remove(route, subscription)
             return
         del publisher.routes[peer.id]
-        self.departed.add_unwanted(PeerQueue(route.queue, route.topic, peer.id))
+        self.departed.add_unwanted(PeerQueue(route.queue, route.topic, peer.id, publisher.peer))
         self._emit(Discard(peer.id, route.queue))
 
     def pause(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
@@ -130,7 +132,7 @@ class Routes:
         route.remove(subscription)
         if not route.subscriptions:
             del publisher.routes[route.peer.id]
-            peer_queue = PeerQueue(route.queue, route.topic, route.peer.id, route.earlier_ids)
+            peer_queue = _peer_queue(publisher, route)
             if excess := self.departed.add(publisher.gid, publisher.key, peer_queue):
                 self._emit(Shed(route.peer.id, excess))
 
@@ -140,7 +142,7 @@ class Routes:
         pending = self._attachments.pending  # an ATTACHED that is not in the queue yet
         for route in publisher.routes.values():
             route.queue.sequence_limit = route.queue.byte_limit = None  # nobody grants credit any more
-            peer_queue = PeerQueue(route.queue, route.topic, route.peer.id, route.earlier_ids)
+            peer_queue = _peer_queue(publisher, route)
             empty = route.queue.empty and not pending
             queue = None if empty else route.queue
             self._attachments.detach(publisher.key, route.peer.id, route.subscriptions, reason, queue)
@@ -163,6 +165,24 @@ class Routes:
         self._attachments.flush()
         for queue in self.departed.remove_peer(peer):
             self._emit(Discard(peer, queue))
+
+    def drop_denied(self, peers: Mapping[int, Peer], renew: Callable[[Principal], Principal | None]) -> None:
+        """Drop messages in departed queues that their publisher may not publish or their reader not get.
+
+        Args:
+            peers: Those with a connection, by id.
+            renew: See `Router.drop_denied`.
+        """
+        self.flush()
+        for each in self.departed.all():
+            source, reader, name = each.source, peers.get(each.peer), each.topic.name
+            if source.principal is not None and source.id not in peers:
+                principal = renew(source.principal)
+                allowed = principal is not None and principal.rights.may(Action.PUBLISH, name)
+            else:
+                allowed = source.may(Action.PUBLISH, name)
+            if reader is not None and not (allowed and reader.may(Action.SUBSCRIBE, name)):
+                self._emit(Shed(reader.id, each.queue))
 
     def prune(self, *, at_least: int | None = None) -> None:
         """Forget empty queues if there are many, or so many. Only between the handling of two frames."""
@@ -241,4 +261,8 @@ class Routes:
     def _queues_in_use(self) -> Iterator[PeerQueue]:
         for publisher in self._publishers.values():
             for route in publisher.routes.values():
-                yield PeerQueue(route.queue, route.topic, route.peer.id)
+                yield PeerQueue(route.queue, route.topic, route.peer.id, publisher.peer)
+
+
+def _peer_queue(publisher: PublisherRecord, route: Route) -> PeerQueue:
+    return PeerQueue(route.queue, route.topic, route.peer.id, publisher.peer, route.earlier_ids)

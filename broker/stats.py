@@ -182,7 +182,7 @@ def link_stats(now: float, router: Router, joined: Mapping[int, Link]) -> Iterat
     """
     queued: Counter[int] = Counter()
     queued_bytes: Counter[int] = Counter()
-    for queue, _, number, _ in router.routes.peer_queues():
+    for queue, _, number, *_ in router.routes.peer_queues():
         queued[number] += queue.pending
         queued_bytes[number] += queue.pending_bytes
     for number, link in joined.items():

@@ -130,11 +130,13 @@ class Principal:
     Attributes:
         user: The user's name.
         rights: What the user may do from there.
+        origin: Where from.
         token: The hash of the token that has identified the user; "" if something else has.
     """
 
     user: str
     rights: Rights
+    origin: Origin
     token: str = ""
 
 
@@ -202,24 +204,24 @@ class AccessRules:
         user = next((name for name in named if name is not None), "")
         return self.principal(user or (self.local_user if origin.local else ""), origin)
 
-    def renewed(self, principal: Principal, origin: Origin) -> Principal | None:
+    def renewed(self, principal: Principal) -> Principal | None:
         """Return the user of a connection by these rules, which were read after it was authenticated.
 
         Args:
             principal: The user by the earlier rules.
-            origin: Where it comes from.
 
         Returns:
-            The user with the rights from there; None if its token, certificate or user is not valid any more.
+            The user with its rights now; None if its token, certificate or user is not valid any more.
         """
         if not principal.token:
-            return self.authenticate(origin, None)
-        return self.principal(self._owners.get(principal.token, ""), origin, token=principal.token)
+            return self.authenticate(principal.origin, None)
+        owner = self._owners.get(principal.token, "")
+        return self.principal(owner, principal.origin, token=principal.token)
 
     def principal(self, user: str, origin: Origin, *, token: str = "") -> Principal | None:
         """Return a user as connected from somewhere; None if there is no such user."""
         found = self.users.get(user)
-        return None if found is None else Principal(user, self._rights_of(found, origin), token)
+        return None if found is None else Principal(user, self._rights_of(found, origin), origin, token)
 
     def _rights_of(self, user: User, origin: Origin) -> Rights:
         roles = tuple(role for role in map(self.roles.__getitem__, user.roles) if role.applies(origin))

@@ -75,6 +75,12 @@ class Switch:
         accepted = [frame for frame in self.read(peer, frames.Accepted) if frame.id == declaration.id]
         return accepted[0].number
 
+    def check_stalls(self, *times: float) -> None:
+        """Check for stalled subscriptions at these times."""
+        for now in times:
+            _, deliveries = self.router.check_stalls(now)
+            self._carry(deliveries)
+
     def cut(self, peer: int) -> None:
         """A peer's connection is ending, and the router does not know yet."""
         self._outboxes.pop(peer, None)
@@ -90,9 +96,10 @@ class Switch:
         self._carry(self.router.suspend(peer))
         self.report()
 
-    def set_principal(self, peer: int, principal: Principal) -> None:
-        """The access rules have changed."""
+    def set_principal(self, peer: int, principal: Principal, gone: Principal | None = None) -> None:
+        """The access rules have changed, for one peer and for all users that are gone."""
         self._carry(self.router.set_principal(peer, principal))
+        self._carry(self.router.drop_denied(lambda before: gone or before))
 
     def restore(self, peer: int) -> None:
         """A peer has been heard of again."""

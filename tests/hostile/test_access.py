@@ -203,6 +203,32 @@ async def test_a_reload_reaches_existing_sessions(rules: Path) -> None:
         assert broker.stats().endpoints == 4
 
 
+@pytest.mark.parametrize("rules", [RULES + FULL], indirect=True)
+async def test_what_waits_of_a_removed_user_is_not_delivered(rules: Path) -> None:
+    """Case 23: messages that a reader has no credit for yet go with the session of their publisher."""
+    two = RULES.replace("tokens = [", f'tokens = ["{hash_token(OTHER)}", ')
+    rules.write_text(two + FULL)  # noqa: ASYNC240
+    async with (
+        Broker(BrokerOptions(port=0, auth=rules)) as broker,
+        link(broker, "/talker", auth=TOKEN) as talker,
+        link(broker, "/reader", auth=OTHER) as reader,
+    ):
+        reader.send(make.subscription(1, "/t", qos=make.KEEP_ALL, window=1))
+        talker.send(make.publisher(1, "/t", qos={"depth": 5}))
+        publisher = (await talker.next(frames.Accepted)).number
+        await reader.next(frames.Attached)
+        talker.send(make.batch(publisher, 0), make.batch(publisher, 1), make.batch(publisher, 2))
+        assert (await reader.next(frames.Batch)).first_sequence == 0
+        await talker.synchronise()
+        rules.write_text(two.replace(f', "{hash_token(TOKEN)}"', "") + FULL)  # noqa: ASYNC240
+        broker.reload()
+        await talker.gone()
+        await reader.next(frames.Detached)
+        await reader.synchronise()
+        assert reader.waiting(frames.Batch) == []
+        assert broker.stats().dropped == 2
+
+
 @pytest.mark.parametrize("left", ["token", "user"])
 @pytest.mark.parametrize("rules", [RULES + FULL], indirect=True)
 async def test_a_session_whose_credentials_are_gone_ends(rules: Path, left: str) -> None:
