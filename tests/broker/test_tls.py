@@ -16,6 +16,7 @@ import actors
 from broker import AddressInUseError, Broker, BrokerOptions, InvalidOptionError, UnprotectedError
 from proto.errors import TlsFileError
 from proto.url import BrokerUrl, parse_url
+from tests.broker.rawclient import until
 from tests.certificates import Authority
 
 if TYPE_CHECKING:
@@ -183,3 +184,30 @@ async def test_required_certificates_are_authentication(authority: Authority) ->
         await Broker(authority.options(host="0.0.0.0")).__aenter__()
     async with Broker(authority.options(host="0.0.0.0", tls_client_ca=authority.ca)) as broker:
         assert broker.stats().connections == 0
+
+
+async def test_a_removed_authority_counts_for_new_connections_and_a_removed_name_for_all(
+    authority: Authority, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 23: a reload of the client authorities ends no session; that of the rules does."""
+    rules, clients = tmp_path / "access.toml", tmp_path / "clients.pem"
+    rules.write_text(RULES)
+    clients.write_bytes(authority.ca.read_bytes())
+    other = Authority(tmp_path, "other")
+    files = authority.files(authority.issue(common_name="camera"))
+    for variable, path in zip(("CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY"), files, strict=True):
+        monkeypatch.setenv(variable, path)
+    async with (
+        Broker(authority.options(tls_client_ca=clients, auth=rules)) as broker,
+        actors.Node("camera", url=broker.url, connect_timeout_sec=10) as node,
+    ):
+        clients.write_bytes(other.ca.read_bytes())
+        broker.reload()
+        with pytest.raises(actors.CallboardError):
+            async with actors.Node("late", url=broker.url, connect_timeout_sec=2):
+                pass
+        assert node.connected
+        assert broker.stats().endpoints == 1
+        rules.write_text(RULES.replace('"camera"]', '"lidar"]'))
+        broker.reload()
+        await until(lambda: broker.stats().endpoints == 0)
