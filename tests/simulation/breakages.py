@@ -32,6 +32,7 @@ from broker.records import ClientRecord, PublisherRecord, Route, ServiceRecord, 
 from broker.router import Router
 from broker.server import Broker
 from broker.services import Services
+from broker.stalls import Stalls
 from broker.topics import Topics
 from proto.frames import Replay, ReplyEntry
 from proto.liveness import Liveness, PeerState
@@ -398,6 +399,13 @@ def stops_without_drain() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def waits_for_ever() -> Iterator[None]:
+    """A broker never suspends the credit of a reader that stalls."""
+    with mock.patch.object(Stalls, "check", return_value=[]):
+        yield
+
+
 BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], bool]]] = {
     "order of latched messages": (latches_backwards, True),
     "latched messages come": (latches_too_little, True),
@@ -420,6 +428,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "gaps are counted": (does_not_count_gaps, False),
     "breaks are counted": (miscounts_a_break, False),
     "links that end are accounted for": (loses_in_silence, False),
+    "a reader that stalls is not waited for": (waits_for_ever, True),
     "credit comes": (does_nothing(SubscriptionCredit, "taken"), True),
     "replies go to their caller": (answers_somebody_else, True),
     "requests come once": (answers_twice, True),

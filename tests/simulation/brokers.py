@@ -12,6 +12,9 @@ from tests.simulation.network import on_host
 if TYPE_CHECKING:
     from tests.simulation.world import World
 
+STALL_SEC: Final = 2.0
+"""How long a reader may stall; members ask for much more, as they are slow without faults."""
+
 STOP_SEC: Final = 15.0
 """A broker drains and stops within this."""
 
@@ -51,7 +54,9 @@ class BrokerProcess:
             await self._task
 
     async def _run(self) -> None:
-        options = BrokerOptions(port=self._port, max_link_bytes=self._world.max_link_bytes)
+        options = BrokerOptions(
+            port=self._port, max_link_bytes=self._world.max_link_bytes, keep_all_stall_sec=STALL_SEC
+        )
         async with Broker(options, clock=self._world.loop.ticks) as self.broker:
             self._up.set()
             await self._stop.wait()

@@ -38,6 +38,7 @@ LATEST: Final = actors.QoSProfile(
 async def check(world: World) -> None:
     """Check everything, and end the world."""
     await _wait_until_idle(world)
+    await world.end_stalls()
     await _check_delivery(world)
     await _check_calls_are_served(world)
     await _check_graph(world)

@@ -71,6 +71,51 @@ class _Link(asyncio.BufferedProtocol):
             self.ended.set_result(None)
 
 
+class StalledReader:
+    """Subscribes to everything with KEEP_ALL, takes a few messages, and grants no more for a while.
+
+    Args:
+        world: The history.
+        random: Chooses its windows, and when it grants again.
+    """
+
+    def __init__(self, world: World, random: Random) -> None:
+        self._world = world
+        self._random = random
+
+    async def run(self) -> None:
+        """Stall until somebody cancels it."""
+        with on_host("stalled"):
+            while True:
+                await asyncio.sleep(self._random.random())
+                address = self._world.home.url.removeprefix("callboard://")
+                try:
+                    transport, link = await self._world.network.connect(_Link, address)
+                except OSError:
+                    continue
+                assert isinstance(link, _Link)
+                try:
+                    await self._read(transport, link)
+                finally:
+                    transport.abort()
+
+    async def _read(self, transport: MemoryTransport, link: _Link) -> None:
+        identity: frames.Options = {"instance": self._random.randbytes(16), "token": bytes(16)}
+        transport.write(encode(frames.Hello(limits.PROTOCOL_VERSION, identity)))
+        transport.write(encode(frames.Node(0, "/hostile/stalled")))
+        for number, topic in enumerate(TOPICS, 1):
+            window = self._random.choice([1, 5])
+            declared = make.subscription(number, f"/{topic}", raw=True, qos=make.KEEP_ALL, window=window)
+            transport.write(encode(declared))
+        while not link.ended.done():
+            await asyncio.wait({link.ended}, timeout=1.0)
+            transport.write(encode(frames.Ping(1)))  # it is slow, not silent
+            if self._random.random() < 0.1:
+                self._world.journal.struck["stall_ends"] += 1
+                for number in range(1, len(TOPICS) + 1):
+                    transport.write(encode(frames.Grant(number, 1, 0, 0)))
+
+
 class Attacker:
     """Connects again and again, each time for another attack.
 

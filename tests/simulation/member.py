@@ -219,7 +219,12 @@ class Member:
 
         callback = None if kind == "iterate" else plain if kind == "plain" else asynchronous
         subscription = self.node.create_subscription(
-            Note, topic, callback, qos or self._qos(), concurrent=kind == "beside"
+            Note,
+            topic,
+            callback,
+            qos or self._qos(),
+            concurrent=kind == "beside",
+            stall_timeout_sec=600.0,
         )
         name = f"{self.host}<{topic}<{len(self.world.journal.subscriptions)}({kind})"
         broker = endpoint_of(subscription).context.link.url

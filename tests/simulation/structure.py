@@ -83,7 +83,11 @@ def of_router(router: Router) -> Wrongs:
 
 def _of_endpoint(endpoint: Endpoint) -> Wrongs:
     if isinstance(endpoint, PublisherRecord):
-        readers = {(reader.peer.id, reader.id) for reader in endpoint.matched.values()}
+        readers = {
+            (reader.peer.id, reader.id)
+            for reader in endpoint.matched.values()
+            if not (reader.stalled and endpoint.waits_for_readers)
+        }
         routed = {(peer, reader) for peer, route in endpoint.routes.items() for reader in route.subscriptions}
         if readers != routed:
             yield f"publisher {endpoint.key} is matched with {readers} and sends to {routed}"

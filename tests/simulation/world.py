@@ -18,7 +18,7 @@ from actors.endpoints.flow_control import queue_limits, window
 from broker.options import BrokerOptions
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
-from tests.simulation.hostile import Attacker
+from tests.simulation.hostile import Attacker, StalledReader
 from tests.simulation.member import Member
 from tests.simulation.network import BROKER, LinkFaults
 from tests.simulation.records import Journal
@@ -36,7 +36,7 @@ CEILINGS: Final = (65_536, 200_000)
 """Bytes that may wait for one link, in some troubled histories: queues lose messages, and links end."""
 
 HOSTILE_SHARE: Final = 0.3
-"""Histories with one or two attackers."""
+"""Histories with one or two attackers, and as many with a KEEP_ALL reader that stalls."""
 
 LINK_FAULTS: Final = (
     LinkFaults(),
@@ -122,6 +122,10 @@ class World:
             for number in range(hostile.choice([1, 2]) if hostile.random() < HOSTILE_SHARE else 0)
         ]
 
+        stalls = Random(f"{seed} stalls")
+        self._stalled_reader = StalledReader(self, stalls) if stalls.random() < HOSTILE_SHARE else None
+        self._stalling: asyncio.Task[None] | None = None
+
     @property
     def url(self) -> str:
         """The URLs of the brokers that the members connect to."""
@@ -194,6 +198,8 @@ class World:
             await asyncio.sleep(3 * self.random.random())
             await self.home.start()
         attacks = [asyncio.create_task(attacker.run()) for attacker in self._attackers]
+        if self._stalled_reader is not None:
+            self._stalling = asyncio.create_task(self._stalled_reader.run())
         end = self.loop.time() + CHAOS_SEC
         if self.calm:
             await faults.intrude(self, self.random.choice(self.members), 1.0)
@@ -202,15 +208,18 @@ class World:
             self.heal()
         await asyncio.sleep(max(0.0, end - self.loop.time()))
         for attack in attacks:
-            attack.cancel()
-            with suppress(asyncio.CancelledError):
-                await attack
+            await _end(attack)
         if self.standby is not None:
             await self.standby.stop()
         self.record("quiet")
         self.active = False
         for member in self.members:
             await member.activities_end()
+
+    async def end_stalls(self) -> None:
+        """End the reader that stalls; until then nobody waits for it for long."""
+        if self._stalling is not None:
+            await _end(self._stalling)
 
     async def _suffer_all(self, end: float) -> None:
         self.alone = self.random.random() < 0.7
@@ -225,3 +234,9 @@ class World:
         while self.loop.time() < end:
             await asyncio.sleep(self.random.expovariate(0.5))
             await faults.strike(self, kind)
+
+
+async def _end(task: asyncio.Task[None]) -> None:
+    task.cancel()
+    with suppress(asyncio.CancelledError):
+        await task
