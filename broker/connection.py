@@ -6,7 +6,6 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 from broker.access.transport import address_text, is_same_user, origin_of
-from broker.deliveries import Send
 from broker.link import CATCH_UP, Link, logger
 from broker.router import REPORTED
 from proto import frames, limits
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from broker.dispatcher import Dispatcher
-    from broker.stats import Statistics
+    from broker.inspections import Inspections
 
 AGENT: Final = agent("callboard-broker")
 
@@ -44,7 +43,7 @@ class Connection:
     Args:
         loop: The broker's event loop.
         dispatcher: The broker's links and graphs.
-        statistics: Answers INSPECT.
+        inspections: Answers INSPECT.
         instance: The broker's random identity.
         sessions: Numbers for new sessions.
     """
@@ -53,13 +52,13 @@ class Connection:
         self,
         loop: asyncio.AbstractEventLoop,
         dispatcher: Dispatcher,
-        statistics: Statistics,
+        inspections: Inspections,
         instance: bytes,
         sessions: Iterator[int],
     ) -> None:
         self._loop = loop
         self._dispatcher = dispatcher
-        self._statistics = statistics
+        self._inspections = inspections
         self._instance = instance
         self._sessions = sessions
         options, budget = dispatcher.options, dispatcher.budget
@@ -75,8 +74,6 @@ class Connection:
             received=dispatcher.received,
         )
         self._link = Link(self.channel, options, loop.time())
-        self._inspects: list[int] = []
-        """Ids of the INSPECTs of one read, which share one answer."""
 
     def opened(self) -> None:
         """ChannelHandler: the transport is open."""
@@ -131,7 +128,8 @@ class Connection:
             self._dispatcher.note_ending(self._link, f"it closed its link: {text}")
             self.channel.close()
         elif isinstance(frame, frames.Inspect):
-            self._inspects.append(frame.id)
+            assert self._link.router is not None
+            self._inspections.add(self._link, self._link.router, frame.id)
             self.channel.end_share()  # the answer costs much more than the question
         elif isinstance(frame, frames.Pong) and frame.token == CATCH_UP:
             self._dispatcher.caught_up(self._link)
@@ -172,11 +170,6 @@ class Connection:
         link = self._link
         if link.suspended_at is not None:
             self._dispatcher.restore(link)  # any bytes count, a PING's, too
-        if self._inspects:
-            inspects, self._inspects = self._inspects, []
-            if link.router is not None:
-                answers = self._statistics.answer(self._loop.time(), link.router, inspects, link)
-                self._dispatcher.deliver(link.router, [Send(link.peer, each) for each in answers])
         if self.channel.reassembler.held_bytes:
             self._dispatcher.note_partial(link)
         self._dispatcher.flush()

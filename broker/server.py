@@ -22,6 +22,7 @@ from broker.capacity import Capacity
 from broker.connection import Connection
 from broker.dispatcher import Dispatcher
 from broker.drain import Drain
+from broker.inspections import Inspections
 from broker.listening import Listener, listen
 from broker.options import BrokerOptions
 from broker.peer_warnings import PeerWarnings
@@ -172,8 +173,10 @@ class Broker:
             dispatcher.admission.rules = load_rules(self.options.auth)
         self._tls = self._tls_context()
 
+        inspections = Inspections(loop, dispatcher, statistics)
+
         def connect() -> asyncio.BufferedProtocol:
-            channel = Connection(loop, dispatcher, statistics, self.instance, self._sessions).channel
+            channel = Connection(loop, dispatcher, inspections, self.instance, self._sessions).channel
             if self._tls is None:
                 return channel
             from proto.aio.tls_transport import TlsTransport  # noqa: PLC0415 - few brokers use TLS

@@ -89,22 +89,19 @@ class Statistics:
         joined = self._dispatcher.joined
         return [link for router in joined for link in link_stats(now, router, joined[router])]
 
-    def answer(
-        self, now: float, router: Router, inspects: Iterable[int], link: Link
-    ) -> Iterator[frames.Stats]:
-        """Return the frames that answer INSPECTs with these ids from a link of this graph.
+    def answer(self, now: float, router: Router, link: Link, totals: BrokerStats) -> Iterator[frames.Stats]:
+        """Return the frames that answer an INSPECT with the id 0 from a link of this graph.
 
         Of what the link's user may not administer they have nothing; always the numbers of the link itself.
         """
-        totals, topics = self.totals(now), tuple(topic_stats(router))
+        topics = tuple(topic_stats(router))
         links = tuple(link_stats(now, router, self._dispatcher.joined[router]))
         peer = router.peer(link.peer)
         if peer is not None and peer.rights is not None:
             totals = totals if peer.may(Action.ADMINISTER, WHOLE_BROKER) else BrokerStats()
             topics = tuple(topic for topic in topics if peer.may(Action.ADMINISTER, topic.name))
             links = tuple(each for each in links if each.session == link.session or _may_inspect(peer, each))
-        for inspect in inspects:
-            yield from answer(inspect, totals, topics, links)
+        return answer(0, totals, topics, links)
 
 
 def _may_inspect(peer: Peer, link: LinkStats) -> bool:

@@ -103,6 +103,13 @@ def encode_graph(watch: int, *, more: bool, changes: bytes) -> bytes:
     return _prefix(BIN_32, len(header)) + header
 
 
+def with_id(raw: bytes, number: int) -> bytes:
+    """Return an encoded frame without a payload whose first field is the id 0, with another id."""
+    start = limits.PREFIX_BYTES + 2
+    header = b"".join((raw[limits.PREFIX_BYTES : start], _pack(number), raw[start + 1 :]))
+    return _prefix(BIN_32, len(header)) + header
+
+
 def encode_head(frame: Batch | Replay | Fragment) -> bytes:
     """Return the encoded frame up to its payload, which must follow on the wire."""
     op, fields, _ = _SHAPES[type(frame)]

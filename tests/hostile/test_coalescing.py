@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 import pytest
@@ -197,6 +199,35 @@ def test_a_graph_frame_in_parts_is_the_same_frame() -> None:
             frame = frames.Graph(watch, more, added, removed, removed[:1])
             raw = encode_graph(watch, more=more, changes=changes)
             assert decode(raw) == frame == decode(encode(frame))
+
+
+async def test_statistics_are_collected_once_for_all_links_that_ask(broker: Broker) -> None:
+    """Case 54: 20 links that ask at the same time get the same snapshot, each under its own id."""
+    async with AsyncExitStack() as stack:
+        clients = [await stack.enter_async_context(link(broker, f"/n{number}")) for number in range(20)]
+        for number, client in enumerate(clients):
+            client.send(frames.Inspect(1000 + number))
+        answers = [await client.next(frames.Stats) for client in clients]
+        assert [answer.id for answer in answers] == [1000 + number for number in range(20)]
+        assert all(len(answer.links) == 20 or answer.more for answer in answers)
+        assert len({answer.totals["stamp_sec"] for answer in answers}) <= 4
+
+
+async def test_inspects_that_wait_for_an_answer_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 54: where a snapshot takes long, a flood of INSPECTs ends its link; a bystander is answered."""
+    monkeypatch.setattr("broker.inspections.MAX_UNANSWERED", 50)
+    ticks = itertools.count()
+    options = BrokerOptions(port=0, drain_timeout_sec=0.2)
+    async with (
+        Broker(options, clock=lambda: next(ticks) * 0.01) as broker,
+        link(broker, "/guilty") as guilty,
+        link(broker, "/bystander") as bystander,
+    ):
+        guilty.send(*(frames.Inspect(number) for number in range(300)))
+        assert (await guilty.next(frames.Error)).code == ErrorCode.LIMIT
+        bystander.send(frames.Inspect(1))
+        totals = (await bystander.next(frames.Stats)).totals
+        assert totals["refused_declarations"] == 1
 
 
 async def test_a_pong_follows_what_the_frames_before_its_ping_have_caused(broker: Broker) -> None:

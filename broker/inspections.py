@@ -1,0 +1,103 @@
+"""Answers to INSPECT: the statistics are collected once for all that wait for them, and not too often."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from broker.deliveries import SendEncoded
+from proto.codec import encode, with_id
+from proto.errors import ErrorCode, ProtocolError
+
+if TYPE_CHECKING:
+    import asyncio
+
+    from broker.dispatcher import Dispatcher
+    from broker.link import Link
+    from broker.router import Router
+    from broker.stats import Statistics
+
+MAX_UNANSWERED: Final = 10_000
+"""INSPECTs of one link that wait for their answers."""
+
+ANSWERS_PER_SHARE: Final = 16
+"""Answers to one link, before others get theirs."""
+
+ANSWER_SEC: Final = 0.005
+"""Seconds of answering in one loop turn. The last answer may exceed them."""
+
+PAUSE_RATIO: Final = 7
+"""The next collection waits for 7 times what the last one took, so that all take 1/8 of the loop's time."""
+
+
+class Inspections:
+    """The INSPECTs of all links of one run of a broker that wait for their answers.
+
+    Args:
+        loop: The broker's event loop.
+        dispatcher: The links and graphs.
+        statistics: Collects the numbers.
+    """
+
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, dispatcher: Dispatcher, statistics: Statistics
+    ) -> None:
+        self._loop = loop
+        self._dispatcher = dispatcher
+        self._statistics = statistics
+        self._asked: dict[Link, list[int]] = {}
+        self._due = False
+        self._next_at = 0.0
+
+    def add(self, link: Link, router: Router, inspect: int) -> None:
+        """Answer an INSPECT of a link of this graph in a later loop turn.
+
+        Raises:
+            ProtocolError: Too many of this link wait.
+        """
+        waiting = self._asked.setdefault(link, [])
+        if len(waiting) >= MAX_UNANSWERED:
+            router.refusals.count += 1
+            text = f"more than {MAX_UNANSWERED} INSPECTs of one link wait for their answers (MAX_UNANSWERED)"
+            raise ProtocolError(ErrorCode.LIMIT, text)
+        waiting.append(inspect)
+        self._answer_later()
+
+    def _answer_later(self) -> None:
+        if not self._due:
+            self._due = True
+            self._loop.call_at(self._next_at, self._answer)
+
+    def _answer(self) -> None:
+        """Answer those that wait: as many as fit into a turn, the others after the pause."""
+        self._due = False
+        dispatcher, asked, now = self._dispatcher, self._asked, self._loop.time()
+        budget = dispatcher.budget
+        assert budget is not None
+        began = budget.clock()
+        totals = self._statistics.totals(now)
+        shared: dict[Router, list[bytes]] = {}
+        while asked:
+            link = next(iter(asked))
+            inspects, router = asked.pop(link), link.router
+            if router is None:
+                continue
+            peer = router.peer(link.peer)
+            pieces = shared.get(router)
+            if pieces is None or (peer is not None and peer.rights is not None):
+                frames = self._statistics.answer(now, router, link, totals)
+                pieces = [encode(frame) for frame in frames]
+                if peer is None or peer.rights is None:
+                    shared[router] = pieces
+            now_answered, rest = inspects[:ANSWERS_PER_SHARE], inspects[ANSWERS_PER_SHARE:]
+            if rest:
+                asked[link] = rest  # behind the others
+            answers = [SendEncoded(link.peer, with_id(raw, each)) for each in now_answered for raw in pieces]
+            dispatcher.deliver(router, [*answers])
+            if budget.clock() - began >= ANSWER_SEC:
+                break
+        dispatcher.flush()
+        spent = budget.clock() - began
+        budget.spend(spent)
+        self._next_at = self._loop.time() + PAUSE_RATIO * spent
+        if asked:
+            self._answer_later()
