@@ -333,7 +333,8 @@ class Outbox:
         if self.held_bytes > self.max_held_bytes:
             # The margin makes the search over all queues rare, and each drop short.
             self.drop_from_fullest(self.max_held_bytes - self.max_held_bytes // 32)
-        self._touched.clear()
+        if self._touched:  # not if only calls were sent
+            self._touched.clear()
 
     def _recount(self, queue: PublisherQueue) -> None:
         held = queue.held_bytes
