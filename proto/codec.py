@@ -230,8 +230,7 @@ _MAX_FED_BYTES: Final = limits.MAX_FRAME_BYTES
 """Larger headers, which came in fragments, are unpacked in place."""
 
 _SMALL_BYTES: Final = 128
-"""Up to this size a frame is unpacked at once: nested arrays of so many elements take 45 KiB, however many it
-announces, and a longer array does not fit into it."""
+"""A frame up to this size is unpacked at once: whatever lengths it announces, that takes at most 45 KiB."""
 
 
 class Decoder:
@@ -285,14 +284,11 @@ class Decoder:
         """Return a header that fills the whole frame."""
         if len(content) > _MAX_FED_BYTES:
             check_depth(content, MAX_DEPTH)
-            found: tuple[Any, ...] = msgpack.unpackb(
-                content, max_bin_len=len(content), **_limits(max_array_len)
-            )
-            return found
+            sizes = _limits(max_array_len)
+            return cast("tuple[Any, ...]", msgpack.unpackb(content, max_bin_len=len(content), **sizes))
         small = len(content) <= _SMALL_BYTES
-        if small:
-            max_array_len = _SMALL_BYTES
-        unpacker = self._unpackers.get(max_array_len) or self._new_unpacker(max_array_len)
+        limit = _SMALL_BYTES if small else max_array_len
+        unpacker = self._unpackers.get(limit) or self._new_unpacker(limit)
         before = unpacker.tell()
         unpacker.feed(content)
         # To skip allocates nothing, and fails unless every announced element is there.

@@ -41,7 +41,7 @@ async def failures(url: str) -> list[TlsFailed]:
     with pytest.raises(TlsFailed) as of_inspector:
         await asyncio.to_thread(inspect)
     with pytest.raises(TlsFailed) as of_node:
-        async with actors.Node("node", url=url, connect_timeout_sec=0.2):
+        async with actors.Node("node", url=url, connect_timeout_sec=1):
             pass
     return [of_inspector.value, of_node.value]
 

@@ -104,11 +104,13 @@ async def test_an_inspector_presents_the_token(broker: Broker, monkeypatch: pyte
     assert await asyncio.to_thread(count) == 0
 
 
-@pytest.mark.parametrize("command", [["node", "list"], ["topic", "echo", "/x"], ["doctor"]])
+@pytest.mark.parametrize(
+    ("command", "code"), [(["node", "list"], 3), (["topic", "echo", "/x"], 3), (["doctor"], 1)]
+)
 async def test_a_command_without_a_token_fails(
-    broker: Broker, command: list[str], capfd: pytest.CaptureFixture[str]
+    broker: Broker, command: list[str], code: int, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Exit code 1 and the reason, from queries and from hidden nodes."""
-    assert await asyncio.to_thread(main, command) == 1
+    """The exit code of a broker that cannot be used, or doctor's, and the reason."""
+    assert await asyncio.to_thread(main, command) == code
     shown = capfd.readouterr()
     assert "refuses this client" in shown.out + shown.err
