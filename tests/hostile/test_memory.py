@@ -250,8 +250,9 @@ async def _use_and_end(
             make.client(3),
         ]
         guilty.send(*declared, make.service(4, "/own"), make.request(3, 1), frames.Watch(1, True))
-        partner.send(make.request(3, 1))
         guilty.send(frames.Fragment(1, 10**6, True, bytes(100_000)))
+        await until(lambda: broker.stats().pending_calls == 1)  # and it serves /own now
+        partner.send(make.request(3, 1))
         await partner.synchronise()
         await until(lambda: broker.stats().pending_calls == 2)
         last = list(broker._dispatcher.links)[-1]
