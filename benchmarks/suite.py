@@ -141,7 +141,13 @@ class _Log:
 
 def _contenders(peers: list[str]) -> tuple[list[Contender], dict[str, str]]:
     """Return callboard in its forms and the peers that are there; and the others, with the reason."""
-    found = [callboard(), callboard(loop="asyncio"), callboard(transport="unix"), callboard(transport="tls")]
+    found = [
+        callboard(),
+        callboard(loop="asyncio"),
+        callboard(transport="unix"),
+        callboard(transport="tls"),
+        callboard(rules=1000),
+    ]
     skipped: dict[str, str] = {}
     for name in peers:
         module: Any = import_module(f"benchmarks.peers.{name}")

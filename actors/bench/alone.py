@@ -25,10 +25,11 @@ async def measure(
     repetitions: int,
     loop: Loop,
     transport: Transport,
+    rules: int,
     command: str,
 ) -> Results:
     """Run the workloads with a progress bar and return their results."""
-    contender = callboard(loop=loop, transport=transport)
+    contender = callboard(loop=loop, transport=transport, rules=rules)
     results = Results(
         machine=machine.describe(),
         date=datetime.now(UTC).isoformat(timespec="seconds"),

@@ -22,21 +22,30 @@ _CA: Final = "ca.pem"
 _MISSING: Final = "Measuring TLS needs trustme: pip install 'callboard[bench]'"
 
 
-def callboard(*, loop: Loop = "uvloop", transport: Transport = "tcp") -> Contender:
+def callboard(*, loop: Loop = "uvloop", transport: Transport = "tcp", rules: int = 0) -> Contender:
     """Return callboard, with its broker and roles on `loop`, linked by `transport`.
+
+    Args:
+        loop: The event loop.
+        transport: What connects broker and roles.
+        rules: How many access rules the broker has; 0 for a broker without access rules.
 
     Raises:
         CallboardError: TLS needs a package that is not installed.
     """
     if transport == "tls" and find_spec("trustme") is None:
         raise CallboardError(_MISSING)
-    variant = [word for word in (loop, transport) if word not in {"uvloop", "tcp"}]
+    variant: list[str] = [word for word in (loop, transport) if word not in {"uvloop", "tcp"}]
+    if rules:
+        variant.append(f"{rules:,} rules")
     python = (sys.executable, "-m", *(("actors.bench.plain_loop",) if loop == "asyncio" else ()))
 
     def command(port: int, scratch: Path) -> list[str]:
         place = ["--unix", str(scratch / _SOCKET)] if transport == "unix" else ["--port", str(port)]
         if transport == "tls":
             place += _certificate(scratch)
+        if rules:
+            place += ["--auth", str(_write_rules(scratch / "access.toml", rules))]
         return [*python, "broker", *place, "--log-level", "warning"]
 
     def url(port: int) -> str:
@@ -56,6 +65,15 @@ def callboard(*, loop: Loop = "uvloop", transport: Transport = "tcp") -> Contend
         variables={"CALLBOARD_CA": f"{SCRATCH}/{_CA}"} if transport == "tls" else {},
         socket_name=_SOCKET if transport == "unix" else None,
     )
+
+
+def _write_rules(file: Path, count: int) -> Path:
+    """Write access rules that allow programs on this machine everything, by the last rule for each action."""
+    actions = ("node", "publish", "subscribe", "serve", "call", "see", "administer")
+    others = [f"/robot{number}/**" for number in range(-(-count // len(actions)) - 1)]
+    rules = "".join(f"allow.{action} = {[*others, '/**']}\n" for action in actions)
+    file.write_text(f'[local]\nuser = "bench"\n[users.bench]\nroles = ["all"]\n[roles.all]\n{rules}')
+    return file
 
 
 def _certificate(folder: Path) -> list[str]:

@@ -39,6 +39,13 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.add_argument("--loop", choices=("uvloop", "asyncio"), default="uvloop", help="default: uvloop")
     parser.add_argument("--transport", choices=("tcp", "unix", "tls"), default="tcp", help="default: tcp")
+    parser.add_argument(
+        "--rules",
+        type=count,
+        metavar="N",
+        default=0,
+        help="give the broker N access rules; default: none",
+    )
     add_json_option(parser)
 
 
@@ -57,6 +64,7 @@ def run(options: Options) -> int:
             repetitions=options.repetitions,
             loop=options.loop,
             transport=options.transport,
+            rules=options.rules,
             command=" ".join(["callboard bench", *options.workloads]),
         )
     )
