@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from actors.parameters.errors import InvalidParameterValueError as InvalidParameterValueError
     from actors.parameters.errors import ParameterAlreadyDeclaredError as ParameterAlreadyDeclaredError
     from actors.parameters.errors import ParameterImmutableError as ParameterImmutableError
+    from actors.parameters.errors import ParameterModifiedInCallbackError as ParameterModifiedInCallbackError
     from actors.parameters.errors import ParameterNotDeclaredError as ParameterNotDeclaredError
     from actors.parameters.errors import ParameterUninitializedError as ParameterUninitializedError
     from actors.parameters.types import Parameter as Parameter
@@ -207,6 +208,7 @@ __getattr__, __dir__ = lazy_names(
             "InvalidParameterValueError",
             "ParameterAlreadyDeclaredError",
             "ParameterImmutableError",
+            "ParameterModifiedInCallbackError",
             "ParameterNotDeclaredError",
             "ParameterUninitializedError",
         ),

@@ -49,6 +49,7 @@ async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -
         url=target.url,
         domain=target.domain,
         use_global_arguments=False,
+        start_parameter_services=name is not None,
         connect_timeout_sec=CONNECT_TIMEOUT_SEC,
         stop_timeout_sec=STOP_TIMEOUT_SEC,
         slow_callback_sec=None,  # a terminal may be slow

@@ -26,9 +26,11 @@ class Endpoint(LinkEndpoint):
         events: Its QoS events; None if it has none.
         peers: How many counterparts it has now.
         destroyed: Whether it is out of service.
+        standard: Whether every node has it. The broker may refuse it, and needs no definition of its type.
     """
 
     kind: ClassVar = "endpoint"
+    standard = False
 
     def __init__(self, context: NodeContext, events: EndpointEvents | None = None) -> None:
         context.require_alive()
@@ -60,7 +62,9 @@ class Endpoint(LinkEndpoint):
     def refused(self, code: int, text: str) -> None:
         """Log that the broker has refused the declaration."""
         del code
-        if self.context.may_log("refusals of the broker"):
+        if self.standard:
+            self.context.log.debug(f"The broker refused a standard {self.kind}: {text}")
+        elif self.context.may_log("refusals of the broker"):
             self.context.log.error(f"The broker refused a {self.kind}: {text}")
 
     def matched(self, peers: int, total: int) -> None:

@@ -64,6 +64,8 @@ class Node(NodeGraph, NodeParameters):
         parameter_overrides: Values for parameters; they win over the command line and files.
         allow_undeclared_parameters: Reading and setting undeclared parameters is no error.
         automatically_declare_parameters_from_overrides: Declare every override.
+        start_parameter_services: Let other nodes read, set and watch the parameters: ROS 2's services below
+            the node's name, and the topic `/parameter_events`.
         connect_timeout_sec: Raise BrokerUnreachable on entry when no broker has accepted the node within
             this; None enters without one, and goes on trying in the background.
         default_call_timeout_sec: The deadline of calls that name none.
@@ -98,6 +100,7 @@ class Node(NodeGraph, NodeParameters):
         parameter_overrides: Mapping[str, ParameterValue] | None = None,
         allow_undeclared_parameters: bool = False,
         automatically_declare_parameters_from_overrides: bool = False,
+        start_parameter_services: bool = True,
         connect_timeout_sec: float | None = None,
         default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
         stop_timeout_sec: float = STOP_TIMEOUT_SEC,
@@ -137,6 +140,10 @@ class Node(NodeGraph, NodeParameters):
             allow_undeclared=allow_undeclared_parameters,
             declare_overrides=automatically_declare_parameters_from_overrides,
         )
+        if start_parameter_services:
+            from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - hidden nodes do without
+
+            ParameterServices(self._context, self._names, self._parameters, self._clock)
         self._lifecycle = Lifecycle(
             self._context,
             self._clock,

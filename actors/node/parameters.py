@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from actors.interfaces.rcl_interfaces.msg import ParameterValue as ParameterValueMessage
     from actors.parameters.callbacks import OnSetCallback, PostSetCallback, PreSetCallback
     from actors.parameters.store import ParameterStore
     from actors.parameters.types import (
@@ -216,13 +217,49 @@ class NodeParameters:
         """
         return self._parameters.describe(name)
 
+    def describe_parameters(self, names: Sequence[str]) -> list[ParameterDescriptor]:
+        """Return the constraints of several parameters.
+
+        Args:
+            names: Their names.
+
+        Returns:
+            The descriptors, in the same order.
+
+        Raises:
+            ParameterNotDeclaredError: One is not declared.
+        """
+        return [self._parameters.describe(name) for name in names]
+
+    def set_descriptor(
+        self, name: str, descriptor: ParameterDescriptor, alternative_value: ParameterValue = None
+    ) -> ParameterValueMessage:
+        """Replace the constraints of a parameter, and its value if one is given.
+
+        Args:
+            name: The parameter's name.
+            descriptor: The new constraints; `name` and `type` are filled in.
+            alternative_value: A value for it; None keeps the value.
+
+        Returns:
+            The value, as ROS 2's message.
+
+        Raises:
+            ParameterNotDeclaredError: It is not declared.
+            ParameterImmutableError: It is read-only.
+            InvalidParameterTypeError: The alternative has another type than the parameter.
+            InvalidParameterValueError: The new constraints, or an on-set callback, refuse the value.
+            ParameterModifiedInCallbackError: Called in a pre-set or on-set callback.
+        """
+        return self._parameters.set_descriptor(name, descriptor, alternative_value).get_parameter_value()
+
     def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
-        """Let `callback` change parameters before they are set.
+        """Let `callback` change parameters before they are set. The last one added is called first.
 
         Args:
             callback: Gets the parameters, and returns those to set.
         """
-        self._parameters.callbacks.add_pre_set(callback)
+        self._parameters.callbacks.pre_set.insert(0, callback)
 
     def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
         """Let `callback` accept or refuse parameters before they are set.
@@ -230,7 +267,7 @@ class NodeParameters:
         Args:
             callback: Gets the parameters, and returns the result.
         """
-        self._parameters.callbacks.add_on_set(callback)
+        self._parameters.callbacks.on_set.insert(0, callback)
 
     def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
         """Call `callback` after parameters have been set.
@@ -238,4 +275,37 @@ class NodeParameters:
         Args:
             callback: Gets the parameters.
         """
-        self._parameters.callbacks.add_post_set(callback)
+        self._parameters.callbacks.post_set.insert(0, callback)
+
+    def remove_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
+        """Undo `add_pre_set_parameters_callback`.
+
+        Args:
+            callback: The callback.
+
+        Raises:
+            ValueError: It is not registered.
+        """
+        self._parameters.callbacks.pre_set.remove(callback)
+
+    def remove_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
+        """Undo `add_on_set_parameters_callback`.
+
+        Args:
+            callback: The callback.
+
+        Raises:
+            ValueError: It is not registered.
+        """
+        self._parameters.callbacks.on_set.remove(callback)
+
+    def remove_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
+        """Undo `add_post_set_parameters_callback`.
+
+        Args:
+            callback: The callback.
+
+        Raises:
+            ValueError: It is not registered.
+        """
+        self._parameters.callbacks.post_set.remove(callback)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol, TypeAlias
 
+from actors.parameters.errors import ParameterModifiedInCallbackError
 from actors.parameters.types import Parameter
 
 
@@ -31,54 +32,53 @@ PostSetCallback: TypeAlias = Callable[[list[Parameter]], None]
 
 
 class ParameterCallbacks:
-    """The callbacks of one node; of each kind the last one added is called first."""
+    """The callbacks of one node; of each kind the last one added is called first.
+
+    A callback that adds or removes callbacks changes the next operation, not the one it is called for.
+
+    Attributes:
+        pre_set: May change the parameters to set.
+        on_set: Accept or refuse values.
+        post_set: Are notified of values that have been set.
+    """
 
     def __init__(self) -> None:
-        self._pre_set: list[PreSetCallback] = []
-        self._on_set: list[OnSetCallback] = []
-        self._post_set: list[PostSetCallback] = []
+        self.pre_set: list[PreSetCallback] = []
+        self.on_set: list[OnSetCallback] = []
+        self.post_set: list[PostSetCallback] = []
+        self._deciding = False
+        """Whether a pre-set or on-set callback runs."""
 
-    def add_pre_set(self, callback: PreSetCallback) -> None:
-        """Add a callback that may change the parameters to set."""
-        self._pre_set.insert(0, callback)
-
-    def add_on_set(self, callback: OnSetCallback) -> None:
-        """Add a callback that accepts or refuses values."""
-        self._on_set.insert(0, callback)
-
-    def add_post_set(self, callback: PostSetCallback) -> None:
-        """Add a callback that is notified of values that have been set."""
-        self._post_set.insert(0, callback)
-
-    def remove(self, callback: PreSetCallback | OnSetCallback | PostSetCallback) -> None:
-        """Remove a callback of any kind.
-
-        Raises:
-            ValueError: It is not registered.
-        """
-        for callbacks in (self._pre_set, self._on_set, self._post_set):
-            if callback in callbacks:
-                callbacks.remove(callback)  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
-                return
-        raise ValueError("the callback is not registered")
+    def require_idle(self, name: str) -> None:
+        """Raise ParameterModifiedInCallbackError if a callback is deciding about values."""
+        if self._deciding:
+            raise ParameterModifiedInCallbackError(name)
 
     def rewrite(self, parameters: list[Parameter]) -> list[Parameter] | None:
         """Return the parameters that the pre-set callbacks want set; None if one refuses them all."""
-        for callback in self._pre_set:
-            parameters = callback(parameters)
-            if not parameters:
-                return None
-        return parameters
+        self._deciding = True
+        try:
+            for callback in tuple(self.pre_set):
+                parameters = callback(parameters)
+                if not parameters:
+                    return None
+            return parameters
+        finally:
+            self._deciding = False
 
     def refusal(self, parameters: list[Parameter]) -> str:
         """Return why an on-set callback refuses the values, "" if none does."""
-        for callback in self._on_set:
-            outcome = callback(parameters)
-            if not outcome.successful:
-                return outcome.reason or "an on-set callback refused it"
-        return ""
+        self._deciding = True
+        try:
+            for callback in tuple(self.on_set):
+                outcome = callback(parameters)
+                if not outcome.successful:
+                    return outcome.reason or "an on-set callback refused it"
+            return ""
+        finally:
+            self._deciding = False
 
     def notify(self, parameters: list[Parameter]) -> None:
         """Call the post-set callbacks."""
-        for callback in self._post_set:
+        for callback in tuple(self.post_set):
             callback(parameters)

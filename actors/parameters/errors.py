@@ -6,6 +6,7 @@ CallboardError
     ├── ParameterNotDeclaredError        used without being declared
     ├── ParameterUninitializedError      declared with a type only, and read before it was set
     ├── ParameterImmutableError          read only
+    ├── ParameterModifiedInCallbackError changed while a callback decides about values
     ├── InvalidParameterError (ValueError)        a name that no parameter can have
     ├── InvalidParameterTypeError (TypeError)     a value of another type than declared
     ├── InvalidParameterValueError (ValueError)   a value that the descriptor or a callback refuses
@@ -55,6 +56,15 @@ class ParameterImmutableError(ParameterError):
 
     def __init__(self, parameter: str) -> None:
         super().__init__("Attempted to modify read-only parameter", parameter)
+
+
+class ParameterModifiedInCallbackError(ParameterError):
+    """A pre-set or on-set callback declares, sets or removes a parameter; a post-set callback may."""
+
+    def __init__(self, parameter: str) -> None:
+        super().__init__(
+            "Cannot declare, set or remove a parameter in a pre-set or on-set callback", parameter
+        )
 
 
 class InvalidParameterError(ParameterError, ValueError):

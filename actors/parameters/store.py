@@ -6,6 +6,7 @@ import dataclasses
 from typing import TYPE_CHECKING, Final
 
 from actors.parameters.callbacks import ParameterCallbacks
+from actors.parameters.changes import ParameterChanges
 from actors.parameters.errors import (
     InvalidParameterError,
     InvalidParameterTypeError,
@@ -15,8 +16,8 @@ from actors.parameters.errors import (
     ParameterNotDeclaredError,
     ParameterUninitializedError,
 )
+from actors.parameters.listing import SEPARATOR, list_names
 from actors.parameters.types import (
-    ListParametersResult,
     Parameter,
     ParameterDescriptor,
     ParameterType,
@@ -24,12 +25,12 @@ from actors.parameters.types import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from actors.parameters.types import ParameterValue
+    from actors.parameters.types import ListParametersResult, ParameterValue
 
-SEPARATOR: Final = "."
-"""Between the levels of a parameter's name."""
+MAX_PARAMETERS: Final = 100_000
+"""Parameters of one node. Other nodes can declare some by setting them, if undeclared ones are allowed."""
 
 
 class ParameterStore:
@@ -44,7 +45,9 @@ class ParameterStore:
         declare_overrides: Declare every override immediately.
 
     Attributes:
-        callbacks: The callbacks around setting parameters.
+        callbacks: The callbacks around setting parameters. While one of them decides about values, nothing
+            may be declared, set or removed.
+        on_changes: Called with what has changed, before the post-set callbacks.
 
     Raises:
         InvalidParameterTypeError: An override of an always-declared parameter has another type.
@@ -63,6 +66,7 @@ class ParameterStore:
         self._parameters: dict[str, Parameter] = {}
         self._descriptors: dict[str, ParameterDescriptor] = {}
         self.callbacks = ParameterCallbacks()
+        self.on_changes: Callable[[ParameterChanges], None] | None = None
         self.declare("use_sim_time", default=False)
         fixed = ParameterDescriptor(
             description="If enabled, start the type description service.", read_only=True
@@ -101,7 +105,9 @@ class ParameterStore:
             ParameterAlreadyDeclaredError: It is already declared.
             InvalidParameterTypeError: The override has another type than the default.
             InvalidParameterValueError: A range or an on-set callback refuses the value.
+            ParameterModifiedInCallbackError: A callback is deciding about values.
         """
+        self.callbacks.require_idle(name)
         self._check_new_name(name)
         descriptor = descriptor or ParameterDescriptor()
         kind, value = _type_and_value(default)
@@ -118,6 +124,7 @@ class ParameterStore:
             parameter = self._checked_for_declaration(name, value, descriptor)
         self._descriptors[name] = descriptor
         self._parameters[name] = parameter
+        self._report({name: None})
         if value is not None:
             self.callbacks.notify([parameter])
         return parameter
@@ -166,10 +173,14 @@ class ParameterStore:
         Raises:
             ParameterNotDeclaredError: It is not declared.
             ParameterImmutableError: It is read only.
+            ParameterModifiedInCallbackError: A callback is deciding about values.
         """
+        self.callbacks.require_idle(name)
         if self.describe(name).read_only:
             raise ParameterImmutableError(name)
+        before = {name: self._parameters[name]}
         self._forget(name)
+        self._report(before)
 
     def has(self, name: str) -> bool:
         """Return whether a parameter is declared."""
@@ -215,13 +226,7 @@ class ParameterStore:
             TypeError: `prefixes` is a str.
             ValueError: `depth` is negative.
         """
-        if isinstance(prefixes, str):
-            raise TypeError("prefixes must be a sequence of str, not a str")
-        if depth < 0:
-            raise ValueError("depth must not be negative")
-        names = [name for name in self._parameters if _is_listed(name, prefixes, depth)]
-        parents = (name.rpartition(SEPARATOR)[0] for name in names)
-        return ListParametersResult(names, [*dict.fromkeys(filter(None, parents))])
+        return list_names(self._parameters, prefixes, depth)
 
     def describe(self, name: str) -> ParameterDescriptor:
         """Return the descriptor of a parameter.
@@ -233,6 +238,49 @@ class ParameterStore:
             return self._descriptors[name]
         except KeyError:
             raise ParameterNotDeclaredError(name) from None
+
+    def set_descriptor(
+        self, name: str, descriptor: ParameterDescriptor, alternative: ParameterValue = None
+    ) -> Parameter:
+        """Replace the descriptor of a parameter; its type stays unless the descriptor has `dynamic_typing`.
+
+        Args:
+            name: The parameter's name.
+            descriptor: The new one; its `name` and `type` are filled in.
+            alternative: The value to set at the same time; None keeps the value.
+
+        Returns:
+            The parameter.
+
+        Raises:
+            ParameterNotDeclaredError: It is not declared.
+            ParameterImmutableError: It is read only.
+            InvalidParameterTypeError: The value has another type.
+            InvalidParameterValueError: A range of the new descriptor, or an on-set callback, refuses the
+                value; the descriptor stays as it was.
+            ParameterModifiedInCallbackError: A callback is deciding about values.
+        """
+        self.callbacks.require_idle(name)
+        earlier = self.describe(name)
+        if earlier.read_only:
+            raise ParameterImmutableError(name)
+        parameter = self._parameters[name]
+        value = parameter.value if alternative is None else alternative
+        kind = earlier.type
+        if descriptor.dynamic_typing:
+            kind = ParameterType.from_parameter_value(value)
+        descriptor = dataclasses.replace(descriptor, name=name, type=kind)
+        if alternative is None and value is not None and (reason := descriptor.fault(value)):
+            raise InvalidParameterValueError(name, value, reason)
+        if alternative is not None:
+            parameter = self._checked_for_declaration(name, alternative, descriptor)
+        before = {name: self._parameters[name]}
+        self._descriptors[name] = descriptor
+        if alternative is not None:
+            self._parameters[name] = parameter
+            self._report(before)
+            self.callbacks.notify([parameter])
+        return parameter
 
     def set(self, parameters: Sequence[Parameter]) -> list[SetParametersResult]:
         """Set parameters one by one; a refused one does not affect the others.
@@ -251,7 +299,10 @@ class ParameterStore:
 
         Raises:
             ParameterNotDeclaredError: One is not declared; then none is set.
+            ParameterModifiedInCallbackError: A callback is deciding about values.
         """
+        for parameter in parameters:
+            self.callbacks.require_idle(parameter.name)
         self._check_declared(parameters)
         wanted = self.callbacks.rewrite([*parameters])
         if wanted is None:
@@ -260,10 +311,21 @@ class ParameterStore:
         refusals = (self._refusal(parameter) for parameter in wanted)
         if reason := next(filter(None, refusals), "") or self.callbacks.refusal(wanted):
             return SetParametersResult(successful=False, reason=reason)
+        before = {parameter.name: self._parameters.get(parameter.name) for parameter in wanted}
+        if len(self._parameters) + list(before.values()).count(None) > MAX_PARAMETERS:
+            reason = f"the node has {len(self._parameters)} parameters already"
+            return SetParametersResult(successful=False, reason=reason)
         for parameter in wanted:
             self._store(parameter)
+        self._report(before)
         self.callbacks.notify(wanted)
         return SetParametersResult(successful=True)
+
+    def _report(self, before: Mapping[str, Parameter | None]) -> None:
+        if self.on_changes is not None:
+            changes = ParameterChanges.between(before, self._parameters)
+            if changes:
+                self.on_changes(changes)
 
     def _check_new_name(self, name: str) -> None:
         _check_name(name)
@@ -336,15 +398,3 @@ def _wrong_type(expected: ParameterType, value: ParameterValue) -> str:
     got = ParameterType.from_parameter_value(value)
     hint = f" (write {value}.0)" if expected is ParameterType.DOUBLE and got is ParameterType.INTEGER else ""
     return f"Wrong parameter type, expected {expected.name} got {got.name}{hint}"
-
-
-def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
-    if not prefixes:
-        return not depth or name.count(SEPARATOR) < depth
-    for prefix in prefixes:
-        if name == prefix:
-            return True
-        start = prefix + SEPARATOR
-        if name.startswith(start) and (not depth or name[len(start) :].count(SEPARATOR) < depth):
-            return True
-    return False

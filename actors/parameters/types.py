@@ -5,6 +5,7 @@ from __future__ import annotations
 import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from dataclasses import fields as dataclass_fields
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final, cast
 
@@ -165,6 +166,24 @@ class Parameter:
             setattr(made, f"{self._type.name.lower()}_value", value)
         return made
 
+    def to_parameter_msg(self) -> rcl_interfaces.Parameter:
+        """Return the parameter as ROS 2's message."""
+        from actors.interfaces.rcl_interfaces.msg import Parameter as Message  # noqa: PLC0415 - seldom needed
+
+        return Message(name=self._name, value=self.get_parameter_value())
+
+    @classmethod
+    def from_parameter_msg(cls, message: rcl_interfaces.Parameter) -> Parameter:
+        """Return the parameter of ROS 2's message.
+
+        Args:
+            message: The message.
+
+        Raises:
+            ValueError: There is no such type.
+        """
+        return cls(message.name, ParameterType(message.value.type), parameter_value_to_python(message.value))
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Parameter):
             return NotImplemented
@@ -240,6 +259,48 @@ class ParameterDescriptor:
     floating_point_range: Sequence[FloatingPointRange] = field(default=())
     integer_range: Sequence[IntegerRange] = field(default=())
 
+    def to_msg(self) -> rcl_interfaces.ParameterDescriptor:
+        """Return it as ROS 2's message."""
+        from actors.interfaces.rcl_interfaces import msg as messages  # noqa: PLC0415 - seldom needed
+
+        fields = {each.name: getattr(self, each.name) for each in dataclass_fields(self)}
+        for name, kind in (
+            ("floating_point_range", messages.FloatingPointRange),
+            ("integer_range", messages.IntegerRange),
+        ):
+            fields[name] = [
+                kind(from_value=each.from_value, to_value=each.to_value, step=each.step)
+                for each in fields[name]
+            ]
+        return messages.ParameterDescriptor(**fields)
+
+    @classmethod
+    def from_msg(cls, message: rcl_interfaces.ParameterDescriptor) -> ParameterDescriptor:
+        """Return the descriptor of ROS 2's message.
+
+        Args:
+            message: The message.
+
+        Raises:
+            ValueError: There is no such type.
+        """
+        return cls(
+            name=message.name,
+            type=ParameterType(message.type),
+            description=message.description,
+            additional_constraints=message.additional_constraints,
+            read_only=message.read_only,
+            dynamic_typing=message.dynamic_typing,
+            floating_point_range=[
+                FloatingPointRange(from_value=each.from_value, to_value=each.to_value, step=each.step)
+                for each in message.floating_point_range
+            ],
+            integer_range=[
+                IntegerRange(from_value=each.from_value, to_value=each.to_value, step=each.step)
+                for each in message.integer_range
+            ],
+        )
+
     def fault(self, value: ParameterValue) -> str:
         """Return why the ranges refuse a value, "" if they do not.
 
@@ -277,6 +338,26 @@ class ListParametersResult:
 
     names: list[str]
     prefixes: list[str]
+
+
+def parameter_value_to_python(value: rcl_interfaces.ParameterValue) -> ParameterValue:
+    """Return the Python value of ROS 2's message: lists for arrays, bytes for an array of bytes.
+
+    Args:
+        value: The message.
+
+    Raises:
+        ValueError: There is no such type.
+    """
+    kind = ParameterType(value.type)
+    if kind is ParameterType.NOT_SET:
+        return None
+    found: object = getattr(value, f"{kind.name.lower()}_value")
+    if kind is ParameterType.BYTE_ARRAY:
+        return bytes(cast("bytes", found))
+    if kind in _ARRAYS:
+        return [*cast("Sequence[int]", found)]
+    return cast("ParameterValue", found)
 
 
 def parameter_value_from_string(text: str) -> ParameterValue:

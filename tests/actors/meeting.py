@@ -19,6 +19,9 @@ MIB: Final = 1024 * 1024
 
 KEEP_ALL: Final = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
 
+BARE: Final[dict[str, Any]] = {"start_parameter_services": False}
+"""Options of a node without the endpoints that every node has, for tests that count what they declare."""
+
 
 class Blow(actors.Service, type_name="meeting/srv/Blow"):
     """Requests and replies of any size."""
@@ -80,8 +83,8 @@ class Meeting:
         return node
 
     def absent(self, name: str, **options: Any) -> actors.Node:
-        """Make a node that the test starts itself."""
-        return actors.Node(name, **{"url": self.url, "use_global_arguments": False, **options})
+        """Make a node that the test starts itself, by default without standard endpoints."""
+        return actors.Node(name, **{"url": self.url, "use_global_arguments": False, **BARE, **options})
 
     async def settled(self, *nodes: actors.Node) -> None:
         """Wait until the broker has handled everything that these nodes have sent, and they its answers.

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import AsyncExitStack
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import actors
 from broker.options import BrokerOptions
 from broker.server import Broker
+from tests.actors.meeting import BARE
 from tests.simulation.loop import SimulatedLoop, simulate
 from tests.simulation.network import BROKER, on_host
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
-    from typing import Any
 
 
 class Stage:
@@ -29,10 +29,12 @@ class Stage:
         self._broker_task: asyncio.Task[None] | None = None
         self._broker_stop = asyncio.Event()
 
-    async def enter(self, name: str, *, host: str | None = None, url: str | None = None) -> actors.Node:
-        """Bring up a node on a host of its own (its name, unless said otherwise)."""
+    async def enter(
+        self, name: str, *, host: str | None = None, url: str | None = None, **options: Any
+    ) -> actors.Node:
+        """Bring up a node on a host of its own (by default its name), without standard endpoints."""
         with on_host(host or name):
-            node = actors.Node(name, url=url, use_global_arguments=False)
+            node = actors.Node(name, url=url, use_global_arguments=False, **{**BARE, **options})
             await self._stack.enter_async_context(node)
         await self.until(lambda: node.connected)
         return node

@@ -57,7 +57,9 @@ class ServiceEndpoint(IntrospectedEndpoint):
         *,
         callback: Callable[..., Any],
         concurrent: bool,
+        standard: bool = False,
     ) -> None:
+        self.standard = standard  # before it is declared
         self._requests = codec_for(request_type)
         self.replies = Replies(self, context.link, response_type, f"A response of '{name}'")
         self._response_type = response_type
@@ -234,7 +236,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
             self.srv_name,
             type_name(self.srv_type),
             type_hash(self.srv_type),
-            definition(self.srv_type),
+            None if self.standard else definition(self.srv_type),
         )
 
     def diagnostics(self) -> ServiceDiagnostics:

@@ -13,6 +13,7 @@ import actors
 from actors.cli.main import main
 from actors.endpoints.endpoint import endpoint_of
 from broker import Broker, BrokerOptions
+from tests.actors.meeting import BARE
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
@@ -55,8 +56,8 @@ class Desk:
         return asyncio.create_task(self.callboard(*arguments))
 
     def node(self, name: str = "fellow", **options: Any) -> actors.Node:
-        """Make a node that meets the commands."""
-        return actors.Node(name, url=self.url, **options)
+        """Make a node that meets the commands, by default without standard endpoints."""
+        return actors.Node(name, url=self.url, **{**BARE, **options})
 
     async def matched(self, publisher: actors.Publisher[Any]) -> None:
         """Wait until a publisher has a subscription."""

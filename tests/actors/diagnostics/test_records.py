@@ -35,9 +35,9 @@ def sizes(node: actors.Node) -> dict[str, int]:
     return {size.name: size.size for size in node.diagnostics().sizes}
 
 
-async def test_a_node_that_has_never_run_says_so() -> None:
+async def test_a_node_that_has_never_run_says_so(meeting: Meeting) -> None:
     """Diagnostics need no loop, no broker and no entities."""
-    node = actors.Node("lonely", url="callboard://127.0.0.1:1", use_global_arguments=False)
+    node = meeting.absent("lonely", url="callboard://127.0.0.1:1")
     look = node.diagnostics()
     assert (look.node, look.connected, look.connections) == ("/lonely", False, 0)
     assert look.broker == "callboard://127.0.0.1:1"

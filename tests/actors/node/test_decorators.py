@@ -6,11 +6,12 @@ import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.node.decorators import declared
+from tests.actors.meeting import BARE
 
 
 class Base(actors.Node):
     def __init__(self) -> None:
-        super().__init__("decorated", use_global_arguments=False)
+        super().__init__("decorated", use_global_arguments=False, **BARE)
 
     @actors.subscription(String, "heard", 5)
     @actors.subscription(String, "heard_too", 7)

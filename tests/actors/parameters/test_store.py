@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -12,6 +12,7 @@ from actors.parameters.errors import (
     InvalidParameterValueError,
     ParameterAlreadyDeclaredError,
     ParameterImmutableError,
+    ParameterModifiedInCallbackError,
     ParameterNotDeclaredError,
     ParameterUninitializedError,
 )
@@ -24,6 +25,11 @@ from actors.parameters.types import (
     SetParametersResult,
 )
 from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.parameters.changes import ParameterChanges
 
 ALWAYS = ["use_sim_time", "start_type_description_service"]
 OK = SetParametersResult(successful=True)
@@ -186,22 +192,22 @@ def test_on_set_callback(store: ParameterStore) -> None:
         return SetParametersResult(all(each.value != -1 for each in parameters), "negative")
 
     store.declare("a", 1)
-    store.callbacks.add_on_set(refuse_negative)
+    store.callbacks.on_set.insert(0, refuse_negative)
     assert store.set([p("a", -1)]) == [SetParametersResult(False, "negative")]
     assert store.set([p("a", 2)]) == [OK]
     with pytest.raises(InvalidParameterValueError, match="Reason: negative: b"):
         store.declare("b", -1)
     assert not store.has("b")
     assert seen == [[-1], [2], [-1]]
-    store.callbacks.remove(refuse_negative)
+    store.callbacks.on_set.remove(refuse_negative)
     assert store.set([p("a", -1)]) == [OK]
-    with pytest.raises(ValueError, match="not registered"):
-        store.callbacks.remove(refuse_negative)
+    with pytest.raises(ValueError, match="not in list"):
+        store.callbacks.on_set.remove(refuse_negative)
 
 
 def test_refusal_without_a_reason(store: ParameterStore) -> None:
     """L10: a refusal is one although it gives no reason."""
-    store.callbacks.add_on_set(lambda _: SetParametersResult(successful=False))
+    store.callbacks.on_set.insert(0, lambda _: SetParametersResult(successful=False))
     assert not store.set([p("use_sim_time", True)])[0].successful
     with pytest.raises(InvalidParameterValueError):
         store.declare("a", 1)
@@ -210,12 +216,12 @@ def test_refusal_without_a_reason(store: ParameterStore) -> None:
 def test_a_raising_callback_changes_nothing(store: ParameterStore) -> None:
     """An exception in a callback reaches the caller before any value is set."""
     store.declare("a", 1)
-    store.callbacks.add_on_set(lambda _: OK)
+    store.callbacks.on_set.insert(0, lambda _: OK)
 
     def boom(_: list[Parameter]) -> SetParametersResult:
         raise RuntimeError("boom")
 
-    store.callbacks.add_on_set(boom)
+    store.callbacks.on_set.insert(0, boom)
     with pytest.raises(RuntimeError, match="boom"):
         store.set([p("a", 2)])
     assert store.get("a").value == 1
@@ -223,19 +229,19 @@ def test_a_raising_callback_changes_nothing(store: ParameterStore) -> None:
 
 def test_pre_set_callback(store: ParameterStore) -> None:
     """L11: it may add and change items; an empty list is a failure; it does not run on declaring."""
-    store.callbacks.add_pre_set(lambda given: [*given, p("b", 9)])
+    store.callbacks.pre_set.insert(0, lambda given: [*given, p("b", 9)])
     store.declare_many("", [("a", 1), ("b", 1)])
     assert store.get("b").value == 1
     assert store.set([p("a", 2)]) == [OK]
     assert (store.get("a").value, store.get("b").value) == (2, 9)
-    store.callbacks.add_pre_set(lambda _: [])
+    store.callbacks.pre_set.insert(0, lambda _: [])
     assert not store.set([p("a", 3)])[0].successful
     assert store.get("a").value == 2
 
 
 def test_pre_set_callback_may_not_add_undeclared(store: ParameterStore) -> None:
     """L11: what it adds has to be declared too."""
-    store.callbacks.add_pre_set(lambda given: [*given, p("x", 9)])
+    store.callbacks.pre_set.insert(0, lambda given: [*given, p("x", 9)])
     with pytest.raises(ParameterNotDeclaredError):
         store.set([p("use_sim_time", True)])
     assert store.get("use_sim_time").value is False
@@ -245,7 +251,7 @@ def test_post_set_callback(store: ParameterStore) -> None:
     """L12: it runs after success only, when the value can be read."""
     seen: list[object] = []
     store.declare("a", 1)
-    store.callbacks.add_post_set(lambda _: seen.append(store.get("a").value))
+    store.callbacks.post_set.insert(0, lambda _: seen.append(store.get("a").value))
     store.set([p("a", 2), p("a", "x")])
     assert seen == [2]
 
@@ -318,3 +324,95 @@ def test_undeclared_allowed() -> None:
     assert store.set([p("a", 1), p("a", "x")]) == [OK, OK]
     assert store.get("a").value == "x"
     assert store.set([p("never", None)]) == [OK]
+
+
+def test_set_descriptor(store: ParameterStore) -> None:
+    """A new descriptor is checked against the value that it will hold; the type stays."""
+    store.declare("a", 1.0)
+    narrow = ParameterDescriptor(floating_point_range=[FloatingPointRange(from_value=0, to_value=2)])
+    assert store.set_descriptor("a", narrow) == p("a", 1.0)
+    assert store.describe("a").type is ParameterType.DOUBLE
+    assert not store.set([p("a", 3.0)])[0].successful
+    high = ParameterDescriptor(floating_point_range=[FloatingPointRange(from_value=5, to_value=9)])
+    with pytest.raises(InvalidParameterValueError, match=r"1\.0 is not between 5 and 9"):
+        store.set_descriptor("a", high)
+    assert store.describe("a").floating_point_range == narrow.floating_point_range
+    assert store.set_descriptor("a", high, 6.0) == p("a", 6.0) == store.get("a")
+    with pytest.raises(InvalidParameterTypeError):
+        store.set_descriptor("a", high, "text")
+    store.set_descriptor("a", ParameterDescriptor(read_only=True))
+    with pytest.raises(ParameterImmutableError):
+        store.set_descriptor("a", narrow)
+    with pytest.raises(ParameterNotDeclaredError):
+        store.set_descriptor("x", narrow)
+
+
+def test_a_set_callback_may_not_change_parameters(store: ParameterStore) -> None:
+    """While callbacks decide, declaring, setting and removing is an error; afterwards it works again."""
+    store.declare("a", 1)
+    store.declare("b", 1)
+    attempts: list[Callable[[], object]] = [
+        lambda: store.declare("c", 1),
+        lambda: store.undeclare("b"),
+        lambda: store.set([p("b", 2)]),
+        lambda: store.set_atomically([p("b", 2)]),
+        lambda: store.set_descriptor("b", ParameterDescriptor()),
+    ]
+
+    def meddle(_: object) -> SetParametersResult:
+        for attempt in attempts:
+            with pytest.raises(ParameterModifiedInCallbackError):
+                attempt()
+        return OK
+
+    store.callbacks.on_set.append(meddle)
+    assert store.set([p("a", 2)]) == [OK]
+    store.callbacks.pre_set.append(lambda given: given if meddle(given).successful else [])
+    assert store.set([p("a", 3)]) == [OK]
+    assert (store.get("a").value, store.get("b").value) == (3, 1)
+
+
+def test_a_callback_may_remove_itself(store: ParameterStore) -> None:
+    """Callbacks that are added or removed in one count from the next set on; nobody is left out."""
+    store.declare("a", 1)
+    seen: list[str] = []
+
+    def once(_: object) -> None:
+        seen.append("once")
+        store.callbacks.post_set.remove(once)
+
+    store.callbacks.post_set += [once, lambda _: seen.append("always")]
+    store.set([p("a", 2), p("a", 3)])
+    assert seen == ["once", "always", "always"]
+
+
+def test_changes_are_told(store: ParameterStore) -> None:
+    """L20: what was declared, set and removed, once for each operation, before the post-set callbacks."""
+    told: list[tuple[list[str], list[str], list[str]]] = []
+
+    def names(parameters: list[Parameter]) -> list[str]:
+        return [each.name for each in parameters]
+
+    def note(changes: ParameterChanges) -> None:
+        told.append((names(changes.new), names(changes.changed), names(changes.deleted)))
+
+    store.on_changes = note
+    store.declare("typed", ParameterType.INTEGER)
+    assert told == []
+    store.callbacks.post_set.append(lambda _: told.append(([], [], [])))
+    store.set([p("typed", 1)])
+    assert told == [(["typed"], [], []), ([], [], [])]
+    del told[:]
+    store.set_atomically([p("typed", 1), p("typed", 2)])
+    store.set([p("typed", "text")])
+    store.undeclare("typed")
+    assert told == [([], ["typed"], []), ([], [], []), ([], [], ["typed"])]
+
+
+def test_strangers_cannot_declare_any_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With undeclared parameters allowed, other nodes can add them, up to a limit."""
+    monkeypatch.setattr("actors.parameters.store.MAX_PARAMETERS", 4)
+    store = ParameterStore(allow_undeclared=True)
+    assert [each.successful for each in store.set([p("a", 1), p("b", 1), p("c", 1), p("a", 2)])] == [
+        True, True, False, True,
+    ]  # fmt: skip

@@ -11,6 +11,7 @@ from actors import Inspector, Node, NotAuthorized
 from actors.cli.main import main
 from broker import Broker, BrokerOptions
 from broker.access.credentials import hash_token
+from tests.actors.meeting import BARE
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -42,7 +43,7 @@ async def broker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterat
 async def test_a_node_presents_its_token(broker: Broker, monkeypatch: pytest.MonkeyPatch) -> None:
     """CALLBOARD_TOKEN is enough."""
     monkeypatch.setenv("CALLBOARD_TOKEN", TOKEN)
-    async with Node("n") as node:
+    async with Node("n", **BARE) as node:
         assert node.connected
         assert broker.stats().endpoints == 1
 

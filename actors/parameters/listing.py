@@ -1,0 +1,46 @@
+"""Which parameters a list of names contains."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from actors.parameters.types import ListParametersResult
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+SEPARATOR: Final = "."
+"""Between the levels of a parameter's name."""
+
+
+def list_names(names: Iterable[str], prefixes: Sequence[str], depth: int) -> ListParametersResult:
+    """List all names, or those at and below the prefixes.
+
+    Args:
+        names: The names.
+        prefixes: Without a dot at the end; none means all names.
+        depth: Levels below each prefix; 0 for all.
+
+    Raises:
+        TypeError: `prefixes` is a str.
+        ValueError: `depth` is negative.
+    """
+    if isinstance(prefixes, str):
+        raise TypeError("prefixes must be a sequence of str, not a str")
+    if depth < 0:
+        raise ValueError("depth must not be negative")
+    found = [name for name in names if _is_listed(name, prefixes, depth)]
+    parents = (name.rpartition(SEPARATOR)[0] for name in found)
+    return ListParametersResult(found, [*dict.fromkeys(filter(None, parents))])
+
+
+def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
+    if not prefixes:
+        return not depth or name.count(SEPARATOR) < depth
+    for prefix in prefixes:
+        if name == prefix:
+            return True
+        start = prefix + SEPARATOR
+        if name.startswith(start) and (not depth or name[len(start) :].count(SEPARATOR) < depth):
+            return True
+    return False
