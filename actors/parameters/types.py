@@ -291,14 +291,14 @@ class ParameterDescriptor:
             additional_constraints=message.additional_constraints,
             read_only=message.read_only,
             dynamic_typing=message.dynamic_typing,
-            floating_point_range=[
+            floating_point_range=tuple(
                 FloatingPointRange(from_value=each.from_value, to_value=each.to_value, step=each.step)
                 for each in message.floating_point_range
-            ],
-            integer_range=[
+            ),
+            integer_range=tuple(
                 IntegerRange(from_value=each.from_value, to_value=each.to_value, step=each.step)
                 for each in message.integer_range
-            ],
+            ),
         )
 
     def fault(self, value: ParameterValue) -> str:

@@ -10,6 +10,7 @@ import pytest
 
 import actors
 from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
+from tests.actors.meeting import BARE
 from tests.integration.conftest import DEADLINE_SEC, wait_for_subscriptions
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ async def test_large_messages_pass_and_small_ones_overtake_them(hub: broker.Brok
 
 async def test_many_nodes_join_and_leave(hub: broker.Broker) -> None:
     """Fifty nodes with a topic each leave nothing behind in the graph."""
-    async with actors.Node("watcher", url=hub.url) as watcher:
+    async with actors.Node("watcher", url=hub.url, **BARE) as watcher:
         async with asyncio.TaskGroup() as group:
 
             async def visit(i: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 
 import actors
+from tests.actors.meeting import BARE
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.records import Note
 from tests.simulation.stage import Stage, play
@@ -79,7 +80,7 @@ def test_a_restart_between_two_snapshots_is_seen() -> None:
         watcher = await stage.enter("watcher")
 
         async def live(stop: asyncio.Event) -> None:
-            async with actors.Node("talker", use_global_arguments=False):
+            async with actors.Node("talker", use_global_arguments=False, **BARE):
                 await stop.wait()
 
         stops = [asyncio.Event(), asyncio.Event()]
@@ -115,7 +116,7 @@ def test_a_new_broker_is_no_change() -> None:
         stop = asyncio.Event()
 
         async def live() -> None:
-            async with actors.Node("other", use_global_arguments=False):
+            async with actors.Node("other", use_global_arguments=False, **BARE):
                 await stop.wait()
 
         with on_host("other"):

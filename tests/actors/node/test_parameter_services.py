@@ -115,8 +115,8 @@ async def test_descriptions(server: actors.Node, remote: Remote) -> None:
     """A descriptor arrives with its ranges."""
     descriptor = ParameterDescriptor(
         description="how fast",
-        floating_point_range=[FloatingPointRange(from_value=0.0, to_value=5.0, step=0.5)],
-        integer_range=[IntegerRange(from_value=1, to_value=9, step=2)],
+        floating_point_range=(FloatingPointRange(from_value=0.0, to_value=5.0, step=0.5),),
+        integer_range=(IntegerRange(from_value=1, to_value=9, step=2),),
     )
     server.declare_parameter("speed", 1.0, descriptor)
     (described,) = (await remote.call("describe_parameters", names=["speed"])).descriptors
