@@ -69,6 +69,8 @@ if TYPE_CHECKING:
     from actors.node.decorators import subscription as subscription
     from actors.node.decorators import timer as timer
     from actors.node.node import Node as Node
+    from actors.parameter_client.client import ParameterClient as ParameterClient
+    from actors.parameter_client.event_handler import ParameterEventHandler as ParameterEventHandler
     from actors.parameters.errors import InvalidParameterError as InvalidParameterError
     from actors.parameters.errors import InvalidParameterTypeError as InvalidParameterTypeError
     from actors.parameters.errors import InvalidParameterValueError as InvalidParameterValueError
@@ -77,6 +79,9 @@ if TYPE_CHECKING:
     from actors.parameters.errors import ParameterModifiedInCallbackError as ParameterModifiedInCallbackError
     from actors.parameters.errors import ParameterNotDeclaredError as ParameterNotDeclaredError
     from actors.parameters.errors import ParameterUninitializedError as ParameterUninitializedError
+    from actors.parameters.types import FloatingPointRange as FloatingPointRange
+    from actors.parameters.types import IntegerRange as IntegerRange
+    from actors.parameters.types import ListParametersResult as ListParametersResult
     from actors.parameters.types import Parameter as Parameter
     from actors.parameters.types import ParameterDescriptor as ParameterDescriptor
     from actors.parameters.types import ParameterType as ParameterType
@@ -202,6 +207,8 @@ __getattr__, __dir__ = lazy_names(
             "get_logger",
         ),
         "actors.node.node": ("Node",),
+        "actors.parameter_client.client": ("ParameterClient",),
+        "actors.parameter_client.event_handler": ("ParameterEventHandler",),
         "actors.parameters.errors": (
             "InvalidParameterError",
             "InvalidParameterTypeError",
@@ -213,6 +220,9 @@ __getattr__, __dir__ = lazy_names(
             "ParameterUninitializedError",
         ),
         "actors.parameters.types": (
+            "FloatingPointRange",
+            "IntegerRange",
+            "ListParametersResult",
             "Parameter",
             "ParameterDescriptor",
             "ParameterType",

@@ -204,7 +204,14 @@ class FloatingPointRange:
     step: float = 0.0
 
     def fault(self, value: float) -> str:
-        """Return why a value is outside, "" if it is inside."""
+        """Return why a value is outside, "" if it is inside.
+
+        Args:
+            value: The value.
+
+        Returns:
+            The reason.
+        """
         if _close(value, self.from_value) or _close(value, self.to_value):
             return ""
         if not self.from_value <= value <= self.to_value:
@@ -226,7 +233,14 @@ class IntegerRange:
     step: int = 1
 
     def fault(self, value: int) -> str:
-        """Return why a value is outside, "" if it is inside."""
+        """Return why a value is outside, "" if it is inside.
+
+        Args:
+            value: The value.
+
+        Returns:
+            The reason.
+        """
         if value in {self.from_value, self.to_value}:
             return ""
         if not self.from_value <= value <= self.to_value:

@@ -1,0 +1,287 @@
+"""Reads and sets the parameters of another node, through ROS 2's parameter services."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from actors.callbacks.must_await import must_await
+from actors.errors import RemoteError
+from actors.interfaces.rcl_interfaces import srv
+from actors.parameters.errors import InvalidParameterFileError
+from actors.parameters.overrides import load_parameter_file, overrides_for
+from actors.parameters.types import (
+    ListParametersResult,
+    Parameter,
+    ParameterDescriptor,
+    ParameterType,
+    SetParametersResult,
+    parameter_value_to_python,
+)
+from proto.errors import peer_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+    from pathlib import Path
+
+    from actors.endpoints.client.client import Client
+    from actors.interfaces.rcl_interfaces.msg import SetParametersResult as ResultMessage
+    from actors.node.node import Node
+
+T = TypeVar("T")
+
+_SERVICES: Final[dict[str, Any]] = {
+    "describe_parameters": srv.DescribeParameters,
+    "get_parameter_types": srv.GetParameterTypes,
+    "get_parameters": srv.GetParameters,
+    "list_parameters": srv.ListParameters,
+    "set_parameters": srv.SetParameters,
+    "set_parameters_atomically": srv.SetParametersAtomically,
+}
+
+
+class ParameterClient:
+    """The parameters of another node.
+
+    Each method is one call, with the deadline and the errors of `Client.call`: ServiceUnavailable if the node
+    does not serve its parameters, ServiceTimeout, RemoteError if one of its callbacks raises. After an error
+    of a call that sets parameters, `get_parameters` says what became of it. `timeout_sec` is as there: None
+    is the default of the node.
+
+    Args:
+        node: The node that calls.
+        remote_node_name: The name of the other node; relative to the namespace of `node` without a slash.
+
+    Attributes:
+        remote_node_name: The full name of the other node.
+
+    Raises:
+        InvalidServiceNameError: The name breaks the naming rules.
+    """
+
+    def __init__(self, node: Node, remote_node_name: str) -> None:
+        full = node.resolve_service_name(f"{remote_node_name}/get_parameters", only_expand=True)
+        self.remote_node_name = full.removesuffix("/get_parameters")
+        self._node = node
+        self._clients: dict[str, Client[Any, Any]] = {}
+        """Made when they are first used."""
+
+    def services_are_ready(self) -> bool:
+        """Return whether all services are available now. The first call makes the clients, and returns False.
+
+        Returns:
+            True if each client is matched with a server.
+        """
+        ready = [self._client(name).service_is_ready() for name in _SERVICES]
+        return all(ready)
+
+    @must_await
+    async def wait_for_services(self, timeout_sec: float | None = None) -> bool:
+        """Wait until all services are available.
+
+        Args:
+            timeout_sec: Seconds to wait at most; None for no limit.
+
+        Returns:
+            True if they are; False if one was missing after `timeout_sec`.
+
+        Raises:
+            RuntimeError: The node does not run.
+            NodeDestroyed: The node has been destroyed.
+        """
+        waits = [self._client(name).wait_for_service(timeout_sec) for name in _SERVICES]
+        return all(await asyncio.gather(*waits))
+
+    @must_await
+    async def list_parameters(
+        self, prefixes: Sequence[str] = (), depth: int = 0, timeout_sec: float | None = None
+    ) -> ListParametersResult:
+        """List the names of parameters.
+
+        Args:
+            prefixes: Only names below one of these; empty for all.
+            depth: How many levels deep; 0 for all.
+            timeout_sec: As for `Client.call`.
+
+        Returns:
+            The names, and their prefixes.
+
+        Raises:
+            CallFailed: There is no reply.
+        """
+        response = await self._call("list_parameters", timeout_sec, prefixes=[*prefixes], depth=depth)
+        return ListParametersResult(response.result.names, response.result.prefixes)
+
+    @must_await
+    async def get_parameters(self, names: Sequence[str], timeout_sec: float | None = None) -> list[Parameter]:
+        """Read parameters.
+
+        Args:
+            names: Their names.
+            timeout_sec: As for `Client.call`.
+
+        Returns:
+            The parameters, in the same order; without a value (None) what is not declared, or not set.
+
+        Raises:
+            CallFailed: There is no reply, or an invalid one.
+        """
+        values = (await self._call("get_parameters", timeout_sec, names=[*names])).values
+        found = _each(parameter_value_to_python, values, len(names))
+        return [Parameter(name, value=value) for name, value in zip(names, found, strict=True)]
+
+    @must_await
+    async def get_parameter_types(
+        self, names: Sequence[str], timeout_sec: float | None = None
+    ) -> list[ParameterType]:
+        """Read the types of parameters.
+
+        Args:
+            names: Their names.
+            timeout_sec: As for `Client.call`.
+
+        Returns:
+            The types, in the same order; NOT_SET for what is not declared, or not set.
+
+        Raises:
+            CallFailed: There is no reply, or an invalid one.
+        """
+        types = (await self._call("get_parameter_types", timeout_sec, names=[*names])).types
+        return _each(ParameterType, types, len(names))
+
+    @must_await
+    async def describe_parameters(
+        self, names: Sequence[str], timeout_sec: float | None = None
+    ) -> list[ParameterDescriptor]:
+        """Read the constraints of parameters.
+
+        Args:
+            names: Their names.
+            timeout_sec: As for `Client.call`.
+
+        Returns:
+            The descriptors, in the same order; with an empty name for what is not declared.
+
+        Raises:
+            CallFailed: There is no reply, or an invalid one.
+        """
+        descriptors = (await self._call("describe_parameters", timeout_sec, names=[*names])).descriptors
+        return _each(ParameterDescriptor.from_msg, descriptors, len(names))
+
+    @must_await
+    async def set_parameters(
+        self, parameters: Sequence[Parameter], timeout_sec: float | None = None
+    ) -> list[SetParametersResult]:
+        """Set parameters one by one; each has its own result.
+
+        Args:
+            parameters: Names and values.
+            timeout_sec: As for `Client.call`.
+
+        Returns:
+            One result for each, in the same order.
+
+        Raises:
+            CallFailed: There is no reply, or an invalid one; some may have been set.
+        """
+        wanted = [each.to_parameter_msg() for each in parameters]
+        results = (await self._call("set_parameters", timeout_sec, parameters=wanted)).results
+        return _each(_result, results, len(wanted))
+
+    @must_await
+    async def set_parameters_atomically(
+        self, parameters: Sequence[Parameter], timeout_sec: float | None = None
+    ) -> SetParametersResult:
+        """Set all of the parameters, or none.
+
+        Args:
+            parameters: Names and values.
+            timeout_sec: As for `Client.call`.
+
+        Returns:
+            The result for all.
+
+        Raises:
+            CallFailed: There is no reply; all may have been set, or none.
+        """
+        wanted = [each.to_parameter_msg() for each in parameters]
+        return _result((await self._call("set_parameters_atomically", timeout_sec, parameters=wanted)).result)
+
+    @must_await
+    async def delete_parameters(
+        self, names: Sequence[str], timeout_sec: float | None = None
+    ) -> list[SetParametersResult]:
+        """Remove parameters, whose type must be dynamic.
+
+        Args:
+            names: Their names.
+            timeout_sec: As for `Client.call`.
+
+        Returns:
+            One result for each, in the same order.
+
+        Raises:
+            CallFailed: There is no reply, or an invalid one; some may have been removed.
+        """
+        return await self.set_parameters([Parameter(name) for name in names], timeout_sec)
+
+    @must_await
+    async def load_parameter_file(
+        self,
+        parameter_file: str | Path,
+        use_wildcard: bool = False,  # noqa: FBT001, FBT002 - rclpy's order
+        timeout_sec: float | None = None,
+    ) -> list[SetParametersResult]:
+        """Set the parameters that a file has for the node, one by one.
+
+        Args:
+            parameter_file: A YAML file in the form of `callboard param dump`.
+            use_wildcard: Also take what the file has for patterns such as `/**`.
+            timeout_sec: As for `Client.call`.
+
+        Returns:
+            One result for each, in the order of the file.
+
+        Raises:
+            InvalidParameterFileError: The file cannot be used, or has nothing for the node.
+            CallFailed: There is no reply, or an invalid one; some may have been set.
+        """
+        entries = await asyncio.to_thread(load_parameter_file, parameter_file)
+        wanted = (entry for entry in entries if use_wildcard or "*" not in entry.pattern)
+        values = overrides_for(wanted, self.remote_node_name)
+        if not values:
+            raise InvalidParameterFileError(str(parameter_file), f"no parameters of {self.remote_node_name}")
+        parameters = [Parameter(name, value=value) for name, value in values.items()]
+        return await self.set_parameters(parameters, timeout_sec)
+
+    def destroy(self) -> None:
+        """Take the clients of the services out of service; calls in flight are cancelled."""
+        for client in self._clients.values():
+            client.destroy()
+
+    def _client(self, name: str) -> Client[Any, Any]:
+        if name not in self._clients:
+            self._clients[name] = self._node.create_client(_SERVICES[name], f"{self.remote_node_name}/{name}")
+        return self._clients[name]
+
+    async def _call(self, name: str, timeout_sec: float | None, **fields: object) -> Any:
+        return await self._client(name).call(_SERVICES[name].Request(**fields), timeout_sec)
+
+
+def _result(message: ResultMessage) -> SetParametersResult:
+    return SetParametersResult(message.successful, message.reason)
+
+
+def _each(convert: Callable[[Any], T], items: Iterable[Any], count: int) -> list[T]:
+    """Convert the items of a reply, which another implementation may have sent.
+
+    Raises:
+        RemoteError: There are not so many, or one is invalid.
+    """
+    try:
+        found = [convert(item) for item in items]
+    except ValueError as error:
+        raise RemoteError("InvalidReply", peer_text(str(error))) from None
+    if len(found) != count:
+        raise RemoteError("InvalidReply", f"{len(found)} items for {count} parameters")
+    return found
