@@ -22,10 +22,13 @@ from proto.names import is_hidden
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from actors.config.contexts import BrokerTarget
     from actors.graph.snapshot import GraphSnapshot
 
 BROKER_TIMEOUT_SEC: Final = 0.3
 """A missing broker must not delay the user who presses Tab."""
+PARAMETERS_TIMEOUT_SEC: Final = 0.6
+"""Nor may a node that does not answer; this includes connecting."""
 
 TOPIC_KINDS: Final = (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
 SERVICE_KINDS: Final = (EntryKind.SERVICE, EntryKind.CLIENT)
@@ -199,6 +202,19 @@ class _Line:
         return next(iter(self.values.get(option, ())), None)
 
 
+def _target(line: _Line) -> BrokerTarget:
+    """Return the broker that the line chooses.
+
+    Raises:
+        CallboardError: There is no such context.
+    """
+    from actors.config.contexts import find_broker_target  # noqa: PLC0415
+
+    domain = line.value_of("domain")
+    number = int(domain) if domain and domain.isdecimal() else None
+    return find_broker_target(line.value_of("url"), number, line.value_of("context"))
+
+
 def _snapshot(line: _Line) -> GraphSnapshot:
     """Return the graph of the broker that the line chooses.
 
@@ -225,6 +241,17 @@ def _nodes(line: _Line) -> Iterator[Offer]:
     """Yield nodes."""
     for name in _snapshot(line).nodes():
         yield from _named(line, name, "")
+
+
+def _parameters(line: _Line) -> Iterator[Offer]:
+    """Yield the parameters of the node on the line; of `param set`, names alternate with values."""
+    from actors.cli.parameters import names_to_complete  # noqa: PLC0415 - the only words that need a node
+
+    node = line.value_of("node")
+    if node is None or len(line.values.get("pairs", ())) % 2:
+        return
+    target = _target(line)
+    yield from map(Offer, names_to_complete(target, f"/{node.removeprefix('/')}", PARAMETERS_TIMEOUT_SEC))
 
 
 def _named(line: _Line, name: str, about: str) -> Iterator[Offer]:
@@ -302,6 +329,9 @@ _FINDERS: Final[dict[str, Callable[[_Line], Iterator[Offer]]]] = {
     "topics": lambda line: _names(line, *TOPIC_KINDS),
     "service": lambda line: _names(line, *SERVICE_KINDS),
     "node": _nodes,
+    "parameter": _parameters,
+    "parameters": _parameters,
+    "pairs": _parameters,
     "type": _types,
     "context": _contexts,
     "package": _packages,

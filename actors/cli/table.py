@@ -62,6 +62,18 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "info": Verb("print the topics and services of a node"),
         },
     ),
+    "param": Group(
+        "read and set the parameters of nodes",
+        {
+            "list": Verb("list the parameters of nodes"),
+            "get": Verb("print the value of a parameter"),
+            "set": Verb("set parameters"),
+            "describe": Verb("print the type and constraints of parameters"),
+            "delete": Verb("delete a parameter"),
+            "dump": Verb("print all parameters of a node as a file"),
+            "load": Verb("set the parameters that a file has for a node"),
+        },
+    ),
     "interface": Group(
         "show message types, generate their classes",
         {

@@ -231,7 +231,7 @@ class ParameterClient:
         parameter_file: str | Path,
         use_wildcard: bool = False,  # noqa: FBT001, FBT002 - rclpy's order
         timeout_sec: float | None = None,
-    ) -> list[SetParametersResult]:
+    ) -> dict[str, SetParametersResult]:
         """Set the parameters that a file has for the node, one by one.
 
         Args:
@@ -240,7 +240,7 @@ class ParameterClient:
             timeout_sec: As for `Client.call`.
 
         Returns:
-            One result for each, in the order of the file.
+            The results by the parameters' names, in the order of the file.
 
         Raises:
             InvalidParameterFileError: The file cannot be used, or has nothing for the node.
@@ -252,7 +252,7 @@ class ParameterClient:
         if not values:
             raise InvalidParameterFileError(str(parameter_file), f"no parameters of {self.remote_node_name}")
         parameters = [Parameter(name, value=value) for name, value in values.items()]
-        return await self.set_parameters(parameters, timeout_sec)
+        return dict(zip(values, await self.set_parameters(parameters, timeout_sec), strict=True))
 
     def destroy(self) -> None:
         """Take the clients of the services out of service; calls in flight are cancelled."""

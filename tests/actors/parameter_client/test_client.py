@@ -86,9 +86,9 @@ async def test_load_a_file(client: ParameterClient, server: actors.Node, tmp_pat
     """What the file has for the node is set, with use_wildcard also what it has for patterns."""
     file = tmp_path / "some.yaml"
     file.write_text("/ns/server: {ros__parameters: {speed: 7.0}}\n/**: {ros__parameters: {name: all}}\n")
-    assert await client.load_parameter_file(file) == [OK]
+    assert await client.load_parameter_file(file) == {"speed": OK}
     assert (server.get_parameter("speed").value, server.get_parameter("name").value) == (7.0, "x")
-    assert await client.load_parameter_file(file, use_wildcard=True) == [OK, OK]
+    assert await client.load_parameter_file(file, use_wildcard=True) == {"speed": OK, "name": OK}
     assert server.get_parameter("name").value == "all"
     file.write_text("/other: {ros__parameters: {speed: 7.0}}\n")
     with pytest.raises(InvalidParameterFileError, match="no parameters of /ns/server"):

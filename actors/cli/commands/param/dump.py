@@ -1,0 +1,38 @@
+"""`callboard param dump`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from actors.cli.parameters import add_node_argument, add_parameter_options, run_with_client
+from actors.cli.parsing import Options, Parser, add_json_option
+
+if TYPE_CHECKING:
+    from actors.parameter_client.client import ParameterClient
+
+EXAMPLES: Final = {"callboard param dump /driver > driver.yaml": "a file for --params-file and `param load`"}
+
+
+def add_arguments(parser: Parser) -> None:
+    """Describe the arguments."""
+    add_node_argument(parser)
+    add_json_option(parser, "the same as one object")
+    add_parameter_options(parser)
+
+
+def run(options: Options) -> int:
+    """Print all parameters of a node as a parameter file."""
+    return run_with_client(options, lambda client: _dump(options, client))
+
+
+async def _dump(options: Options, client: ParameterClient) -> int:
+    from actors.cli.output import print_json, print_out
+    from actors.parameters.dumping import parameter_file_text, parameter_tree
+
+    names = (await client.list_parameters()).names
+    found = await client.get_parameters(names)
+    if options.json:
+        print_json({client.remote_node_name: {"ros__parameters": parameter_tree(found)}})
+    else:
+        print_out(parameter_file_text(client.remote_node_name, found))
+    return 0

@@ -1,0 +1,49 @@
+"""Writes parameter files, in the form that `overrides.load_parameter_file` reads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, cast
+
+from actors.parameters.listing import SEPARATOR
+from actors.parameters.types import ParameterType
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from actors.parameters.types import Parameter
+
+
+def parameter_tree(parameters: Iterable[Parameter]) -> dict[str, object]:
+    """Return values by name, sorted, each level of a name in a map of its own; without those that have none.
+
+    A name that continues the name of another parameter stays in one piece.
+
+    Args:
+        parameters: The parameters.
+    """
+    tree: dict[str, object] = {}
+    for parameter in sorted(parameters, key=lambda each: each.name):
+        if parameter.type_ is ParameterType.NOT_SET:
+            continue
+        value = parameter.value
+        level, rest = tree, parameter.name
+        while SEPARATOR in rest:
+            first, _, last = rest.partition(SEPARATOR)
+            if not isinstance(level.setdefault(first, {}), dict):
+                break
+            level, rest = cast("dict[str, object]", level[first]), last
+        level[rest] = [*value] if isinstance(value, bytes) else value
+    return tree
+
+
+def parameter_file_text(node: str, parameters: Iterable[Parameter]) -> str:
+    """Return a node's parameters as a parameter file, as `ros2 param dump` prints it.
+
+    Args:
+        node: The node's full name.
+        parameters: Its parameters.
+    """
+    import yaml  # noqa: PLC0415 - most programs write none
+
+    document = {node: {"ros__parameters": parameter_tree(parameters)}}
+    return str(yaml.dump(document, default_flow_style=False))

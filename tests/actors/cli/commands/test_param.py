@@ -1,0 +1,301 @@
+"""`callboard param`: list, get, set, describe, delete, dump, load."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from actors import (
+    FloatingPointRange,
+    IntegerRange,
+    Parameter,
+    ParameterDescriptor,
+    ParameterType,
+    SetParametersResult,
+)
+from actors.cli.completion import Offer, offers
+from actors.interfaces.rcl_interfaces.srv import GetParameters, ListParameters
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    import actors
+    from tests.actors.cli.conftest import Desk
+
+ALWAYS = "start_type_description_service", "use_sim_time"
+
+
+@asynccontextmanager
+async def driver(desk: Desk, name: str = "driver", **options: Any) -> AsyncIterator[actors.Node]:
+    async with desk.node(name, start_parameter_services=True, **options) as node:
+        node.declare_parameters("", [("speed", 1.5), ("arm.joints", [1, 2]), ("frame", "base")])
+        node.declare_parameter("extra", 1, ParameterDescriptor(dynamic_typing=True))
+        node.declare_parameter("typed", ParameterType.INTEGER)
+        await node.get_graph()
+        yield node
+
+
+async def test_list_all(desk: Desk) -> None:
+    """P22: a heading for each node, names sorted; hidden nodes and nodes without services left out."""
+    async with (
+        desk.node("b", start_parameter_services=True) as node,
+        desk.node("_a", start_parameter_services=True) as hidden,
+        desk.node("silent") as silent,
+    ):
+        for each in (node, hidden, silent):
+            await each.get_graph()
+        lines = "".join(f"  {name}\n" for name in ALWAYS)
+        assert await desk.callboard("param", "list") == (0, f"/b:\n{lines}", "")
+        both = await desk.callboard("param", "list", "--include-hidden-nodes")
+        assert both.out == f"/_a:\n{lines}/b:\n{lines}"
+        parameters = [{"name": name} for name in ALWAYS]
+        assert (await desk.callboard("param", "list", "--json")).json == [
+            {"node": "/b", "parameters": parameters}
+        ]
+
+
+async def test_list_one(desk: Desk) -> None:
+    """P22: no heading; prefixes, a filter and types; an unknown node is an error."""
+    async with driver(desk):
+        names = sorted(["arm.joints", "extra", "frame", "speed", "typed", *ALWAYS])
+        whole = await desk.callboard("param", "list", "/driver")
+        assert whole == (0, "".join(f"  {name}\n" for name in names), "")
+        typed = await desk.callboard("param", "list", "driver", "--param-type", "--filter", "^s.*d$")
+        assert typed == (0, "  speed (type: double)\n", "")
+        below = await desk.callboard("param", "list", "/driver", "--param-prefixes", "arm")
+        assert below == (0, "  arm.joints\n", "")
+        unknown = await desk.callboard("param", "list", "/drivr")
+        assert (unknown.code, unknown.err[:14]) == (1, "Node not found")
+        assert "did you mean '/driver'" in unknown.err
+        assert (await desk.callboard("param", "list", "--filter", "(")).code == 2
+
+
+async def test_one_node_that_fails_does_not_hide_the_others(desk: Desk) -> None:
+    """The others are printed, the failure is named, and the exit code is 1."""
+
+    def fail(request: ListParameters.Request) -> ListParameters.Response:
+        raise OSError("broken")
+
+    async with driver(desk), desk.node("bad") as bad:
+        bad.create_service(ListParameters, "~/list_parameters", fail)
+        await bad.get_graph()
+        code, out, err = await desk.callboard("param", "list")
+        assert (code, out.splitlines()[0]) == (1, "/driver:")
+        assert err == "Exception while calling service of node '/bad': OSError: broken\n"
+
+
+@pytest.mark.parametrize(
+    ("value", "out"),
+    [
+        (True, "Boolean value is: True"),
+        (42, "Integer value is: 42"),
+        (0.5, "Double value is: 0.5"),
+        ("text", "String value is: text"),
+        (b"\x01\xff", "Byte values are: [1, 255]"),
+        ([True], "Boolean values are: [True]"),
+        ([1, 2], "Integer values are: [1, 2]"),
+        ([0.5], "Double values are: [0.5]"),
+        (["a", "b"], "String values are: ['a', 'b']"),
+    ],
+)
+async def test_get(desk: Desk, value: Any, out: str) -> None:
+    """P23: the type and the value."""
+    async with driver(desk) as node:
+        node.declare_parameter("p", value)
+        assert await desk.callboard("param", "get", "/driver", "p") == (0, f"{out}\n", "")
+        shown = out.partition(": ")[2]
+        assert (await desk.callboard("param", "get", "/driver", "p", "--hide-type")).out == f"{shown}\n"
+        found = (await desk.callboard("param", "get", "/driver", "p", "--json")).json
+        assert found["value"] == ([*value] if isinstance(value, bytes) else value)
+
+
+async def test_get_what_is_not_set(desk: Desk) -> None:
+    """Exit code 1, with a suggestion for a misspelt name."""
+    async with driver(desk):
+        assert await desk.callboard("param", "get", "/driver", "typed") == (1, "", "Parameter not set\n")
+        code, _, err = await desk.callboard("param", "get", "/driver", "sped")
+        assert (code, err) == (1, "Parameter not set; did you mean 'speed'?\n")
+
+
+async def test_set(desk: Desk) -> None:
+    """P23: the value's type is YAML's; the reason of a failure is on stderr, and the exit code 1."""
+    async with driver(desk) as node:
+        done = await desk.callboard("param", "set", "/driver", "speed", "2.5")
+        assert done == (0, "Set parameter successful\n", "")
+        assert node.get_parameter("speed").value == 2.5
+        failed = await desk.callboard("param", "set", "/driver", "speed", "fast")
+        reason = "Wrong parameter type, expected DOUBLE got STRING"
+        assert failed == (1, "", f"Setting parameter failed: {reason}\n")
+        as_json = await desk.callboard("param", "set", "/driver", "speed", "fast", "--json")
+        assert (as_json.code, as_json.json) == (1, [{"name": "speed", "successful": False, "reason": reason}])
+        assert (await desk.callboard("param", "set", "/driver", "speed")).code == 2
+
+
+async def test_set_several(desk: Desk) -> None:
+    """One by one, or with --atomic all or none."""
+    async with driver(desk) as node:
+        pairs = ("frame", "map", "speed", "fast")
+        code, out, err = await desk.callboard("param", "set", "/driver", *pairs)
+        assert (code, out) == (1, "frame: Set parameter successful\n")
+        assert err.startswith("speed: Setting parameter failed: Wrong")
+        code, out, err = await desk.callboard(
+            "param", "set", "--atomic", "/driver", "frame", "odom", *pairs[2:]
+        )
+        assert (code, out, err[:38]) == (1, "", "Setting parameters atomically failed: ")
+        assert node.get_parameter("frame").value == "map"
+        good = await desk.callboard("param", "set", "--atomic", "/driver", "frame", "odom", "speed", "3.0")
+        assert good == (0, "Set parameters atomically successful\n", "")
+
+
+async def test_describe(desk: Desk) -> None:
+    """The texts of ROS 2."""
+    async with driver(desk) as node:
+        whole = IntegerRange(from_value=1, to_value=9, step=2)
+        node.declare_parameter(
+            "gear",
+            3,
+            ParameterDescriptor(description="which", additional_constraints="odd", integer_range=[whole]),
+        )
+        ended = await desk.callboard("param", "describe", "/driver", "gear", "use_sim_time", "none")
+        assert (ended.code, ended.err) == (1, "Parameter not declared: none\n")
+        assert ended.out == (
+            "Parameter name: gear\n  Type: integer\n  Description: which\n  Constraints:\n"
+            "    Min value: 1\n    Max value: 9\n    Step: 2\n    Additional constraints: odd\n"
+            "Parameter name: use_sim_time\n  Type: boolean\n  Constraints:\n"
+        )
+        half = FloatingPointRange(from_value=0.0, to_value=1.0)
+        node.declare_parameter("part", 0.5, ParameterDescriptor(read_only=True, floating_point_range=[half]))
+        (found,) = (await desk.callboard("param", "describe", "/driver", "part", "--json")).json
+        assert found["range"] == {"from_value": 0.0, "to_value": 1.0, "step": 0.0}
+        assert (found["type"], found["read_only"]) == ("double", True)
+        assert "    Read only: true\n" in (await desk.callboard("param", "describe", "/driver", "part")).out
+
+
+async def test_delete(desk: Desk) -> None:
+    """P23: only a parameter of a dynamic type can be deleted."""
+    async with driver(desk) as node:
+        done = await desk.callboard("param", "delete", "/driver", "extra")
+        assert done == (0, "Deleted parameter successfully\n", "")
+        assert not node.has_parameter("extra")
+        failed = await desk.callboard("param", "delete", "/driver", "speed")
+        assert failed == (1, "", "Deleting parameter failed: Static parameter cannot be undeclared\n")
+        document = (await desk.callboard("param", "delete", "/driver", "speed", "--json")).json
+        assert (document["name"], document["successful"]) == ("speed", False)
+
+
+async def test_dump(desk: Desk) -> None:
+    """P24: YAML, sorted, dotted names nested, nothing without a value."""
+    async with driver(desk):
+        code, out, err = await desk.callboard("param", "dump", "/driver")
+    assert (code, err) == (0, "")
+    assert out == (
+        "/driver:\n  ros__parameters:\n    arm:\n      joints:\n      - 1\n      - 2\n    extra: 1\n"
+        "    frame: base\n    speed: 1.5\n"
+        "    start_type_description_service: true\n    use_sim_time: false\n\n"
+    )
+
+
+async def test_a_dump_can_be_loaded(desk: Desk, tmp_path: Path) -> None:
+    """Every value comes back, also strings that look like something else and names that continue others."""
+    texts = [
+        "1",
+        "1e5",
+        "1.5",
+        "yes",
+        "no",
+        "null",
+        "~",
+        "",
+        " ",
+        "0x10",
+        "1_0",
+        "a: b",
+        "- x",
+        "é\n",
+        "2020-01-01",
+    ]
+    async with driver(desk, namespace="ns") as node:
+        node.declare_parameter("texts", texts)
+        for number, text in enumerate(texts):
+            node.declare_parameter(f"text.number{number}", text)
+        node.declare_parameters("", [("speed.limit", 5), ("flags", [True]), ("tiny", 1e-7), ("huge", 1e300)])
+        names = sorted({*node.list_parameters([], 0).names} - {"typed"})
+        before = node.get_parameters(names)
+        file = tmp_path / "dump.yaml"
+        file.write_text((await desk.callboard("param", "dump", "/ns/driver")).out, encoding="utf-8")
+        for each in before:
+            if isinstance(each.value, str):
+                node.set_parameters([Parameter(each.name, value="other")])
+        ended = await desk.callboard("param", "load", "/ns/driver", str(file))
+        assert "Set parameter frame successful\n" in ended.out
+        assert ended.err == (
+            "Set parameter start_type_description_service failed: Trying to set a read-only parameter\n"
+        )
+        assert node.get_parameters(names) == before
+
+
+async def test_load(desk: Desk, tmp_path: Path) -> None:
+    """Wildcards count unless they are not wanted; a file without anything for the node is an error."""
+    file = tmp_path / "some.yaml"
+    file.write_text("/**: {ros__parameters: {frame: map}}\n")
+    async with driver(desk) as node:
+        ended = await desk.callboard("param", "load", "/driver", str(file), "--json")
+        assert ended.json == [{"name": "frame", "successful": True, "reason": ""}]
+        assert node.get_parameter("frame").value == "map"
+        code, _, err = await desk.callboard("param", "load", "/driver", str(file), "--no-use-wildcard")
+        assert (code, "no parameters of /driver" in err) == (1, True)
+
+
+async def test_a_node_without_services(desk: Desk) -> None:
+    """It is there, but its parameters cannot be reached: an error at once."""
+    async with desk.node("silent") as node:
+        await node.get_graph()
+        code, _, err = await desk.callboard("param", "get", "/silent", "a")
+        assert code == 1
+        assert err.startswith("The parameters of '/silent' cannot be reached: ")
+
+
+async def test_a_node_that_does_not_answer(desk: Desk) -> None:
+    """The command ends at its timeout, with 124."""
+
+    async def never(request: GetParameters.Request) -> GetParameters.Response:
+        await asyncio.Event().wait()
+        return GetParameters.Response()
+
+    async with desk.node("frozen") as node:
+        node.create_service(GetParameters, "~/get_parameters", never)
+        await node.get_graph()
+        code, _, err = await desk.callboard("param", "get", "/frozen", "a", "--timeout", "0.5")
+        assert (code, err) == (124, "Node '/frozen' has not answered within 0.5 s\n")
+
+
+async def test_a_callback_that_raises(desk: Desk) -> None:
+    """The error is named; the exit code is 1."""
+    async with driver(desk) as node:
+
+        def boom(parameters: list[Parameter]) -> SetParametersResult:
+            raise OSError("no disk")
+
+        node.add_on_set_parameters_callback(boom)
+        ended = await desk.callboard("param", "set", "/driver", "speed", "2.0")
+        assert ended == (1, "", "Node '/driver' failed: OSError: no disk\n")
+
+
+async def test_names_are_completed(desk: Desk) -> None:
+    """Nodes, then the parameters of the node; of `param set` each second word."""
+    place = ("--url", desk.url)
+    async with driver(desk):
+
+        def ask() -> None:
+            assert offers(["param", "get", *place, "/dr"]) == [Offer("/driver")]
+            assert offers(["param", "get", *place, "/driver", "sp"]) == [Offer("speed")]
+            assert offers(["param", "describe", *place, "/driver", "speed", "fr"]) == [Offer("frame")]
+            assert offers(["param", "set", *place, "/driver", "speed", ""]) == []
+            assert offers(["param", "set", *place, "/driver", "speed", "1.0", "fr"]) == [Offer("frame")]
+            assert offers(["param", "get", *place, "/nobody", ""]) == []
+
+        await asyncio.to_thread(ask)
