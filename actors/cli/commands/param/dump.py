@@ -10,7 +10,7 @@ from actors.cli.parsing import Options, Parser, add_json_option
 if TYPE_CHECKING:
     from actors.parameter_client.client import ParameterClient
 
-EXAMPLES: Final = {"callboard param dump /driver > driver.yaml": "a file for --params-file and `param load`"}
+EXAMPLES: Final = {"callboard param dump /driver": "a file for --params-file and `param load`"}
 
 
 def add_arguments(parser: Parser) -> None:
