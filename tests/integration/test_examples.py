@@ -33,6 +33,21 @@ async def test_load_balanced_service_shows_an_even_split(system: System) -> None
     assert program.lines == [f"worker_{i} answered 10 of 30 requests" for i in range(3)]
 
 
+async def test_parameters_are_set_and_watched(system: System) -> None:
+    """A range and a callback refuse values, and the change arrives, before or after its result."""
+    await system.broker()
+    program = await system.example("parameters")
+    assert await program.wait_for_exit() == 0
+    assert sorted(program.lines) == [
+        "away True is set",
+        "away is True now",
+        "target 18.0 is refused: nobody is at home",
+        "target 21.3 is refused: 21.3 is not a whole number of steps of 0.5",
+        "target 21.5 is set",
+        "target: 20.0",
+    ]
+
+
 async def test_latched_value_reaches_the_late_joiner(system: System) -> None:
     """It receives only the last value."""
     await system.broker()
