@@ -31,7 +31,7 @@ MAX_WATCHES: Final = 100
 """Kept watches of one link."""
 
 MAX_UNANSWERED: Final = 100
-"""WATCHes of one link that wait for their answers, those included that it does not keep."""
+"""WATCHes of one link that wait for their answers, kept or not."""
 
 MAX_BROKER_WATCHES: Final = 1000
 """Kept watches of all links: each gets every change of its graph."""
@@ -89,8 +89,8 @@ class Graph:
         self._watches: dict[tuple[int, int], Rights | None] = {}
         """Kept watches that have been answered, by peer and id: what the peer's user may see."""
         self._unanswered: dict[tuple[int, int], _Watch] = {}
-        self._asked: Counter[int] = Counter()
-        """Their number by peer."""
+        self._unanswered_of: Counter[int] = Counter()
+        """How many of them each peer has."""
         self._added: dict[int, _Entry] = {}
         self._removed: dict[int, GraphEntry] = {}
         self._types: dict[str, dict[int, GraphEntry]] = {}
@@ -169,13 +169,13 @@ class Graph:
         key = (peer.id, frame.id)
         if key in self._watches or key in self._unanswered:
             raise ProtocolError(ErrorCode.UNEXPECTED, f"WATCH: the id {frame.id} is in use")
-        if self._asked[peer.id] >= MAX_UNANSWERED:
-            self._refusals.count += 1
-            text = f"more than {MAX_UNANSWERED} WATCHes of one link wait for their answers (MAX_UNANSWERED)"
-            raise ProtocolError(ErrorCode.LIMIT, text)
+        if self._unanswered_of[peer.id] >= MAX_UNANSWERED:
+            text = f"more than {MAX_UNANSWERED} WATCHes of one link wait for answers: send fewer at a time"
+            raise self._refusals.error(text)
         if frame.keep:
             if peer.watches >= MAX_WATCHES:
-                raise ProtocolError(ErrorCode.LIMIT, f"more than {MAX_WATCHES} watches on one link")
+                text = f"more than {MAX_WATCHES} watches on one link: end some with UNWATCH"
+                raise self._refusals.error(text)
             if self._count.kept >= self._count.most:
                 text = f"the broker keeps {self._count.most} watches of the graph (--max-watches)"
                 self._refusals.add(peer, text)
@@ -184,7 +184,7 @@ class Graph:
             peer.watches += 1
             self._count.kept += 1
         self._unanswered[key] = _Watch(peer.rights, frame.keep)
-        self._asked[peer.id] += 1
+        self._unanswered_of[peer.id] += 1
 
     def unwatch(self, peer: Peer, watch: int) -> None:
         """End a kept watch; an unknown one is ignored."""
@@ -209,7 +209,7 @@ class Graph:
             self._end_watches(peer, peer.watches)
         for key in [key for key in self._unanswered if key[0] == peer.id]:
             del self._unanswered[key]
-        self._asked.pop(peer.id, None)
+        self._unanswered_of.pop(peer.id, None)
 
     def flush(self) -> None:
         """Send the watchers the changes since the last call, and then answer new watches, as many as fit."""
@@ -227,11 +227,11 @@ class Graph:
                 self._send(watches, pieces or [encode_graph_changes((), (), ())])
             for key, watch in now.items():
                 del self._unanswered[key]
-                self._asked[key[0]] -= 1
+                self._unanswered_of[key[0]] -= 1
                 if watch.keep:
                     self._watches[key] = watch.rights
             if not self._unanswered:
-                self._asked.clear()
+                self._unanswered_of.clear()
 
     def reassess(self, peer: Peer, before: Rights | None) -> None:
         """Send a link's watches what its user sees now and has not seen before, and the reverse."""

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 from broker.deliveries import SendEncoded
 from proto.codec import encode, with_id
-from proto.errors import ErrorCode, ProtocolError
 
 if TYPE_CHECKING:
     import asyncio
@@ -20,13 +19,13 @@ MAX_UNANSWERED: Final = 10_000
 """INSPECTs of one link that wait for their answers."""
 
 ANSWERS_PER_SHARE: Final = 16
-"""Answers to one link, before others get theirs."""
+"""Answers to one link before the next link gets its answers."""
 
 ANSWER_SEC: Final = 0.005
 """Seconds of answering in one loop turn. The last answer may exceed them."""
 
 PAUSE_RATIO: Final = 7
-"""The next collection waits for 7 times what the last one took, so that all take 1/8 of the loop's time."""
+"""The pause after collecting and answering is 7 times as long, so that both take 1/8 of the loop's time."""
 
 
 class Inspections:
@@ -44,41 +43,42 @@ class Inspections:
         self._loop = loop
         self._dispatcher = dispatcher
         self._statistics = statistics
-        self._asked: dict[Link, list[int]] = {}
-        self._due = False
+        self._unanswered: dict[Link, list[int]] = {}
+        """Ids of the INSPECTs of each link, in the order in which the links are served."""
+        self._scheduled = False
         self._next_at = 0.0
+        """Loop time before which the statistics are not collected again."""
 
     def add(self, link: Link, router: Router, inspect: int) -> None:
         """Answer an INSPECT of a link of this graph in a later loop turn.
 
         Raises:
-            ProtocolError: Too many of this link wait.
+            ProtocolError: `MAX_UNANSWERED` of this link wait already.
         """
-        waiting = self._asked.setdefault(link, [])
+        waiting = self._unanswered.setdefault(link, [])
         if len(waiting) >= MAX_UNANSWERED:
-            router.refusals.count += 1
-            text = f"more than {MAX_UNANSWERED} INSPECTs of one link wait for their answers (MAX_UNANSWERED)"
-            raise ProtocolError(ErrorCode.LIMIT, text)
+            text = f"more than {MAX_UNANSWERED} INSPECTs of one link wait for answers: send fewer at a time"
+            raise router.refusals.error(text)
         waiting.append(inspect)
         self._answer_later()
 
     def _answer_later(self) -> None:
-        if not self._due:
-            self._due = True
+        if not self._scheduled:
+            self._scheduled = True
             self._loop.call_at(self._next_at, self._answer)
 
     def _answer(self) -> None:
-        """Answer those that wait: as many as fit into a turn, the others after the pause."""
-        self._due = False
-        dispatcher, asked, now = self._dispatcher, self._asked, self._loop.time()
+        """Collect the statistics, and answer INSPECTs for `ANSWER_SEC`; the others wait for the next call."""
+        self._scheduled = False
+        dispatcher, unanswered, now = self._dispatcher, self._unanswered, self._loop.time()
         budget = dispatcher.budget
         assert budget is not None
         began = budget.clock()
         totals = self._statistics.totals(now)
         shared: dict[Router, list[bytes]] = {}
-        while asked:
-            link = next(iter(asked))
-            inspects, router = asked.pop(link), link.router
+        while unanswered:
+            link = next(iter(unanswered))
+            inspects, router = unanswered.pop(link), link.router
             if router is None:
                 continue
             peer = router.peer(link.peer)
@@ -90,7 +90,7 @@ class Inspections:
                     shared[router] = pieces
             now_answered, rest = inspects[:ANSWERS_PER_SHARE], inspects[ANSWERS_PER_SHARE:]
             if rest:
-                asked[link] = rest  # behind the others
+                unanswered[link] = rest  # behind the others
             answers = [SendEncoded(link.peer, with_id(raw, each)) for each in now_answered for raw in pieces]
             dispatcher.deliver(router, [*answers])
             if budget.clock() - began >= ANSWER_SEC:
@@ -99,5 +99,5 @@ class Inspections:
         spent = budget.clock() - began
         budget.spend(spent)
         self._next_at = self._loop.time() + PAUSE_RATIO * spent
-        if asked:
+        if unanswered:
             self._answer_later()

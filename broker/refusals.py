@@ -1,8 +1,10 @@
-"""Counts and reports what the limits of a graph refuse."""
+"""Counts and reports what the limits of a graph refuse: declarations, watches and INSPECTs."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+
+from proto.errors import ErrorCode, ProtocolError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -11,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Refusals:
-    """Declarations and watches that a limit has refused.
+    """What a limit of one graph has refused.
 
     Args:
         report: See `Router`.
@@ -28,3 +30,8 @@ class Refusals:
         """Count a refusal, and have it logged."""
         self.count += 1
         self._report(peer, "declarations and watches", text)
+
+    def error(self, text: str) -> ProtocolError:
+        """Count a refusal that ends its link; return the error, whose receiver logs it."""
+        self.count += 1
+        return ProtocolError(ErrorCode.LIMIT, text)

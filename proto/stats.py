@@ -129,7 +129,7 @@ class BrokerStats:
     reassembly_bytes: int = 0
     """Parts of large messages that links have not sent completely."""
     received_bytes: int = 0
-    """Buffers of received bytes that wait for their turn or are the start of a large frame, and for TLS."""
+    """Buffers of received bytes that wait to be handled, of incomplete large frames, and of TLS."""
     held_bytes: int = 0
     """All that counts for the broker's `max_broker_bytes`."""
     refused_messages: int = 0
@@ -151,7 +151,7 @@ class BrokerStats:
     overloaded_calls: int = 0
     """Those of them that were refused because too many bytes of calls waited for their server."""
     refused_declarations: int = 0
-    """Declarations and watches of the graph that a limit has refused."""
+    """Declarations, watches of the graph and INSPECTs that a limit has refused."""
     pending_calls: int = 0
     late_replies: int = 0
     definitions: int = 0

@@ -121,6 +121,7 @@ def test_watches_are_limited_and_their_ids_are_single() -> None:
     with pytest.raises(ProtocolError) as caught:
         switch.send(viewer, *too_many)
     assert caught.value.code is ErrorCode.LIMIT
+    assert switch.router.refusals.count == 1
 
 
 def test_matched_and_watched_peers_are_relied_on() -> None:
