@@ -76,6 +76,13 @@ def request(endpoint: int, *calls: int, body: bytes = b"q") -> frames.Request:
     return frames.Request(endpoint, tuple(frames.RequestEntry(call, None, None, body) for call in calls))
 
 
+def fragments(transfer: int, size: int, total: int | None = 16 * 1024 * 1024) -> list[frames.Fragment]:
+    """Return fragments that begin, or (without a total) continue, a large message, `size` bytes in all."""
+    whole = bytes(100 * 1024)
+    pieces = [frames.Fragment(transfer, None, True, whole) for _ in range(size // len(whole))]
+    return [pieces[0]._replace(total=total), *pieces[1:]]
+
+
 def reply(endpoint: int, *calls: int, body: bytes = b"a") -> frames.Reply:
     """Return successful replies to these call ids."""
     entries = tuple(frames.ReplyEntry(call, 0, more=False, attributes=None, body=body) for call in calls)

@@ -184,3 +184,18 @@ def talk(switch: Switch, *, qos: frames.Options | None = None) -> tuple[int, int
     switch.read_all(talker)
     switch.read_all(listener)
     return talker, listener, number
+
+
+class ManualSwitch(Switch):
+    """A switch whose router reports only when the test says that a loop turn ends."""
+
+    def send(self, peer: int, *sent: frames.Frame) -> None:
+        """Let a peer send frames in one loop turn."""
+        for frame in sent:
+            self._carry(self.router.handle(peer, frame))
+
+    def publisher(self, peer: int, declaration: frames.Publisher) -> int:
+        """Declare a publisher; return its broker-wide id."""
+        number = super().publisher(peer, declaration)
+        self.report()
+        return number

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
-from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 import pytest
 
 from broker import Broker, BrokerOptions
-from broker.graph import ENTRIES_PER_FRAME, ENTRIES_PER_REPORT, MAX_UNANSWERED
 from proto import frames
 from proto.codec import decode, encode, encode_graph, encode_graph_changes, encode_graph_entry
-from proto.errors import ErrorCode, ProtocolError
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link
-from tests.broker.switch import Switch
+from tests.broker.switch import ManualSwitch
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -28,24 +24,9 @@ async def broker() -> AsyncIterator[Broker]:
         yield running
 
 
-class Turn(Switch):
-    """A switch whose router reports only when the test says that a loop turn ends."""
-
-    def send(self, peer: int, *sent: frames.Frame) -> None:
-        """Let a peer send frames in one loop turn."""
-        for frame in sent:
-            self._carry(self.router.handle(peer, frame))
-
-    def publisher(self, peer: int, declaration: frames.Publisher) -> int:
-        """Declare a publisher; return its broker-wide id."""
-        number = super().publisher(peer, declaration)
-        self.report()
-        return number
-
-
 def test_matched_comes_once_for_each_endpoint_and_turn() -> None:
     """Case 43: 30 subscriptions and 20 publishers cause 50 MATCHED, not 600, and 20 ATTACHED."""
-    switch = Turn()
+    switch = ManualSwitch()
     peer = switch.join("/n")
     switch.send(peer, *(make.subscription(number, raw=True) for number in range(1, 31)))
     switch.send(peer, *(make.publisher(number) for number in range(31, 51)))
@@ -61,7 +42,7 @@ def test_matched_comes_once_for_each_endpoint_and_turn() -> None:
 
 def test_declared_and_undeclared_in_one_turn_costs_its_counterparts_nothing() -> None:
     """Case 54: MATCHED reports numbers, so those that change back within a turn are sent once at most."""
-    switch = Turn()
+    switch = ManualSwitch()
     one, other = switch.join("/one"), switch.join("/other")
     switch.send(other, make.publisher(1))
     switch.report()
@@ -75,7 +56,7 @@ def test_declared_and_undeclared_in_one_turn_costs_its_counterparts_nothing() ->
 
 def test_attached_precedes_the_first_batch_of_a_turn() -> None:
     """§6.3.2: a batch that follows the declaration in the same turn finds its reader attached."""
-    switch = Turn()
+    switch = ManualSwitch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     number = switch.publisher(talker, make.publisher(1))
     switch.send(listener, make.subscription(1))
@@ -87,7 +68,7 @@ def test_attached_precedes_the_first_batch_of_a_turn() -> None:
 
 def test_attached_does_not_follow_an_undeclare() -> None:
     """A subscription that goes in the turn in which it came leaves nothing in a queue that nobody reads."""
-    switch = Turn()
+    switch = ManualSwitch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     number = switch.publisher(talker, make.publisher(1))
     switch.send(listener, make.subscription(1), frames.Undeclare(1))
@@ -99,7 +80,7 @@ def test_attached_does_not_follow_an_undeclare() -> None:
 
 def test_an_assert_is_forwarded_once_a_turn() -> None:
     """Case 54: a thousand ASSERTs of a publisher cost each of its readers one frame."""
-    switch = Turn()
+    switch = ManualSwitch()
     talker, listener = switch.join("/talker"), switch.join("/listener")
     switch.send(listener, make.subscription(1))
     number = switch.publisher(talker, make.publisher(1))
@@ -114,7 +95,7 @@ def test_an_assert_is_forwarded_once_a_turn() -> None:
 
 def test_a_change_reaches_each_watch_once_a_turn() -> None:
     """Case 54: declarations of one turn come in one GRAPH frame to each of many watches."""
-    switch = Turn()
+    switch = ManualSwitch()
     watchers = [switch.join() for _ in range(5)]
     for watcher in watchers:
         switch.send(watcher, *(frames.Watch(number, keep=True) for number in range(1, 11)))
@@ -130,56 +111,9 @@ def test_a_change_reaches_each_watch_once_a_turn() -> None:
         assert {len(change.added) for change in changes} == {50}
 
 
-def test_watches_of_a_large_graph_are_answered_over_many_turns() -> None:
-    """Case 54: a turn answers WATCHes with at most 20,000 entries; each is answered, completely."""
-    switch = Turn()
-    peer = switch.join("/n")
-    switch.send(peer, *(make.subscription(number, f"/t{number}") for number in range(1, 6001)))
-    switch.report()
-    switch.read_all(peer)
-    watcher = switch.join()
-    switch.send(watcher, *(frames.Watch(number, keep=False) for number in range(1, 8)))
-    answered: list[list[int]] = []
-    while switch.router.graph.asked:
-        switch._carry(switch.router.report())
-        came = switch.read(watcher, frames.Graph)
-        answered.append([frame.watch for frame in came if not frame.more])
-        assert sum(len(frame.added) for frame in came) <= ENTRIES_PER_REPORT
-        assert all(len(frame.added) <= ENTRIES_PER_FRAME for frame in came)
-    assert answered == [[1, 2, 3], [4, 5, 6], [7]]
-
-
-@pytest.mark.parametrize("kept", [True, False])
-def test_watches_that_wait_for_an_answer_are_limited(kept: bool) -> None:
-    """Case 54: one WATCH too many ends its link, also if none of them is kept; others get their answers."""
-    switch = Turn()
-    guilty, bystander = switch.join("/guilty"), switch.join("/bystander")
-    for number in range(MAX_UNANSWERED):
-        switch.send(guilty, frames.Watch(number, keep=kept))
-        if kept:
-            switch.send(guilty, frames.Unwatch(number))
-    switch.send(bystander, frames.Watch(1, keep=False))
-    with pytest.raises(ProtocolError) as caught:
-        switch.send(guilty, frames.Watch(MAX_UNANSWERED, keep=False))
-    assert caught.value.code is ErrorCode.LIMIT
-    assert switch.router.refusals.count == 1
-    switch.report()
-    assert len(switch.read(bystander, frames.Graph)) == 1
-
-
-def test_the_limit_of_waiting_watches_counts_only_those_without_an_answer() -> None:
-    """A link may ask as often as it likes if it waits for the answers."""
-    switch = Turn()
-    peer = switch.join("/n")
-    for number in range(2 * MAX_UNANSWERED):
-        switch.send(peer, frames.Watch(number, keep=False))
-        switch.report()
-    assert len(switch.read(peer, frames.Graph)) == 2 * MAX_UNANSWERED
-
-
 def test_a_watch_that_ends_before_its_answer_gets_no_changes() -> None:
     """UNWATCH in the same turn: one answer comes, and nothing afterwards."""
-    switch = Turn()
+    switch = ManualSwitch()
     watcher = switch.join()
     switch.send(watcher, frames.Watch(1, keep=True), frames.Unwatch(1))
     switch.report()
@@ -199,35 +133,6 @@ def test_a_graph_frame_in_parts_is_the_same_frame() -> None:
             frame = frames.Graph(watch, more, added, removed, removed[:1])
             raw = encode_graph(watch, more=more, changes=changes)
             assert decode(raw) == frame == decode(encode(frame))
-
-
-async def test_statistics_are_collected_once_for_all_links_that_ask(broker: Broker) -> None:
-    """Case 54: 20 links that ask at the same time get the same snapshot, each under its own id."""
-    async with AsyncExitStack() as stack:
-        clients = [await stack.enter_async_context(link(broker, f"/n{number}")) for number in range(20)]
-        for number, client in enumerate(clients):
-            client.send(frames.Inspect(1000 + number))
-        answers = [await client.next(frames.Stats) for client in clients]
-        assert [answer.id for answer in answers] == [1000 + number for number in range(20)]
-        assert all(len(answer.links) == 20 or answer.more for answer in answers)
-        assert len({answer.totals["stamp_sec"] for answer in answers}) <= 4
-
-
-async def test_inspects_that_wait_for_an_answer_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Case 54: where a snapshot takes long, a flood of INSPECTs ends its link; a bystander is answered."""
-    monkeypatch.setattr("broker.inspections.MAX_UNANSWERED", 50)
-    ticks = itertools.count()
-    options = BrokerOptions(port=0, drain_timeout_sec=0.2)
-    async with (
-        Broker(options, clock=lambda: next(ticks) * 0.01) as broker,
-        link(broker, "/guilty") as guilty,
-        link(broker, "/bystander") as bystander,
-    ):
-        guilty.send(*(frames.Inspect(number) for number in range(300)))
-        assert (await guilty.next(frames.Error)).code == ErrorCode.LIMIT
-        bystander.send(frames.Inspect(1))
-        totals = (await bystander.next(frames.Stats)).totals
-        assert totals["refused_declarations"] == 1
 
 
 async def test_a_pong_follows_what_the_frames_before_its_ping_have_caused(broker: Broker) -> None:

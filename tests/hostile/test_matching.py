@@ -1,14 +1,11 @@
-"""Limits of what declarations cost: matches of a link, watches of a broker."""
+"""Limits of what declarations cost: a link has a limited number of matches."""
 
 from __future__ import annotations
 
 import logging
+from typing import TYPE_CHECKING
 
-import pytest
-
-import actors
 from broker import Broker, BrokerOptions
-from broker.graph import WatchCount
 from broker.router import Router
 from broker.router_limits import RouterLimits
 from proto import frames
@@ -18,6 +15,9 @@ from proto.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link
 from tests.broker.switch import Switch
+
+if TYPE_CHECKING:
+    import pytest
 
 
 def test_matches_are_refused_before_they_cost_anything() -> None:
@@ -115,26 +115,6 @@ async def test_a_burst_of_publishers_does_not_hold_up_others() -> None:
         assert small.stats().refused_declarations == 1480
 
 
-def test_watches_of_all_links_are_limited() -> None:
-    """Case 54: a watch beyond the broker's limit is refused by name; ended ones make room."""
-    watches = WatchCount(3)
-    switches = [Switch(Router(domain=domain, watches=watches)) for domain in (0, 1)]
-    one, two = (switch.join() for switch in switches)
-    switches[0].send(one, frames.Watch(1, keep=True), frames.Watch(2, keep=True))
-    switches[1].send(two, *(frames.Watch(number, keep=number != 5) for number in (3, 4, 5)))
-    (refused,) = switches[1].read(two, frames.Refused)
-    assert (refused.id, refused.code) == (4, ErrorCode.LIMIT)
-    assert "--max-watches" in refused.text
-    assert switches[1].router.refusals.count == 1
-    switches[0].send(one, frames.Unwatch(1))
-    switches[1].send(two, frames.Watch(6, keep=True))
-    assert not switches[1].read(two, frames.Refused)
-    assert watches.kept == 3
-    switches[0].leave(one)
-    switches[1].leave(two)
-    assert watches.kept == 0
-
-
 async def test_refusals_are_few_lines_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
     """However much a limit refuses: ten lines, which name the link and the option, and a sum."""
     options = BrokerOptions(port=0, max_matches=1, max_watches=1, drain_timeout_sec=0.2)
@@ -150,11 +130,3 @@ async def test_refusals_are_few_lines_in_the_log(caplog: pytest.LogCaptureFixtur
     assert ["--max-matches" in line for line in lines] == [True] * 8 + [False] * 2
     assert "--max-watches" in lines[-1]
     assert total.endswith("… and 90 more like this: refused declarations and watches")
-
-
-async def test_a_node_hears_that_its_watch_is_refused() -> None:
-    """A wait for the graph fails with the broker's reason instead of lasting for ever."""
-    options = BrokerOptions(port=0, max_watches=0, drain_timeout_sec=0.2)
-    async with Broker(options) as small, actors.Node("n", url=small.url) as node:
-        with pytest.raises(actors.BrokerUnreachable, match="--max-watches"):
-            await node.wait_for_node("/nobody")

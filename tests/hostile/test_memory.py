@@ -1,4 +1,4 @@
-"""Attacks on the broker's memory: only the connection at fault closes, and what it held is freed."""
+"""Memory of what waits, is latched or received: counted, limited, and freed with the connection."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
-import actors
-from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
 from broker.departed_queues import FORGET_QUEUES, MAX_QUEUES_PER_PEER
 from broker.memory_guard import MemoryGuard
@@ -21,17 +19,15 @@ from broker.stats import collect
 from proto import frames, limits
 from proto.aio.tls import client_context
 from proto.batches import with_raw
-from proto.codec import BIN_32, Decoder, encode
+from proto.codec import Decoder, encode
 from proto.codes import Status
 from proto.errors import ErrorCode
-from proto.fragments import MAP_ABOVE_BYTES, ByteTotal, Reassembler, ReassemblyTotal
-from proto.limited_log import MAX_LINES
+from proto.fragments import ByteTotal, Reassembler, ReassemblyTotal
 from proto.outbox import REPLAY_AHEAD_BYTES, Outbox
 from proto.publisher_queue import PublisherQueue
 from proto.receiver import SCRATCH_BYTES, Receiver
 from proto.session import Role, Session
 from proto.url import parse_url
-from tests.allocations import peak_bytes
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, read_frame, until
 from tests.broker.switch import Switch
@@ -50,111 +46,6 @@ async def broker() -> AsyncIterator[Broker]:
     """A broker on a free port."""
     async with Broker(BrokerOptions(port=0, drain_timeout_sec=0.2)) as running:
         yield running
-
-
-async def serve(stack: AsyncExitStack, broker: Broker) -> RawClient:
-    """Declare a server that does not read."""
-    server = await stack.enter_async_context(link(broker, "/server"))
-    server.send(make.service(1))
-    await server.synchronise()
-    server.stop_reading()
-    return server
-
-
-async def caller(stack: AsyncExitStack, broker: Broker, node: str) -> RawClient:
-    """Declare a client of the same service."""
-    client = await stack.enter_async_context(link(broker, node))
-    client.send(make.client(1))
-    await client.synchronise()
-    return client
-
-
-async def flood(broker: Broker, client: RawClient, body: bytes) -> int:
-    """Call until 50 more calls are refused as OVERLOADED; return how many were not."""
-    before, calls = broker.stats().overloaded_calls, 0
-    while (refused := broker.stats().overloaded_calls - before) < 50:
-        client.send(make.request(1, *range(calls, calls + 10), body=body))
-        calls += 10
-        await client.synchronise()
-    return calls - refused
-
-
-async def test_a_flood_of_calls_is_refused_and_the_server_stays() -> None:
-    """Case 52: the flooding client gets OVERLOADED; the server and other clients lose nothing."""
-    options = BrokerOptions(
-        port=0, max_queue_bytes=512 * KIB, max_queued_call_bytes=128 * KIB, drain_timeout_sec=0.2
-    )
-    async with AsyncExitStack() as stack:
-        broker = await stack.enter_async_context(Broker(options))
-        server = await serve(stack, broker)
-        greedy = await caller(stack, broker, "/greedy")
-        innocent = await caller(stack, broker, "/innocent")
-        accepted = await flood(broker, greedy, bytes(20 * KIB))
-        innocent.send(make.request(1, 7))
-        await innocent.synchronise()
-        stats = broker.stats()
-        assert (stats.connections, stats.overloaded_calls) == (3, stats.refused_calls)
-        server.go_on_reading()
-        served = 0
-        while served <= accepted:
-            request = await server.next(frames.Request)
-            served += len(request.entries)
-            server.send(make.reply(1, *(entry.call for entry in request.entries)))
-        answer = await innocent.next(frames.Reply)
-        assert [(entry.call, entry.status) for entry in answer.entries] == [(7, Status.OK)]
-        greedy.send(make.request(1, 2**32))
-        await server.next(frames.Request)
-
-
-async def test_refused_calls_are_logged_together(caplog: pytest.LogCaptureFixture) -> None:
-    """Case 52: floods give a few lines with the option, and then one with the number of the others."""
-    caplog.set_level(logging.WARNING, "callboard.broker")
-    options = BrokerOptions(port=0, max_queued_call_bytes=4 * KIB, drain_timeout_sec=0.2)
-    async with AsyncExitStack() as stack:
-        broker = await stack.enter_async_context(Broker(options))
-        await serve(stack, broker)
-        await flood(broker, await caller(stack, broker, "/first"), bytes(200 * KIB))
-        await flood(broker, await caller(stack, broker, "/second"), bytes(200 * KIB))
-    *lines, total = [each.getMessage() for each in caplog.records if "efused calls" in each.getMessage()]
-    assert len(lines) == MAX_LINES
-    assert "--max-queued-call-bytes" in lines[0]
-    assert total.endswith("more like this: refused calls")
-
-
-async def test_many_flooding_clients_leave_space_for_others() -> None:
-    """Case 52: shares shrink as more clients flood one server, so that a small call still passes."""
-    options = BrokerOptions(port=0, max_bulk_bytes=KIB * KIB, drain_timeout_sec=0.2)
-    async with AsyncExitStack() as stack:
-        broker = await stack.enter_async_context(Broker(options))
-        await serve(stack, broker)
-        for index in range(3):
-            await flood(broker, await caller(stack, broker, f"/greedy{index}"), bytes(20 * KIB))
-        innocent = await caller(stack, broker, "/innocent")
-        innocent.send(make.request(1, 7))
-        refused = broker.stats().overloaded_calls
-        await innocent.synchronise()
-        assert (broker.stats().overloaded_calls, broker.stats().connections) == (refused, 5)
-
-
-async def test_one_larger_call_is_allowed_if_no_other_waits() -> None:
-    """Case 52: a call above the limit waits alone; a second one, and a cancelled call, are not too many."""
-    options = BrokerOptions(port=0, max_queued_call_bytes=4 * KIB, drain_timeout_sec=0.2)
-    async with AsyncExitStack() as stack:
-        broker = await stack.enter_async_context(Broker(options))
-        server = await serve(stack, broker)
-        client = await caller(stack, broker, "/client")
-        large = bytes(8 * KIB * KIB)
-        client.send(make.request(1, 1, body=large))
-        await client.synchronise()
-        client.send(make.request(1, 2, body=large))
-        refusal = await client.next(frames.Reply)
-        assert [(entry.call, entry.status) for entry in refusal.entries] == [(2, Status.OVERLOADED)]
-        assert b"--max-queued-call-bytes" in refusal.entries[0].body
-        client.send(frames.Cancel(1, (1,)), make.request(1, 3, body=large))
-        await client.synchronise()
-        assert broker.stats().overloaded_calls == 1
-        server.go_on_reading()
-        assert len((await server.next(frames.Request)).entries[0].body) == len(large)
 
 
 async def latch(broker: Broker, talker: RawClient, number: int, count: int, size: int) -> None:
@@ -265,119 +156,6 @@ async def _use_and_end(
             guilty.send(ending)
             await guilty.gone() if isinstance(ending, frames.Accepted) else guilty.channel.close()
         return {kind: weakref.ref(each) for kind, each in held.items()}
-
-
-def part(transfer: int, size: int, total: int | None = 16 * KIB * KIB) -> list[frames.Fragment]:
-    """Return fragments that begin, or (without a total) continue, a large message, `size` bytes in all."""
-    whole = bytes(100 * KIB)
-    pieces = [frames.Fragment(transfer, None, True, whole) for _ in range(size // len(whole))]
-    return [pieces[0]._replace(total=total), *pieces[1:]]
-
-
-async def test_incomplete_messages_of_a_link_are_limited() -> None:
-    """Case 47: the link that sends more than max_reassembly_bytes of incomplete messages is closed."""
-    options = BrokerOptions(
-        port=0, max_message_bytes=16 * KIB * KIB, max_reassembly_bytes=65_536, drain_timeout_sec=0.2
-    )
-    async with Broker(options) as broker, link(broker) as guilty, link(broker, "/other") as other:
-        for transfer in range(3):
-            guilty.send(*part(transfer, 6 * KIB * KIB))
-        error = await guilty.next(frames.Error)
-        assert (error.code, "max_reassembly_bytes" in error.text) == (ErrorCode.LIMIT, True)
-        await until(lambda: broker.stats().connections == 1)
-        assert broker.stats().reassembly_bytes == 0
-        await other.synchronise()
-
-
-async def test_incomplete_messages_of_all_links_are_limited() -> None:
-    """Case 47: beyond max_total_reassembly_bytes the link with most of them is closed, and no other."""
-    options = BrokerOptions(port=0, max_total_reassembly_bytes=4 * KIB * KIB, drain_timeout_sec=0.2)
-    async with AsyncExitStack() as stack:
-        broker = await stack.enter_async_context(Broker(options))
-        modest, guilty, other = [await stack.enter_async_context(link(broker)) for _ in range(3)]
-        modest.send(*part(1, KIB * KIB))
-        guilty.send(*part(1, 2 * KIB * KIB))
-        await guilty.synchronise()
-        other.send(*part(1, 1800 * KIB))
-        error = await guilty.next(frames.Error)
-        assert (error.code, "--max-total-reassembly-bytes" in error.text) == (ErrorCode.LIMIT, True)
-        await until(lambda: broker.stats().connections == 2)
-        await modest.synchronise()
-        await other.synchronise()
-        assert 2 * KIB * KIB < broker.stats().reassembly_bytes < 3 * KIB * KIB
-        modest.send(frames.Abort(1))
-        other.send(frames.Abort(1))
-        await modest.synchronise()
-        await other.synchronise()
-        assert broker.stats().reassembly_bytes == 0
-
-
-def test_a_very_large_message_is_not_copied_while_it_grows() -> None:
-    """Cases 47, 53: its buffer has its final size after the first eighth, and no fragment moves it again."""
-    size, part = MAP_ABOVE_BYTES + KIB, bytes(range(256)) * 1024
-
-    def receive() -> None:
-        reassembler = Reassembler()
-        whole: frames.Buffer | None = None
-        for start in range(0, size, len(part)):
-            more = start + len(part) < size
-            fragment = frames.Fragment(1, None if start else size, more, part[: size - start])
-            whole = reassembler.add(fragment)
-            assert (whole is None) == more
-        assert whole is not None
-        assert len(whole) == size
-        assert bytes(whole[: 2 * len(part)]) == part * 2
-        assert bytes(whole[-KIB:]) == part[:KIB]
-        assert not reassembler.held_bytes
-
-    assert peak_bytes(receive) < size // 4
-
-
-def test_a_reassembler_knows_for_how_long_a_message_has_not_grown() -> None:
-    """Case 47: each incomplete message has a time of its own; completing one, or giving it up, ends it."""
-    total = ReassemblyTotal()
-    reassembler = Reassembler(total=total)
-    reassembler.add(frames.Fragment(1, 10, True, b"ab"))
-    assert reassembler.idle_sec(100.0) == 0
-    reassembler.add(frames.Fragment(2, 10, True, b"ab"))
-    assert reassembler.idle_sec(110.0) == 10
-    reassembler.add(frames.Fragment(1, None, True, b"c"))
-    assert (reassembler.idle_sec(115.0), total.bytes) == (5, 5)
-    reassembler.abort(frames.Abort(2))
-    assert (reassembler.idle_sec(116.0), total.bytes, reassembler.held_bytes) == (1, 3, 3)
-    assert bytes(reassembler.add(frames.Fragment(1, None, False, b"defghij")) or b"") == b"abcdefghij"
-    assert (reassembler.idle_sec(200.0), total.bytes, reassembler.held_bytes) == (0, 0, 0)
-
-
-async def test_a_link_with_an_idle_incomplete_message_is_closed() -> None:
-    """Case 47: the periodic check closes the link that does not go on, and no other."""
-    options = BrokerOptions(port=0, reassembly_timeout_sec=0.2, keepalive_sec=0.6, drain_timeout_sec=0.2)
-    async with Broker(options) as broker, link(broker) as guilty, link(broker) as other:
-        guilty.send(*part(1, 200 * KIB))
-        error = await guilty.next(frames.Error)
-        assert (error.code, "--reassembly-timeout-sec" in error.text) == (ErrorCode.TIMEOUT, True)
-        await other.synchronise()
-        await until(lambda: broker.stats().connections == 1)
-        assert broker.stats().reassembly_timeouts == 1
-
-
-async def test_large_messages_wait_at_the_client_for_the_limit_of_the_broker() -> None:
-    """Eight transfers at once are no attack: the client keeps the limit that WELCOME has announced."""
-    options = BrokerOptions(
-        port=0, max_message_bytes=2**21, max_reassembly_bytes=2**22, drain_timeout_sec=0.2
-    )
-    async with Broker(options) as broker, actors.Node("writer", url=broker.url) as node:
-        channel = node._context.link.channel
-        assert channel is not None
-        for index in range(8):
-            publisher = node.create_publisher(String, f"t{index}", 10)
-            publisher.publish(String(data="x" * 2_000_000))
-        most = 0
-        while sum(topic.messages for topic in broker.topic_stats()) < 8:
-            await asyncio.sleep(0)
-            most = max(most, broker.stats().reassembly_bytes)
-        assert most <= 2**22
-        assert broker.stats().connections == 1
 
 
 @pytest.mark.parametrize("kind", ["batch", "request"])
@@ -531,7 +309,7 @@ async def test_the_count_of_held_bytes_returns_to_zero(broker: Broker) -> None:
         for first in range(50):
             talker.send(make.batch(number, first, 1, size=100 * KIB))
             await talker.synchronise()
-        talker.send(*part(1, 200 * KIB))
+        talker.send(*make.fragments(1, 200 * KIB))
         await talker.synchronise()
         assert broker.stats().held_bytes > 50 * 100 * KIB
         reader.go_on_reading()
@@ -544,25 +322,6 @@ async def test_the_count_of_held_bytes_returns_to_zero(broker: Broker) -> None:
     assert broker.stats().held_bytes == 0
 
 
-async def test_starts_of_large_frames_count() -> None:
-    """Case 47: each start claims memory for the whole frame; at the limit links that hold most close."""
-    size, limit = limits.MAX_FRAME_BYTES, 2 * KIB * KIB
-    start = bytes((BIN_32,)) + size.to_bytes(4, "big") + bytes(size // 8)
-    options = BrokerOptions(port=0, max_broker_bytes=limit, drain_timeout_sec=0.2)
-    async with AsyncExitStack() as stack:
-        broker = await stack.enter_async_context(Broker(options))
-        links = [await stack.enter_async_context(link(broker)) for _ in range(12)]
-        for each in links[:4]:
-            cast("asyncio.WriteTransport", each.transport).write(start)
-        await until(lambda: broker.stats().received_bytes > 4 * size)
-        assert broker.stats().held_bytes == broker.stats().received_bytes
-        for each in links[4:]:
-            cast("asyncio.WriteTransport", each.transport).write(start)
-        await until(lambda: broker.stats().closed_for_memory and broker.stats().held_bytes <= limit)
-        assert broker.stats().connections >= 6
-    assert broker.stats().received_bytes == 0
-
-
 def test_bytes_that_wait_for_their_turn_count() -> None:
     """Case 54: from the moment when they are kept until they are handled, or the connection ends."""
     for ends in (False, True):
@@ -571,12 +330,12 @@ def test_bytes_that_wait_for_their_turn_count() -> None:
         session.sent(frames.Welcome(1, {}))
         scratch = memoryview(bytearray(SCRATCH_BYTES))
         receiver = Receiver(session, scratch, Decoder(), Reassembler(), total)
-        pongs = encode(frames.Ping(1)) * 10
-        receiver.buffer()[: len(pongs)] = pongs
-        receiver.received(len(pongs))
+        pings = encode(frames.Ping(1)) * 10
+        receiver.buffer()[: len(pings)] = pings
+        receiver.received(len(pings))
         assert receiver.next_frame() is not None
         receiver.keep()
-        assert total.bytes == receiver.held_bytes == len(pongs) * 9 // 10
+        assert total.bytes == receiver.held_bytes == len(pings) * 9 // 10
         if ends:
             receiver.discard()
         else:
