@@ -63,8 +63,8 @@ def unprotected_error(url: str) -> UnprotectedError:
     """Return the error about a broker that other machines reach and that asks nobody who they are."""
     return UnprotectedError(
         f"Refusing to listen on {url}: anybody who reaches this machine could take part. Say who may with"
-        " --auth FILE (`callboard auth add NAME` writes one) or --tls-client-ca, or let everybody in with"
-        " --insecure."
+        " --auth FILE (`callboard auth add NAME` writes one) or --tls-client-ca FILE, or let everybody in"
+        " with --insecure."
     )
 
 

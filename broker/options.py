@@ -60,8 +60,8 @@ class BrokerOptions:
     tls_key: Path | None = _option(None, "PEM file with the private key of --tls-cert, without a passphrase")
     tls_client_ca: Path | None = _option(
         None,
-        "PEM file with authorities: every client must then have a certificate of theirs, and may do"
-        " everything without --auth",
+        "PEM file with authorities: every client must then have a certificate of theirs; without --auth all"
+        " of them may do everything",
     )
     keepalive_sec: float = _option(
         limits.DEFAULT_KEEPALIVE_SEC, "seconds of silence after which a peer counts as frozen", 0.1, 3600

@@ -25,9 +25,9 @@ Generated from the parsers; `callboard VERB --help` prints the same.
 - Data goes to stdout, everything else to stderr. `--json` prints one document, or one per line where there is
   no end ([the shapes](json.md)).
 - Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no broker that can be used (none answers, it refuses the
-  credentials, or TLS fails), 124 timeout, 130 and 143 stopped by SIGINT and SIGTERM (0 for `broker`, `run`,
-  `launch` and `demo`, which run until they are stopped; in the live `top` Ctrl-C is a key like `q`, and ends
-  with 0).
+  credentials, TLS fails, or a token or TLS file cannot be used), 124 timeout, 130 and 143 stopped by SIGINT
+  and SIGTERM (0 for `broker`, `run`, `launch` and `demo`, which run until they are stopped; in the live `top`
+  Ctrl-C is a key like `q`, and ends with 0).
 - Colours appear on a terminal only; `NO_COLOR` and `FORCE_COLOR` decide otherwise.
 """
 

@@ -28,21 +28,33 @@ LATE_SEC: Final = 0.1
 LIMITS: Final = {
     "refused_per_address": (
         "connections refused: too many of one address",
-        "look for a client that connects too often",
+        "look for a client that connects too often, or raise --max-connections-per-address",
     ),
-    "unauthorized_connections": ("connections without valid credentials", "give their users tokens"),
+    "unauthorized_connections": (
+        "connections without valid credentials",
+        "give their users tokens with `callboard auth`",
+    ),
     "tls_failures": ("connections failed in TLS", "compare the certificates and authorities of both sides"),
     "reassembly_timeouts": (
         "connections closed: a message stayed incomplete",
         "look for a frozen publisher or a cut network",
     ),
-    "stalls": ("KEEP_ALL subscriptions took nothing and lost messages", "let them read, or use KEEP_LAST"),
+    "stalls": (
+        "KEEP_ALL subscriptions took nothing and lost messages",
+        "iterate them, use KEEP_LAST, or give them a longer stall_timeout_sec",
+    ),
     "departed_overflows": (
         "queues of publishers that have gone were emptied",
         "let the readers read faster, and publishers restart less often",
     ),
-    "refused_declarations": ("declarations and watches refused", "declare less in one process"),
-    "overloaded_calls": ("calls refused: too much waited for their server", "let it answer faster"),
+    "refused_declarations": (
+        "declarations, watches and INSPECTs refused",
+        "declare less in one node, or raise the limit that the log names",
+    ),
+    "overloaded_calls": (
+        "calls refused: too much waited for their server",
+        "let the server read faster, or raise --max-queued-call-bytes",
+    ),
     "refused_messages": ("large messages discarded: the broker held too much", "raise --max-broker-bytes"),
     "closed_for_memory": ("connections closed: the broker held too much", "raise --max-broker-bytes"),
     "refused_definitions": ("type definitions not kept", "generate the classes anew from one .msg or .srv"),

@@ -46,11 +46,11 @@ class RefusedCalls:
     """
 
     __slots__ = (
+        "_backs_off",
         "_deadline",
         "_delay_sec",
         "_last_resent",
         "_link",
-        "_refused",
         "_send",
         "_timer",
         "_waiting",
@@ -66,8 +66,8 @@ class RefusedCalls:
         self._last_resent = 0
         self._timer: asyncio.TimerHandle | None = None
         self._delay_sec = _MIN_DELAY_SEC
-        self._refused = False
-        """Whether a call may have been refused since the last ones were sent again."""
+        self._backs_off = False
+        """Whether the next delay is longer: calls sent again were refused, or have not left yet."""
 
     def __len__(self) -> int:
         return len(self._waiting)
@@ -76,7 +76,7 @@ class RefusedCalls:
         """Keep a call if the broker refused it because others of this node wait; return whether it did."""
         if reply.status != Status.OVERLOADED or WAITING_BYTES not in (reply.attributes or ()):
             return False
-        self._refused = True
+        self._backs_off = True
         return request is not None and self.add(request)
 
     def add(self, request: RequestEntry) -> bool:
@@ -106,7 +106,7 @@ class RefusedCalls:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        self._delay_sec, self._refused = _MIN_DELAY_SEC, False
+        self._delay_sec, self._backs_off = _MIN_DELAY_SEC, False
         return calls
 
     def _resend(self) -> None:
@@ -116,11 +116,11 @@ class RefusedCalls:
         if not self._waiting or channel is None or loop is None:
             self.take()
             return
-        self._delay_sec = min(2 * self._delay_sec, _MAX_DELAY_SEC) if self._refused else _MIN_DELAY_SEC
+        self._delay_sec = min(2 * self._delay_sec, _MAX_DELAY_SEC) if self._backs_off else _MIN_DELAY_SEC
         self._timer = loop.call_later(self._delay_sec, self._resend)
         # While something is unsent, the last call may not have reached the broker, which may refuse it.
-        self._refused = channel.outbox.urgent_bytes > 0
-        if self._refused and self._delay_sec < _MAX_DELAY_SEC:
+        self._backs_off = channel.outbox.urgent_bytes > 0
+        if self._backs_off and self._delay_sec < _MAX_DELAY_SEC:
             return
         size = 0
         for call in sorted(self._waiting):
@@ -136,5 +136,5 @@ class RefusedCalls:
 
 def overloaded(service: str) -> ServiceOverloaded:
     """Return the error of a call that was not sent again."""
-    text = "too many bytes of this node's calls wait already (the broker's --max-queued-call-bytes)"
-    return ServiceOverloaded(f"Service '{service}': {text}")
+    text = "too many bytes of this node's calls wait: make fewer at once, or raise the broker's"
+    return ServiceOverloaded(f"Service '{service}': {text} --max-queued-call-bytes")
