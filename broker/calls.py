@@ -53,7 +53,7 @@ class Calls:
         pending: Calls without an answer.
         routed: Requests routed to a server.
         refused: Requests that the broker answered: there was no server, or too many calls were pending.
-        overloaded: Those of them that exceeded a limit of queued calls, or were large with full memory.
+        overloaded: Those of them that exceeded a limit of queued calls, or were large while `memory_full`.
         late: Replies to calls that were no longer pending.
     """
 

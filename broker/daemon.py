@@ -62,7 +62,7 @@ class Daemon:
         try:
             async with self._broker as broker:
                 process.configure_process()
-                process.collect_all_seldom()
+                process.make_full_collections_rare()
                 _announce(broker.url)
                 if self._options.json_logs:
                     logger.info("Listening on %s", broker.url)

@@ -45,7 +45,7 @@ class DepartedQueues:
     """The queues of one graph that get no batches any more.
 
     Attributes:
-        overflows: Queues that had to give way because there were too many for one peer.
+        overflows: Queues whose messages were dropped because one peer had too many queues.
     """
 
     def __init__(self) -> None:

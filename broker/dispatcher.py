@@ -50,9 +50,9 @@ class Dispatcher:
         joined: By router, the links of its graph, by peer.
         reassembly: The bytes of incomplete messages of all links.
         latched: The bytes of latched messages of all links.
-        received: The buffers of received bytes and for TLS of all links.
+        received: The bytes of buffers for received bytes and for TLS of all links.
         memory: What all links hold.
-        limit_counts: Limits that links have reached.
+        limit_counts: How often links have reached limits that no other part counts.
         partial: Links that have, or had, incomplete messages.
         max_reassembly_bytes: Bytes of incomplete messages of one link.
         draining: Whether the broker is stopping: no peer may join any more.
@@ -86,7 +86,9 @@ class Dispatcher:
         self.memory = MemoryGuard(
             options.max_broker_bytes or memory_bytes() // 2,
             resident_bytes,
-            (self.reassembly, self.latched, self.received),
+            self.reassembly,
+            self.latched,
+            self.received,
         )
         self.limit_counts = LimitCounts()
         self.max_reassembly_bytes = max(options.max_reassembly_bytes, options.max_message_bytes)

@@ -1,8 +1,8 @@
 """Counts the memory that a broker holds for all its links, and frees some when it is too much.
 
-It counts what waits for links, latched messages, incomplete messages, and the buffers of received bytes that
-wait for their turn, of large frames that are incomplete, and of TLS. A message that waits for many links
-counts for each of them, so nothing is refused before the process really uses too much memory, too.
+It counts what waits for links, latched messages, incomplete messages, and buffers: of received bytes that
+wait to be handled, of incomplete large frames, and of TLS. A message that waits for many links counts for
+each of them, so nothing is refused before the process really uses too much memory, too.
 The order, for a limit of `max_bytes`:
 
     above 7/8   parts of new large messages are discarded, and large calls are refused as OVERLOADED
@@ -32,7 +32,9 @@ class MemoryGuard:
     Args:
         max_bytes: The limit.
         resident: Returns the memory that the process uses, or None if that is unknown.
-        totals: The bytes of incomplete messages, of latched messages, and of buffers for received bytes.
+        reassembly: The bytes of incomplete messages.
+        latched: The bytes of latched messages.
+        received: The bytes of buffers for received bytes and for TLS.
 
     Attributes:
         freed: Whether links that held at least `MUCH_BYTES` have ended; the periodic check resets it.
@@ -45,7 +47,9 @@ class MemoryGuard:
         self,
         max_bytes: int,
         resident: Callable[[], int | None],
-        totals: tuple[ReassemblyTotal, ByteTotal, ByteTotal],
+        reassembly: ReassemblyTotal,
+        latched: ByteTotal,
+        received: ByteTotal,
     ) -> None:
         self.max_bytes = max_bytes
         self.queued_bytes = 0
@@ -54,7 +58,9 @@ class MemoryGuard:
         self._enough = max_bytes - max_bytes // 8
         self._check_above = self._enough
         self._resident = resident
-        self._reassembly, self._latched, self._received = totals
+        self._reassembly = reassembly
+        self._latched = latched
+        self._received = received
         self._closing: Link | None = None
 
     @property

@@ -84,7 +84,7 @@ class Notices:
             self.report(endpoint, NoticeKind.INCOMPATIBLE_TYPE, text if visible else hidden)
 
     def end(self) -> None:
-        """End what `begin` has begun: report how many others there are."""
+        """Report to the endpoint of `begin` how many were not reported one by one."""
         assert self._newcomer is not None
         for notice in self._unreported.values():
             self._emit(Send(self._newcomer.peer.id, notice))

@@ -22,7 +22,7 @@ def write_private(path: Path, text: str, *, keep_mode: bool = False) -> None:
     """
     written: Path | None = None
     try:
-        path = path.resolve()  # a link stays one
+        path = path.resolve()  # replace what a symbolic link points to, not the link
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         mode = stat.S_IMODE(path.stat().st_mode) if keep_mode and path.exists() else 0o600
         with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:

@@ -42,7 +42,7 @@ WAS_SILENT: Final = "This node was silent for the keepalive limit; until now the
 
 
 def _ignore(*_: object) -> None:
-    """Report nothing."""
+    """Take a report, and do nothing."""
 
 
 class Router:
@@ -75,7 +75,7 @@ class Router:
         report: Callable[[Endpoint, str | None], None] = _ignore,
         report_refusal: Callable[[Peer, str, str], None] = _ignore,
         latched: ByteTotal | None = None,
-        memory_full: Callable[[], bool] = bool,
+        memory_full: Callable[[], bool] = bool,  # bool() is False
     ) -> None:
         self.domain = domain
         self.relied_on: set[int] = set()

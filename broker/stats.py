@@ -92,7 +92,7 @@ class Statistics:
     def answer(self, now: float, router: Router, link: Link, totals: BrokerStats) -> Iterator[frames.Stats]:
         """Return the frames that answer an INSPECT with the id 0 from a link of this graph.
 
-        Of what the link's user may not administer they have nothing; always the numbers of the link itself.
+        They leave out what the link's user may not administer, except the numbers of the link itself.
         """
         topics = tuple(topic_stats(router))
         links = tuple(link_stats(now, router, self._dispatcher.joined[router]))

@@ -23,14 +23,15 @@ _OPCODE_AT: Final = limits.PREFIX_BYTES + 1
 _BATCH: Final = bytes([Op.BATCH])
 
 MAP_ABOVE_BYTES: Final = 32 * 1024 * 1024
-"""Larger buffers are mapped as a whole: if one grows, it is copied again and again, for tens of milliseconds.
-The system provides their memory when it is written to. (malloc maps blocks of this size, too; smaller ones it
-uses again, which is much faster.)"""
+"""Buffers of larger frames get their full size at once, with mmap: each growth of a bytearray may copy it,
+which takes tens of milliseconds in all. The system provides memory only for pages that are written to.
+(malloc maps blocks of this size, too, but reuses smaller ones, which is much faster.)"""
 
 MAP_RATIO: Final = 8
 """A buffer is mapped when 1/8 of the frame has arrived, so that the number of mappings is limited, too."""
 
 _PRIVATE: Final = {} if sys.platform == "win32" else {"flags": mmap.MAP_PRIVATE}
+"""Arguments of mmap, which otherwise shares the memory with child processes."""
 
 
 def is_large(raw: Buffer) -> bool:

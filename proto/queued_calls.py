@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from proto.frames import Buffer
 
 WAITING_BYTES: Final = "waiting_bytes"
-"""Attribute of a refusal for which the client's own calls are a reason: how much of them waits."""
+"""Attribute of a refused call, if other calls of the same link wait for the server: their bytes."""
 
 _FORGET_SHARES = 64
 """Shares that are kept before the empty ones are forgotten."""

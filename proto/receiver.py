@@ -56,11 +56,11 @@ class Receiver:
         scratch: `SCRATCH_BYTES` bytes to read into, possibly shared with other receivers.
         decoder: Decodes the frames, possibly shared with other receivers.
         reassembler: Joins the peer's fragments.
-        total: What several receivers hold in buffers of their own; None to count nothing with others.
+        total: Counts the buffers of several receivers; None for a count of its own.
 
     Attributes:
-        has_unprocessed: Whether `next_frame` has received bytes to look at, more than the start of a large
-            frame. If not, it would return None.
+        has_unprocessed: Whether there are received bytes for `next_frame` to look at; if not, it returns
+            None.
         held_bytes: Size of the buffers that `keep` and large frames have; counted in `total`.
     """
 

@@ -1,6 +1,6 @@
 """What can go wrong with TLS between a client and a broker, and what to do about it, in words.
 
-The errors are OpenSSL's: if a certificate was not verified, they have a number, otherwise a reason.
+The errors are OpenSSL's: those of verifying a certificate have a number, the others the name of a reason.
 """
 
 from __future__ import annotations

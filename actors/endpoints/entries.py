@@ -59,5 +59,5 @@ class EntryBatch(Generic[E]):
 
 
 def remaining_ms(seconds: float) -> int | None:
-    """Return the time that a call has left, as REQUEST carries it."""
+    """Return the time that a call has left as REQUEST carries it; None if the call has no deadline."""
     return None if seconds == math.inf else math.ceil(min(seconds * 1000, limits.MAX_U32))

@@ -33,7 +33,8 @@ SOON_DAYS: Final = 30
 """A certificate that expires earlier should be renewed now."""
 _DAY_SEC: Final = 86_400
 _ELSEWHERE: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
-"""Addresses for documentation (RFC 5737, 3849): their routes have this machine's, and nothing is sent."""
+"""Addresses for documentation (RFC 5737, 3849), to which nothing is sent: the system only chooses the address
+of this machine from which it would send."""
 
 
 def client_files() -> list[Check]:

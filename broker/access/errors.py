@@ -1,7 +1,7 @@
 """Errors of access control.
 
 CallboardError (proto.errors)
-├── AccessFileError (ValueError)   the access rules are broken, or cannot be read
+├── AccessFileError (ValueError)   the access rules are broken, or cannot be read or changed
 └── ProtocolError
     └── Unauthorized               a connection is no user's; with the code UNAUTHORIZED
 """
@@ -12,7 +12,7 @@ from proto.errors import CallboardError, ErrorCode, ProtocolError
 
 
 class AccessFileError(CallboardError, ValueError):
-    """The file of access rules is broken or cannot be read; the text names it and the place."""
+    """The file of access rules is broken, or cannot be read or changed; the text names it and the place."""
 
 
 class Unauthorized(ProtocolError):  # noqa: N818 - as the error code

@@ -1,4 +1,4 @@
-"""Reads the file of access rules, and makes tokens."""
+"""The file of access rules: reads it, and replaces it under a lock. Makes tokens."""
 
 from __future__ import annotations
 
@@ -55,20 +55,22 @@ def read_text(path: Path) -> str:
 
 
 def edit_rules(path: Path, change: Callable[[str], str], *, new: str | None = None) -> None:
-    """Change the text of a file of rules under a lock, so that edits at the same time do not get lost.
+    """Change the text of a file of rules under a lock, so that simultaneous edits keep each other.
 
     Args:
         path: The file. It keeps its permissions; a new one is for its owner only.
         change: Returns the new text for the old one.
-        new: The old text if there is no file; None to raise an error then.
+        new: What `change` gets if there is no file; None to raise an error then.
 
     Raises:
-        AccessFileError: As of `read_text`, `change` and `write_private`, or another process keeps the lock.
+        AccessFileError: The file cannot be read or locked, another process holds the lock for 5 s, or
+            `change` raises it.
+        CallboardError: It cannot be written.
     """
     if new is None:
-        read_text(path)  # before anything is made
+        read_text(path)  # before a folder or a lock file is made
     try:
-        with hold_lock(str(path.resolve())):  # the file's own, by whatever link it is named
+        with hold_lock(str(path.resolve())):  # the same for each symbolic link to the file
             text = new if new is not None and not path.exists() else read_text(path)
             write_private(path, change(text), keep_mode=True)
     except OSError as error:

@@ -130,7 +130,7 @@ class Principal:
     Attributes:
         user: The user's name.
         rights: What the user may do from there.
-        origin: Where from.
+        origin: Where the connection comes from.
         token: The hash of the token that has identified the user; "" if something else has.
     """
 

@@ -32,7 +32,7 @@ class BudgetedChannel(Channel):
         loop: The event loop that owns the transport.
         budget: The budget.
         reassembler: Joins the fragments of the peer's large messages.
-        received: What all channels of the broker hold of received bytes.
+        received: Counts the buffers of received bytes of all channels of the broker.
 
     Attributes:
         waiting: Whether received bytes wait for the budget.
@@ -65,7 +65,7 @@ class BudgetedChannel(Channel):
 
     @property
     def held_bytes(self) -> int:
-        """What is held of received bytes, without incomplete messages: kept, of a large frame, and by TLS."""
+        """Size of all buffers of received bytes, those of TLS included; not of incomplete messages."""
         tls: int = self.extra_info("tls_bytes") or 0
         return tls + (0 if self._receiver is None else self._receiver.held_bytes)
 

@@ -90,7 +90,7 @@ class Channel(asyncio.BufferedProtocol):
         handler: Gets the received frames and the events of the connection.
         loop: The event loop that owns the transport.
         reassembler: Joins the fragments of the peer's large messages; None for one with the default limits.
-        received: What several channels hold of received bytes; None to count nothing with others.
+        received: Counts the buffers of received bytes of several channels; None for a count of its own.
 
     Attributes:
         reassembler: As given, or made.

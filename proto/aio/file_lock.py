@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
 LOCK_TIMEOUT_SEC: Final = 5.0
+"""How long to wait for a lock that another process holds."""
+
 LOCK_RETRY_SEC: Final = 0.01
 
 
@@ -24,7 +26,7 @@ def hold_lock(file: str) -> Generator[None]:
 
     Raises:
         TimeoutError: Another holds the lock for `LOCK_TIMEOUT_SEC`.
-        OSError: There can be no lock.
+        OSError: The lock file, which is the path with `.lock`, cannot be opened.
     """
     os.makedirs(os.path.dirname(file) or ".", mode=0o700, exist_ok=True)  # noqa: PTH103, PTH120
     lock = os.open(f"{file}.lock", os.O_RDWR | os.O_CREAT, 0o600)

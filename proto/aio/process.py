@@ -31,7 +31,8 @@ GROWTH_BYTES: Final = 1024 * 1024
 """The heap grows by this much at a time."""
 
 FULL_COLLECTION_AFTER: Final = 1000
-"""Collections of younger objects before one of all objects, instead of 10: about 7 million more objects."""
+"""Collections of the middle generation before a full one; Python's default is 10. A full one then follows
+about 7 million new objects."""
 
 _trims: Final[list[Callable[[int], object]]] = []
 """glibc's malloc_trim, once `configure_process` has found it."""
@@ -113,10 +114,10 @@ def configure_process() -> None:
     mallopt(_M_MMAP_THRESHOLD, MAPPED_BYTES)
 
 
-def collect_all_seldom() -> None:
-    """Let the garbage collector look at all objects seldom, because that takes 60 ms for a million of them.
+def make_full_collections_rare() -> None:
+    """Let the garbage collector seldom look at all objects, because that takes 60 ms for a million of them.
 
-    For a process whose long-lived objects are free without it, as they are in no reference cycles.
+    For a process whose long-lived objects are in no reference cycles, and so are freed without the collector.
     """
     gc.set_threshold(*gc.get_threshold()[:2], FULL_COLLECTION_AFTER)
 

@@ -26,7 +26,7 @@ class Cipher:
         context: Verifies the other end.
         host: The broker's name; None at the broker.
         budget: Counts what handshakes and decryption take.
-        total: What several connections hold in buffers.
+        total: Counts the buffers of several connections; None for a count of its own.
 
     Attributes:
         share: Records that may still be decrypted in this loop turn.

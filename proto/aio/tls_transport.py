@@ -47,6 +47,7 @@ _scratch: Final = _Scratch()
 
 
 def _go_on_later(reader: Reader, loop: asyncio.AbstractEventLoop, budget: ReadBudget | None) -> None:
+    """Let a reader go on when the budget allows it, without one in the next loop turn."""
     if budget is None:
         loop.call_soon(reader.go_on_reading)
     else:
@@ -66,7 +67,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         host: The broker's name, which its certificate must have; None at the broker.
         budget: Counts what handshakes and decryption take; what is received when it is exhausted waits, like
             what is more than a share.
-        received: What all channels of the broker hold of received bytes, and buffers for TLS.
+        received: Counts the buffers of received bytes and for TLS of all channels of the broker.
     """
 
     __slots__ = (

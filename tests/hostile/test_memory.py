@@ -368,7 +368,7 @@ def test_messages_that_are_only_counted_several_times_are_no_reason_to_refuse() 
     """What waits for many links is in memory once: the process must really use too much."""
     total, latched = ReassemblyTotal(), ByteTotal()
     used = [100]
-    guard = MemoryGuard(1000, lambda: used[0], (total, latched, ByteTotal()))
+    guard = MemoryGuard(1000, lambda: used[0], total, latched, ByteTotal())
     latched.bytes = 5000
     assert guard.needs_relief
     guard.relieve(())

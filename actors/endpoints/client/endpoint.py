@@ -143,7 +143,7 @@ class ClientEndpoint(IntrospectedEndpoint):
             attributes = identity.attributes()  # the server publishes its events of the same call under them
             self.service_events.request(EventKind.REQUEST_SENT, identity, request)
         entry = future.request = RequestEntry(call, remaining_ms(limit), attributes, body)
-        if self._refused and is_large(body):  # in order
+        if self._refused and is_large(body):  # after those that wait, to keep the order
             if not self._refused.add(entry):
                 self._deadlines.remove(call)
                 self._fail(self.pending.pop(call), overloaded(self.srv_name))
