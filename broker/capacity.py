@@ -1,7 +1,7 @@
 """How many connections a broker takes, and how it refuses others.
 
 A broker without free descriptors cannot even refuse: depending on the loop, clients wait or are disconnected
-without an error, and the log fills. So some descriptors stay free, and each refused client is told why.
+without an error, and the log fills. So some descriptors stay free, and each refused client gets the reason.
 """
 
 from __future__ import annotations

@@ -456,7 +456,7 @@ def test_readers_of_a_suspended_publisher_learn_how_that_ends() -> None:
 
 
 def test_a_reader_that_is_suspended_as_well_learns_how_that_ends() -> None:
-    """It is told not to wait; if the publisher is restored first, it is attached to it as usual."""
+    """It gets DETACHED with GONE; if the publisher is restored first, it is attached to it as usual."""
     switch = Switch()
     talker, listener, number = talk(switch)
     switch.suspend(talker)

@@ -32,8 +32,8 @@ class NodeExecution(TaskExecution):
     """One run of a node in this process. It is cancelled to stop it, and cancelled again.
 
     It has the environment of its specification, as far as callboard reads it, and takes the arguments there
-    as a script takes its command line. What it logs and prints is told as its output, if there are
-    `captured_logs` and `captured_streams`. While its code runs nothing else in the process does.
+    as a script takes its command line. What it logs and prints is reported as its output, if there are
+    `captured_logs` and `captured_streams`. While its code runs, nothing else in the process runs.
 
     Args:
         spec: What to run.

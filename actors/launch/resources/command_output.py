@@ -78,7 +78,7 @@ def _started(
     with os.fdopen(writing, "wb", 0) as alive:
         with os.fdopen(reading, "rb", 0) as watched:
             try:
-                process = subprocess.Popen(  # noqa: S603 - running what it is told is its purpose
+                process = subprocess.Popen(  # noqa: S603 - running given commands is its purpose
                     (SHELL, "-c", _STARTER, "callboard", *command),
                     stdin=watched,
                     stdout=subprocess.PIPE,

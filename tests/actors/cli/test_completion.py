@@ -1,4 +1,4 @@
-"""What could come next is known, with a broker and without, and shells are told so that they understand."""
+"""Completion: the possible next words, with a broker and without, in the form that each shell reads."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def test_no_broker_is_one_line_and_3(capsys: pytest.CaptureFixture[str]) -> None
 
 @pytest.mark.parametrize("verb", ["topic list", "topic echo /chatter", "doctor"])
 def test_a_host_that_cannot_be_resolved_is_named(capsys: pytest.CaptureFixture[str], verb: str) -> None:
-    """Nobody is told to start a broker there."""
+    """The error does not suggest to start a broker there."""
     assert main([*verb.split(), "--url", "callboard://..:7411"]) in {1, 3}
     captured = capsys.readouterr()
     said = captured.out + captured.err

@@ -37,7 +37,7 @@ def warnings_of(caplog: pytest.LogCaptureFixture, text: str) -> list[str]:
 
 
 async def test_an_async_callback_takes_its_turn(meeting: Meeting) -> None:
-    """It runs in the mailbox, alone; what befalls meanwhile is reported at once when it has ended."""
+    """It runs in the mailbox, alone; events that occur meanwhile are reported together when it has ended."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     told: list[tuple[int, ...]] = []
     received: list[int] = []
@@ -76,7 +76,7 @@ async def come_and_go_beside(node: actors.Node, subscription: actors.Subscriptio
 async def test_a_callback_that_raises_harms_nobody(
     meeting: Meeting, caplog: pytest.LogCaptureFixture, kind: str
 ) -> None:
-    """It is logged with what it belongs to, and counted; the next event is told all the same."""
+    """The error is logged with its endpoint, and counted; the next event is reported all the same."""
     both = await meeting.node("both")
     told: list[int] = []
 

@@ -224,7 +224,7 @@ def test_a_late_answer_is_not_taken_for_the_next_ones() -> None:
 
 @pytest.mark.parametrize(("stays", "text"), [(True, "does not answer"), (False, "is no callboard broker")])
 def test_what_takes_the_connection_and_does_not_greet(stays: bool, text: str) -> None:
-    """It is told from nobody there: it has the port."""
+    """The error differs from that of a free port: another program has the port, or a broker that hangs."""
     with listener(stays=stays) as url:
         inspector = Inspector(url, timeout_sec=0.2 if stays else 50.0)
         with pytest.raises(BrokerUnreachable, match=f"What listens at {url} {text}"):

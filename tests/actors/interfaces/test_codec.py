@@ -265,7 +265,7 @@ def test_another_class_is_a_type_error(wrong: Any, got: str) -> None:
 
 @pytest.mark.parametrize("wrong", [int, "std_msgs/msg/String", String(), Message, AddTwoInts])
 def test_only_message_classes_have_codecs(wrong: Any) -> None:
-    """Anything else is told what to pass."""
+    """For anything else the error says what to pass."""
     with pytest.raises(TypeError, match="Expected a message"):
         Codec(wrong)
 

@@ -1,4 +1,4 @@
-"""What a supervisor is told: which children are refused, and what a process's command line is."""
+"""Descriptions of children: which are refused, and what a process's command line is."""
 
 from __future__ import annotations
 

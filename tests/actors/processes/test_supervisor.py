@@ -265,7 +265,7 @@ def test_a_second_cancellation_forces_the_stop() -> None:
 @pytest.mark.parametrize("told", [False, True])
 @pytest.mark.parametrize("levels", [0, 1, 2])
 def test_a_second_cancellation_reaches_everything(levels: int, *, told: bool) -> None:
-    """What obeys only the second one obeys at once, also below supervisors, told to stop before or not."""
+    """A task that ends only at the second one ends at once, also below supervisors, stopped before or not."""
 
     def below(child: Child, number: int) -> Child:
         def make() -> Supervisor:

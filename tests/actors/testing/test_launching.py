@@ -168,7 +168,7 @@ async def test_the_output_of_a_node_in_this_process_is_captured(capsys: pytest.C
 
 
 async def test_a_wait_for_a_process_that_nobody_knows_says_so() -> None:
-    """A wrong name is told with the right ones, at the limit and at the end; the launch's name is known."""
+    """The error for a wrong name lists the right ones, at the time limit and at the end; "launch" is one."""
     async with launch([python(SLEEP, "sleeper")]) as running:
         await pid_of(running, "sleeper")
         hint = "; no process is called 'slepper'; there is: sleeper-1\n"
@@ -325,7 +325,7 @@ async def test_what_turns_out_to_be_wrong_later_ends_waits_and_comes_out() -> No
 
 
 async def test_the_tests_own_error_names_the_launchs() -> None:
-    """Who fails in a test because the launch has failed is told so."""
+    """An error in the body of a test names the launch's error, which may be its cause."""
 
     def fails(context: object) -> list[Action]:
         raise LaunchError("no such robot")

@@ -125,7 +125,7 @@ def test_a_process_is_followed_through_its_life() -> None:
 
 
 def test_one_that_is_stopped_to_be_started_again_has_not_ended() -> None:
-    """It is told before; between its two lives it restarts, unless the launch ends."""
+    """It is running until it exits, and then restarting, unless the launch ends."""
     known = Transcript()
     known.on_event(events.ProcessStarted(TALKER, 7))
     for restarts in (1, 2):

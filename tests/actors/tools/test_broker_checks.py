@@ -1,4 +1,4 @@
-"""What can be wrong at the broker is told from its answers."""
+"""Checks of a broker by its answers: WELCOME, statistics and graph."""
 
 from __future__ import annotations
 

@@ -200,7 +200,7 @@ def test_an_error_of_the_channel_ends_the_connection(run: Callable[..., None]) -
 
 
 def test_a_full_socket_pauses_the_writer(run: Callable[..., None]) -> None:
-    """The writer is told when the peer does not read, and when it reads again."""
+    """Writing pauses while the peer does not read; everything arrives when it reads again."""
 
     async def test(near: End, far: End) -> None:
         near.transport.set_write_buffer_limits(high=65_536, low=1)

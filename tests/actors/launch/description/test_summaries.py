@@ -1,4 +1,4 @@
-"""What people are told of actions, in short."""
+"""Summaries of actions for people."""
 
 from __future__ import annotations
 

@@ -590,7 +590,7 @@ def test_a_warning_reports_a_handler_that_comes_too_late() -> None:
 
 
 def test_the_end_of_the_last_process_is_the_launchs() -> None:
-    """It is told and reacted to as any other end."""
+    """It is reported as ShuttingDown, and handlers react to it, as with any other end."""
     play = Play(start(), whenever(ShuttingDown, LogText(text="bye")))
     play.ends()
     assert play.told(ShuttingDown) == [ShuttingDown("nothing is left to run")]

@@ -1,4 +1,4 @@
-"""What nodes are told: their own command line reads it back as it was meant."""
+"""Arguments of nodes: the node's own command line parses them to the same values."""
 
 from __future__ import annotations
 

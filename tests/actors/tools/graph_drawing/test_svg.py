@@ -42,7 +42,7 @@ def test_drawings(
 
 @pytest.mark.parametrize("name", ["course", "circle", "robot", "empty"])
 def test_everything_is_there_once(name: str, graph: Callable[[str], GraphSnapshot]) -> None:
-    """It is XML, each name is on it once, and those who cannot see it are told how much there is."""
+    """The picture is XML with each name once, and its description has the numbers for screen readers."""
     model = model_of(graph(name))
     root = ET.fromstring(svg_of(model))
     labels = [label.text for label in root.iter(f"{SVG}text") if label.get("y")]
