@@ -138,7 +138,7 @@ class Routes:
 
     def detach_all(self, publisher: PublisherRecord) -> None:
         """End the routes of a publisher that leaves; its readers get what is queued, and then DETACHED."""
-        reason = DetachReason.SUSPENDED if publisher.peer.suspended else DetachReason.GONE
+        reason = leaving_reason(publisher)
         pending = self._attachments.pending  # an ATTACHED that is not in the queue yet
         for route in publisher.routes.values():
             route.queue.sequence_limit = route.queue.byte_limit = None  # nobody grants credit any more
@@ -153,12 +153,23 @@ class Routes:
                 self._emit(Shed(route.peer.id, excess))
         publisher.routes.clear()
 
-    def report_gone(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
-        """Report to a subscription that a publisher, known to it as suspended, will not come back."""
+    def report_left(
+        self,
+        publisher: PublisherRecord,
+        subscription: SubscriptionRecord,
+        reason: DetachReason = DetachReason.GONE,
+    ) -> None:
+        """Report to a subscription without a route that a publisher has left.
+
+        Args:
+            publisher: The publisher.
+            subscription: It is stalled, or the publisher is known to it as suspended.
+            reason: SUSPENDED if the publisher may come back.
+        """
         peer = subscription.peer.id
-        # After the publisher's messages and the DETACHED with the reason SUSPENDED.
+        # After the publisher's messages and an earlier DETACHED with the reason SUSPENDED.
         queue = self.departed.latest(peer, publisher.gid, publisher.name)
-        self._attachments.detach(publisher.key, peer, (subscription.id,), DetachReason.GONE, queue)
+        self._attachments.detach(publisher.key, peer, (subscription.id,), reason, queue)
 
     def remove_peer(self, peer: int) -> None:
         """Discard what waits for a peer that is gone."""
@@ -262,6 +273,11 @@ class Routes:
         for publisher in self._publishers.values():
             for route in publisher.routes.values():
                 yield PeerQueue(route.queue, route.topic, route.peer.id, publisher.peer)
+
+
+def leaving_reason(publisher: PublisherRecord) -> DetachReason:
+    """Return why the readers of a publisher that leaves are detached: SUSPENDED if it may come back."""
+    return DetachReason.SUSPENDED if publisher.peer.suspended else DetachReason.GONE
 
 
 def _peer_queue(publisher: PublisherRecord, route: Route) -> PeerQueue:

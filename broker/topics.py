@@ -9,6 +9,7 @@ from broker.deliveries import Send
 from broker.flow_control import HOLD, CreditLimits
 from broker.matching import exceeds
 from broker.records import PublisherRecord, SubscriptionRecord, TopicRecord
+from broker.routes import leaving_reason
 from proto import frames
 from proto.codes import NoticeKind, PolicyKind
 from proto.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, incompatible_policy
@@ -96,7 +97,7 @@ class Topics:
         self._routes.remove_publisher(publisher)
         for subscription in publisher.awaited_by.values():
             del subscription.awaits[publisher.key]
-            self._routes.report_gone(publisher, subscription)
+            self._routes.report_left(publisher, subscription)
         publisher.awaited_by.clear()
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:
@@ -106,7 +107,7 @@ class Topics:
         for subscription in publisher.matched.values():
             subscription.matched.pop(publisher.key, None)
             if subscription.stalled and publisher.waits_for_readers:
-                self._routes.report_gone(publisher, subscription)
+                self._routes.report_left(publisher, subscription, leaving_reason(publisher))
             self._notices.set_count(subscription, subscription.peers - 1)
             if publisher.peer.suspended:
                 publisher.awaited_by[subscription.key] = subscription
@@ -136,7 +137,7 @@ class Topics:
         for publisher in subscription.awaits.values():
             del publisher.awaited_by[subscription.key]
             if subscription.peer.suspended:  # this is forgotten below
-                self._routes.report_gone(publisher, subscription)
+                self._routes.report_left(publisher, subscription)
         subscription.awaits.clear()
         self._notices.set_count(subscription, 0)
 

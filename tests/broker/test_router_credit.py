@@ -6,6 +6,7 @@ import pytest
 
 from broker.notices import MAX_NOTICES
 from proto import frames, limits
+from proto.codes import DetachReason
 from proto.errors import ErrorCode, ProtocolError
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
@@ -324,6 +325,23 @@ def test_a_grant_after_a_stall_attaches_the_reader_at_once() -> None:
     assert (attached.publisher, attached.first_sequence) == (number, 2)
     switch.send(talker, make.batch(number, 2))
     assert spans(switch, reader) == [(2, 1)]
+
+
+@pytest.mark.parametrize("silent", [True, False])
+def test_a_stalled_reader_learns_whether_a_publisher_may_come_back(*, silent: bool) -> None:
+    """It is detached like every other reader: as of a suspended publisher, or of one that is gone."""
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window=1))
+    number = switch.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
+    switch.send(talker, make.batch(number, 0))
+    switch.check_stalls(0.0, 61.0)
+    if silent:
+        switch.suspend(talker)
+    else:
+        switch.leave(talker)
+    (detached,) = switch.read(reader, frames.Detached)
+    assert detached.reason == (DetachReason.SUSPENDED if silent else DetachReason.GONE)
 
 
 def test_many_stalls_are_few_notices_and_one_credit() -> None:
