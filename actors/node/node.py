@@ -138,12 +138,13 @@ class Node(NodeGraph, NodeParameters):
             overrides=parameter_overrides,
             argument_overrides={**shared.parameters_for(full_name), **own.parameters_for(full_name)},
             allow_undeclared=allow_undeclared_parameters,
-            declare_overrides=automatically_declare_parameters_from_overrides,
         )
         if start_parameter_services:
             from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - hidden nodes do without
 
             ParameterServices(self._context, self._names, self._parameters, self._clock)
+        if automatically_declare_parameters_from_overrides:
+            self._parameters.declare_overrides()
         self._lifecycle = Lifecycle(
             self._context,
             self._clock,

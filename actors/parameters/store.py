@@ -42,7 +42,6 @@ class ParameterStore:
         overrides: Values from the node's constructor, by name; they take precedence.
         argument_overrides: Values from the command line and its files.
         allow_undeclared: Reading an undeclared parameter returns one without a value; setting it declares it.
-        declare_overrides: Declare every override immediately.
 
     Attributes:
         callbacks: The callbacks around setting parameters. While one of them decides about values, nothing
@@ -59,7 +58,6 @@ class ParameterStore:
         overrides: Mapping[str, ParameterValue] | None = None,
         argument_overrides: Mapping[str, ParameterValue] | None = None,
         allow_undeclared: bool = False,
-        declare_overrides: bool = False,
     ) -> None:
         self._overrides: dict[str, ParameterValue] = {**(argument_overrides or {}), **(overrides or {})}
         self._allow_undeclared = allow_undeclared
@@ -72,10 +70,12 @@ class ParameterStore:
             description="If enabled, start the type description service.", read_only=True
         )
         self.declare("start_type_description_service", default=True, descriptor=fixed)
-        if declare_overrides:
-            for name, value in self._overrides.items():
-                if name not in self._parameters:
-                    self.declare(name, value)
+
+    def declare_overrides(self) -> None:
+        """Declare every override that is not declared."""
+        for name, value in self._overrides.items():
+            if name not in self._parameters:
+                self.declare(name, value)
 
     def declare(
         self,
@@ -308,7 +308,7 @@ class ParameterStore:
         if wanted is None:
             return SetParametersResult(successful=False, reason="a pre-set callback returned no parameters")
         self._check_declared(wanted)
-        refusals = (self._refusal(parameter) for parameter in wanted)
+        refusals = (_refusal(self._descriptors.get(parameter.name), parameter) for parameter in wanted)
         if reason := next(filter(None, refusals), "") or self.callbacks.refusal(wanted):
             return SetParametersResult(successful=False, reason=reason)
         before = {parameter.name: self._parameters.get(parameter.name) for parameter in wanted}
@@ -350,19 +350,6 @@ class ParameterStore:
             raise InvalidParameterValueError(name, value, reason)
         return parameter
 
-    def _refusal(self, parameter: Parameter) -> str:
-        descriptor = self._descriptors.get(parameter.name)
-        if descriptor is None:
-            return ""
-        if descriptor.read_only:
-            return "Trying to set a read-only parameter"
-        if not descriptor.dynamic_typing:
-            if parameter.type_ is ParameterType.NOT_SET:
-                return "Static parameter cannot be undeclared"
-            if not descriptor.type.check(parameter.value):
-                return _wrong_type(descriptor.type, parameter.value)
-        return descriptor.fault(parameter.value)
-
     def _store(self, parameter: Parameter) -> None:
         name = parameter.name
         if parameter.type_ is ParameterType.NOT_SET:
@@ -392,6 +379,19 @@ def _type_and_value(default: ParameterValue | ParameterType) -> tuple[ParameterT
             raise ValueError("Cannot declare a statically typed parameter with type NOT_SET")
         return default, None
     return ParameterType.from_parameter_value(default), default
+
+
+def _refusal(descriptor: ParameterDescriptor | None, parameter: Parameter) -> str:
+    if descriptor is None:
+        return ""
+    if descriptor.read_only:
+        return "Trying to set a read-only parameter"
+    if not descriptor.dynamic_typing:
+        if parameter.type_ is ParameterType.NOT_SET:
+            return "Static parameter cannot be undeclared"
+        if not descriptor.type.check(parameter.value):
+            return _wrong_type(descriptor.type, parameter.value)
+    return descriptor.fault(parameter.value)
 
 
 def _wrong_type(expected: ParameterType, value: ParameterValue) -> str:

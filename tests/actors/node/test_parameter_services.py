@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors import LoggingSeverity
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.parameters.errors import ParameterModifiedInCallbackError
 from actors.parameters.types import (
@@ -18,9 +19,12 @@ from actors.parameters.types import (
     ParameterType,
     SetParametersResult,
 )
+from broker import Broker, BrokerOptions
 from tests.actors.meeting import matched, until
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.actors.meeting import Meeting
 
 SERVICES: dict[str, Any] = {
@@ -215,11 +219,17 @@ async def test_a_post_set_callback_may_set(server: actors.Node, remote: Remote) 
 
 
 async def test_changes_before_the_first_session_are_published(meeting: Meeting, remote: Remote) -> None:
-    """Parameters that a constructor declares reach those that watch already."""
-    node = meeting.absent("late", start_parameter_services=True)
+    """Parameters that a constructor declares reach those that watch already, overrides too."""
+    node = meeting.absent(
+        "late",
+        start_parameter_services=True,
+        parameter_overrides={"b": 2},
+        automatically_declare_parameters_from_overrides=True,
+    )
     node.declare_parameter("a", 1)
     async with node:
-        await until(lambda: [event.node for event in remote.events] == ["/late"])
+        await until(lambda: len(remote.events) == 2)
+    assert [named(event.new_parameters) for event in remote.events] == [{"b": 2}, {"a": 1}]
 
 
 async def test_a_destroyed_node_can_still_be_set(meeting: Meeting) -> None:
@@ -236,3 +246,23 @@ def test_a_name_too_long_for_services(caplog: pytest.LogCaptureFixture) -> None:
         node = actors.Node("n" * 240)
     assert "too long for parameter services" in caplog.text
     node.destroy_node()
+
+
+async def test_a_broker_may_refuse_them(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A user without the rights has a node that works; only the debug log says what is missing."""
+    rules = tmp_path / "access.toml"
+    rules.write_text(
+        '[local]\nuser = "guest"\n[users.guest]\nroles = ["guest"]\n[roles.guest]\nallow.node = ["/**"]\n'
+    )
+    async with Broker(BrokerOptions(port=0, auth=rules)) as broker:
+        node = actors.Node("guest", url=broker.url, use_global_arguments=False)
+        node.get_logger().set_level(LoggingSeverity.DEBUG)
+        with caplog.at_level(logging.DEBUG):
+            async with node:
+                node.declare_parameter("a", 1)
+                await node.get_graph()
+                assert node.set_parameters([Parameter("a", value=2)])[0].successful
+    told = [record for record in caplog.records if record.name == "callboard.guest"]
+    assert {record.levelname for record in told} == {"DEBUG"}
+    assert sum("refused a standard" in record.message for record in told) == len(SERVICES) + 1
+    node.get_logger().set_level(LoggingSeverity.UNSET)

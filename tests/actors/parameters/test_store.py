@@ -111,7 +111,8 @@ def test_override_of_another_type() -> None:
 
 def test_declare_all_overrides() -> None:
     """Overrides can be declared at once, with their own types."""
-    store = ParameterStore(argument_overrides={"a": 1, "use_sim_time": True}, declare_overrides=True)
+    store = ParameterStore(argument_overrides={"a": 1, "use_sim_time": True})
+    store.declare_overrides()
     assert store.get("a").value == 1
     assert "Wrong parameter type" in store.set([p("a", "x")])[0].reason
 
