@@ -59,11 +59,11 @@ class ServiceEndpoint(IntrospectedEndpoint):
         concurrent: bool,
         standard: bool = False,
     ) -> None:
-        self.standard = standard  # before it is declared
+        self.standard = standard  # before it is declared; the callback takes the request
         self._requests = codec_for(request_type)
         self.replies = Replies(self, context.link, response_type, f"A response of '{name}'")
         self._response_type = response_type
-        self._with_response = takes(callback, (1, 2), "service") == 2
+        self._with_response = not standard and takes(callback, (1, 2), "service") == 2
         super().__init__(context, srv_type, name)
         self.posted = False
         self.calls = 0
