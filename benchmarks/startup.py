@@ -27,8 +27,10 @@ COMMANDS = (
     "service list",
     "node list",
 )
+CALLS = ("param get /talker use_sim_time",)
+"""Commands that start a node of their own and call another one. They have no limit."""
 LIMIT = 1.5
-"""What each may take of the yardstick's time."""
+"""What each of the others may take of the yardstick's time."""
 
 
 async def took(*arguments: str) -> float:
@@ -45,7 +47,7 @@ async def took(*arguments: str) -> float:
 
 async def measure(rounds: int) -> dict[str, list[float]]:
     """Return the times of the yardstick ("") and of each command."""
-    times: dict[str, list[float]] = {name: [] for name in ("", *COMMANDS)}
+    times: dict[str, list[float]] = {name: [] for name in ("", *COMMANDS, *CALLS)}
     async with Broker(BrokerOptions(port=0)) as broker, actors.Node("talker", url=broker.url) as node:
         await node.create_publisher(String, "chatter", 10).flush()
         for _ in range(rounds):
@@ -68,7 +70,7 @@ def main() -> int:
     print(f"{'python ' + ' '.join(YARDSTICK):<58} {1000 * yardstick:6.0f} ms")
     for name, median in medians.items():
         print(f"{'callboard ' + name:<58} {1000 * median:6.0f} ms  {median / yardstick:4.2f}")
-    return int(max(medians.values()) > LIMIT * yardstick)
+    return int(max(medians[name] for name in COMMANDS) > LIMIT * yardstick)
 
 
 if __name__ == "__main__":
