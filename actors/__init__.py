@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from actors.node.decorators import subscription as subscription
     from actors.node.decorators import timer as timer
     from actors.node.node import Node as Node
+    from actors.node.qos_overrides import QoSOverridingOptions as QoSOverridingOptions
     from actors.parameter_client.client import ParameterClient as ParameterClient
     from actors.parameter_client.event_handler import ParameterEventHandler as ParameterEventHandler
     from actors.parameters.errors import InvalidParameterError as InvalidParameterError
@@ -207,6 +208,7 @@ __getattr__, __dir__ = lazy_names(
             "get_logger",
         ),
         "actors.node.node": ("Node",),
+        "actors.node.qos_overrides": ("QoSOverridingOptions",),
         "actors.parameter_client.client": ("ParameterClient",),
         "actors.parameter_client.event_handler": ("ParameterEventHandler",),
         "actors.parameters.errors": (

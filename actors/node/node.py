@@ -25,6 +25,7 @@ from actors.node.diagnostics import diagnose
 from actors.node.graph_queries import NodeGraph
 from actors.node.lifecycle import STOP_TIMEOUT_SEC, Lifecycle
 from actors.node.parameters import NodeParameters
+from actors.node.qos_overrides import overridden
 from actors.parameters.store import ParameterStore
 from actors.qos.profile import QoSProfile, qos_from
 from actors.session.connector import Connector
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from actors.diagnostics.records import NodeDiagnostics
     from actors.endpoints.events import PublisherEventCallbacks, SubscriptionEventCallbacks
     from actors.interfaces.message import Message, ServiceType
+    from actors.node.qos_overrides import QoSOverridingOptions
     from actors.parameters.types import ParameterValue
 
 MessageT = TypeVar("MessageT", bound="Message")
@@ -254,6 +256,7 @@ class Node(NodeGraph, NodeParameters):
         qos_profile: QoSProfile | int = 10,
         *,
         event_callbacks: PublisherEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
     ) -> Publisher[MessageT]:
         """Make a publisher.
 
@@ -262,17 +265,22 @@ class Node(NodeGraph, NodeParameters):
             topic: Relative to the namespace, absolute with `/`, private with `~/`.
             qos_profile: A profile, or a depth, which means KEEP_LAST of that depth.
             event_callbacks: Callbacks for its QoS events.
+            qos_overriding_options: Which policies parameters such as `qos_overrides./chatter.publisher.depth`
+                override.
 
         Returns:
             The publisher.
 
         Raises:
             InvalidTopicNameError: The name breaks the rules.
+            InvalidParameterTypeError, InvalidParameterValueError: An override is no such policy.
+            InvalidQoSProfileError: The callback of the options refuses the overrides.
             TypeError, ValueError: No message class, or no QoS.
             NodeDestroyed: The node has been destroyed.
         """
-        qos = qos_from(qos_profile)
-        return Publisher(self._context, msg_type, self._names.resolve_topic(topic), qos, event_callbacks)
+        name = self._names.resolve_topic(topic)
+        qos = overridden(qos_from(qos_profile), qos_overriding_options, self._parameters, name, "publisher")
+        return Publisher(self._context, msg_type, name, qos, event_callbacks)
 
     @overload
     def create_subscription(
@@ -286,6 +294,7 @@ class Node(NodeGraph, NodeParameters):
         concurrent: bool = ...,
         raw: Literal[False] = ...,
         event_callbacks: SubscriptionEventCallbacks | None = ...,
+        qos_overriding_options: QoSOverridingOptions | None = ...,
         stall_timeout_sec: float = ...,
     ) -> Subscription[MessageT]: ...
 
@@ -301,6 +310,7 @@ class Node(NodeGraph, NodeParameters):
         concurrent: bool = ...,
         raw: bool = ...,
         event_callbacks: SubscriptionEventCallbacks | None = ...,
+        qos_overriding_options: QoSOverridingOptions | None = ...,
         stall_timeout_sec: float = ...,
     ) -> Subscription[Any]: ...
 
@@ -315,6 +325,7 @@ class Node(NodeGraph, NodeParameters):
         concurrent: bool = False,
         raw: bool = False,
         event_callbacks: SubscriptionEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
         stall_timeout_sec: float = 0.0,
     ) -> Subscription[Any]:
         """Make a subscription.
@@ -328,6 +339,7 @@ class Node(NodeGraph, NodeParameters):
             concurrent: Do not wait for the node's other callbacks, nor for this one.
             raw: Give each message as bytes (msgpack), and match publishers of every type.
             event_callbacks: Callbacks for its QoS events.
+            qos_overriding_options: As for `create_publisher`.
             stall_timeout_sec: Seconds that KEEP_ALL publishers wait while this KEEP_ALL subscription takes no
                 message, if that is longer than the broker's limit (60); at most the broker's maximum (600).
 
@@ -336,6 +348,8 @@ class Node(NodeGraph, NodeParameters):
 
         Raises:
             InvalidTopicNameError: The name breaks the rules.
+            InvalidParameterTypeError, InvalidParameterValueError: An override is no such policy.
+            InvalidQoSProfileError: The callback of the options refuses the overrides.
             RuntimeError: The callback takes neither one nor two arguments.
             TypeError, ValueError: No message class, or no QoS.
             NodeDestroyed: The node has been destroyed.
@@ -343,10 +357,12 @@ class Node(NodeGraph, NodeParameters):
         profile = qos_from(qos_profile if qos is None else qos)
         if msg_type is None and not raw:
             raise TypeError("create_subscription needs a message class, unless raw=True")
+        name = self._names.resolve_topic(topic)
+        profile = overridden(profile, qos_overriding_options, self._parameters, name, "subscription")
         return Subscription(
             self._context,
             msg_type,
-            self._names.resolve_topic(topic),
+            name,
             callback,
             profile,
             concurrent=concurrent,
