@@ -17,6 +17,7 @@ from actors.parameters.errors import (
     ParameterUninitializedError,
 )
 from actors.parameters.listing import SEPARATOR, list_names
+from actors.parameters.rules import refusal, wrong_type
 from actors.parameters.types import (
     Parameter,
     ParameterDescriptor,
@@ -31,6 +32,23 @@ if TYPE_CHECKING:
 
 MAX_PARAMETERS: Final = 100_000
 """Parameters of one node. Other nodes can declare some by setting them, if undeclared ones are allowed."""
+
+_ALWAYS: Final = (
+    (
+        Parameter("use_sim_time", value=False),
+        ParameterDescriptor(name="use_sim_time", type=ParameterType.BOOL),
+    ),
+    (
+        Parameter("start_type_description_service", value=True),
+        ParameterDescriptor(
+            name="start_type_description_service",
+            type=ParameterType.BOOL,
+            description="If enabled, start the type description service.",
+            read_only=True,
+        ),
+    ),
+)
+"""What every node declares."""
 
 
 class ParameterStore:
@@ -65,11 +83,12 @@ class ParameterStore:
         self._descriptors: dict[str, ParameterDescriptor] = {}
         self.callbacks = ParameterCallbacks()
         self.on_changes: Callable[[ParameterChanges], None] | None = None
-        self.declare("use_sim_time", default=False)
-        fixed = ParameterDescriptor(
-            description="If enabled, start the type description service.", read_only=True
-        )
-        self.declare("start_type_description_service", default=True, descriptor=fixed)
+        for parameter, descriptor in _ALWAYS:
+            name = parameter.name
+            if name in self._overrides:
+                self.declare(name, parameter.value, descriptor)
+            else:  # the same objects in all nodes
+                self._parameters[name], self._descriptors[name] = parameter, descriptor
 
     def declare_overrides(self) -> None:
         """Declare every override that is not declared."""
@@ -308,7 +327,7 @@ class ParameterStore:
         if wanted is None:
             return SetParametersResult(successful=False, reason="a pre-set callback returned no parameters")
         self._check_declared(wanted)
-        refusals = (_refusal(self._descriptors.get(parameter.name), parameter) for parameter in wanted)
+        refusals = (refusal(self._descriptors.get(parameter.name), parameter) for parameter in wanted)
         if reason := next(filter(None, refusals), "") or self.callbacks.refusal(wanted):
             return SetParametersResult(successful=False, reason=reason)
         before = {parameter.name: self._parameters.get(parameter.name) for parameter in wanted}
@@ -343,7 +362,7 @@ class ParameterStore:
         self, name: str, value: ParameterValue, descriptor: ParameterDescriptor
     ) -> Parameter:
         if not descriptor.type.check(value):
-            raise InvalidParameterTypeError(name, _wrong_type(descriptor.type, value))
+            raise InvalidParameterTypeError(name, wrong_type(descriptor.type, value))
         parameter = Parameter(name, descriptor.type, value)
         reason = descriptor.fault(value) or self.callbacks.refusal([parameter])
         if reason:
@@ -379,22 +398,3 @@ def _type_and_value(default: ParameterValue | ParameterType) -> tuple[ParameterT
             raise ValueError("Cannot declare a statically typed parameter with type NOT_SET")
         return default, None
     return ParameterType.from_parameter_value(default), default
-
-
-def _refusal(descriptor: ParameterDescriptor | None, parameter: Parameter) -> str:
-    if descriptor is None:
-        return ""
-    if descriptor.read_only:
-        return "Trying to set a read-only parameter"
-    if not descriptor.dynamic_typing:
-        if parameter.type_ is ParameterType.NOT_SET:
-            return "Static parameter cannot be undeclared"
-        if not descriptor.type.check(parameter.value):
-            return _wrong_type(descriptor.type, parameter.value)
-    return descriptor.fault(parameter.value)
-
-
-def _wrong_type(expected: ParameterType, value: ParameterValue) -> str:
-    got = ParameterType.from_parameter_value(value)
-    hint = f" (write {value}.0)" if expected is ParameterType.DOUBLE and got is ParameterType.INTEGER else ""
-    return f"Wrong parameter type, expected {expected.name} got {got.name}{hint}"

@@ -249,7 +249,7 @@ class IntegerRange:
         return f"{value} is not a whole number of steps of {self.step}" if off else ""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, slots=True)
 class ParameterDescriptor:
     """Description and constraints of one parameter.
 
