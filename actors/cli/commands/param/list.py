@@ -83,7 +83,8 @@ def _print(options: Options, found: dict[str, dict[str, str]]) -> None:
         if not options.node:
             print_out(f"{node}:")
         for name, kind in types.items():
-            print_out(f"  {name} (type: {kind})" if options.param_type else f"  {name}")
+            line = f"  {name} (type: {kind})" if options.param_type else f"  {name}"
+            print_out(line.replace("\n", "\\n"))  # a name of a parameter may be any text
 
 
 async def _of_one(options: Options) -> dict[str, Found]:

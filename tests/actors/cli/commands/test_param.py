@@ -135,6 +135,22 @@ async def test_set(desk: Desk) -> None:
         assert (await desk.callboard("param", "set", "/driver", "speed")).code == 2
 
 
+async def test_set_numbers_below_zero_and_empty_texts(desk: Desk) -> None:
+    """A minus sign begins no option; an empty word is an empty string."""
+    async with driver(desk) as node:
+        done = await desk.callboard("param", "set", "/driver", "speed", "-1.5", "frame", "")
+        assert done.code == 0
+        assert [each.value for each in node.get_parameters(["speed", "frame"])] == [-1.5, ""]
+
+
+async def test_a_name_with_a_line_break_stays_in_its_line(desk: Desk) -> None:
+    """A node chooses the names of its parameters; it cannot imitate another line."""
+    async with desk.node("odd", start_parameter_services=True) as node:
+        node.declare_parameter("a\n/fake:", 1)
+        await node.get_graph()
+        assert "  a\\n/fake:\n" in (await desk.callboard("param", "list", "/odd")).out
+
+
 async def test_set_several(desk: Desk) -> None:
     """One by one, or with --atomic all or none."""
     async with driver(desk) as node:
