@@ -13,6 +13,14 @@ from typing import TYPE_CHECKING
 from actors.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from actors.actions.client import ActionClient as ActionClient
+    from actors.actions.client_goal import ClientGoalHandle as ClientGoalHandle
+    from actors.actions.client_goal import GoalResult as GoalResult
+    from actors.actions.server import ActionServer as ActionServer
+    from actors.actions.server_callbacks import CancelResponse as CancelResponse
+    from actors.actions.server_callbacks import GoalResponse as GoalResponse
+    from actors.actions.server_goal import ServerGoalHandle as ServerGoalHandle
+    from actors.actions.states import GoalState as GoalState
     from actors.arguments.ros_arguments import InvalidRosArgumentError as InvalidRosArgumentError
     from actors.arguments.ros_arguments import RosArguments as RosArguments
     from actors.arguments.ros_arguments import parse_ros_arguments as parse_ros_arguments
@@ -36,6 +44,9 @@ if TYPE_CHECKING:
     from actors.endpoints.timer import TimerInfo as TimerInfo
     from actors.errors import BrokerUnreachable as BrokerUnreachable
     from actors.errors import CallFailed as CallFailed
+    from actors.errors import GoalRejected as GoalRejected
+    from actors.errors import GoalUnknown as GoalUnknown
+    from actors.errors import InvalidGoalTransition as InvalidGoalTransition
     from actors.errors import NodeAlreadyRunning as NodeAlreadyRunning
     from actors.errors import NodeDestroyed as NodeDestroyed
     from actors.errors import NodeNameTaken as NodeNameTaken
@@ -132,6 +143,18 @@ if TYPE_CHECKING:
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
+        "actors.actions.client": ("ActionClient",),
+        "actors.actions.client_goal": (
+            "ClientGoalHandle",
+            "GoalResult",
+        ),
+        "actors.actions.server": ("ActionServer",),
+        "actors.actions.server_callbacks": (
+            "CancelResponse",
+            "GoalResponse",
+        ),
+        "actors.actions.server_goal": ("ServerGoalHandle",),
+        "actors.actions.states": ("GoalState",),
         "actors.arguments.ros_arguments": (
             "InvalidRosArgumentError",
             "RosArguments",
@@ -160,6 +183,9 @@ __getattr__, __dir__ = lazy_names(
         "actors.errors": (
             "BrokerUnreachable",
             "CallFailed",
+            "GoalRejected",
+            "GoalUnknown",
+            "InvalidGoalTransition",
             "NodeAlreadyRunning",
             "NodeDestroyed",
             "NodeNameTaken",

@@ -12,10 +12,13 @@
     ├── PublisherFull                         a KEEP_ALL publisher's readers are too slow; wait for ready()
     ├── WaitTimeout (TimeoutError)            ready() or flush() did not finish in time
     ├── SupervisorGaveUp                      a child has died too often
+    ├── GoalRejected                          an action server has rejected the goal
+    ├── InvalidGoalTransition (RuntimeError)  a goal cannot go from its state into this one
     └── CallFailed                            a call ended without a reply:
         ├── ServiceUnavailable                no server, no connection, or it broke before the reply
         │   └── ServiceOverloaded             a limit on waiting calls is reached
         ├── ServiceTimeout (TimeoutError)     the deadline passed
+        ├── GoalUnknown                       the action server does not know the goal, or no longer
         └── RemoteError                       the handler raised
 
 Other errors are in the packages that raise them: actors/interfaces/errors.py, actors/parameters/errors.py,
@@ -98,6 +101,14 @@ class SupervisorGaveUp(CallboardError):
         return f"Supervisor '{self.supervisor}' gave up: '{self.child}' died too often, last: {self.reason}"
 
 
+class GoalRejected(CallboardError):
+    """The action server has rejected the goal: it has no result, no feedback, and cannot be cancelled."""
+
+
+class InvalidGoalTransition(CallboardError, RuntimeError):
+    """A goal cannot go from its state into this one; for example, an ended goal cannot succeed."""
+
+
 class CallFailed(CallboardError):
     """A call ended without a reply; base of all such errors."""
 
@@ -112,6 +123,10 @@ class ServiceOverloaded(ServiceUnavailable):
 
 class ServiceTimeout(CallFailed, TimeoutError):
     """The deadline passed; the server's handler is cancelled."""
+
+
+class GoalUnknown(CallFailed):
+    """The action server does not know the goal: its result has expired, or the server has been restarted."""
 
 
 class RemoteError(CallFailed):

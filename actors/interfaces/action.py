@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.message import Action, Message, Service, message_class, type_name
@@ -50,6 +50,19 @@ def is_action_type(cls: object) -> bool:
     return isinstance(cls, type) and issubclass(cls, Action) and cls is not Action
 
 
+def require_action(action: object) -> type[Action]:
+    """Return an action class.
+
+    Raises:
+        TypeError: It is something else.
+    """
+    if not is_action_type(action):
+        raise TypeError(
+            f"Expected an action class, such as example_interfaces.action.Fibonacci; got {action!r}"
+        )
+    return cast("type[Action]", action)
+
+
 @cache
 def action_types(action: type[Action]) -> ActionTypes:
     """Return the types derived from an action; they are made once.
@@ -57,11 +70,7 @@ def action_types(action: type[Action]) -> ActionTypes:
     Raises:
         TypeError: `action` is not an action class.
     """
-    parts: Any = action
-    if not is_action_type(parts):
-        raise TypeError(
-            f"Expected an action class, such as example_interfaces.action.Fibonacci; got {parts!r}"
-        )
+    parts: Any = require_action(action)
     name = type_name(action)
     goal_id = {"goal_id": (UUID, UUID)}
     return ActionTypes(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from actors.callbacks.must_await import must_await
 from actors.graph.changes import GraphWatch
+from actors.graph.snapshot import actions_among
 from proto.codes import EntryKind
 from proto.names import expand_topic_name, full_node_name, split_node_name
 
@@ -191,6 +192,58 @@ class NodeGraph:
             RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._by_node(EntryKind.CLIENT, node_name, node_namespace)
+
+    @must_await
+    async def get_action_names_and_types(self) -> NamesAndTypes:
+        """Return all actions that have a server or a client.
+
+        Returns:
+            Pairs of a name and its sorted types, sorted by name.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
+        """
+        snapshot = await self._broker.snapshot()
+        return actions_among(snapshot.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT))
+
+    @must_await
+    async def get_action_server_names_and_types_by_node(
+        self, node_name: str, node_namespace: str
+    ) -> NamesAndTypes:
+        """Return the actions of a node's servers.
+
+        Args:
+            node_name: The node's name, without its namespace.
+            node_namespace: Its namespace, such as "/" or "/ns".
+
+        Returns:
+            Pairs of a name and its sorted types, sorted by name.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
+        """
+        return actions_among(await self._by_node(EntryKind.SERVICE, node_name, node_namespace))
+
+    @must_await
+    async def get_action_client_names_and_types_by_node(
+        self, node_name: str, node_namespace: str
+    ) -> NamesAndTypes:
+        """Return the actions of a node's clients.
+
+        Args:
+            node_name: The node's name, without its namespace.
+            node_namespace: Its namespace, such as "/" or "/ns".
+
+        Returns:
+            Pairs of a name and its sorted types, sorted by name.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
+        """
+        return actions_among(await self._by_node(EntryKind.CLIENT, node_name, node_namespace))
 
     async def _by_node(self, kind: EntryKind, name: str, namespace: str) -> NamesAndTypes:
         node = full_node_name(namespace, name)

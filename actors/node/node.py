@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
+from actors.actions.client import ActionClient
+from actors.actions.server import ActionServer
 from actors.arguments.remapping import Remapper
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments, process_arguments
 from actors.callbacks.timing import SLOW_CALLBACK_SEC
@@ -38,15 +40,20 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from types import TracebackType
 
+    from actors.actions.client import ActionClient
+    from actors.actions.server import ActionServer
     from actors.diagnostics.records import NodeDiagnostics
     from actors.endpoints.events import PublisherEventCallbacks, SubscriptionEventCallbacks
-    from actors.interfaces.message import Message, ServiceType
+    from actors.interfaces.message import ActionType, Message, ServiceType
     from actors.node.qos_overrides import QoSOverridingOptions
     from actors.parameters.types import ParameterValue
 
 MessageT = TypeVar("MessageT", bound="Message")
 RequestT = TypeVar("RequestT", bound="Message")
 ResponseT = TypeVar("ResponseT", bound="Message")
+GoalT = TypeVar("GoalT", bound="Message")
+ResultT = TypeVar("ResultT", bound="Message")
+FeedbackT = TypeVar("FeedbackT", bound="Message")
 
 
 class Node(NodeGraph, NodeParameters):
@@ -421,6 +428,81 @@ class Node(NodeGraph, NodeParameters):
         """
         request, response = _parts(srv_type)
         return Client(self._context, srv_type, request, response, self._names.resolve_service(srv_name))
+
+    def create_action_server(
+        self,
+        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        action_name: str,
+        execute_callback: Callable[..., Any],
+        *,
+        goal_callback: Callable[..., Any] | None = None,
+        cancel_callback: Callable[..., Any] | None = None,
+        handle_accepted_callback: Callable[..., Any] | None = None,
+        result_timeout_sec: float = 10.0,
+        cancel_execution: bool = False,
+    ) -> ActionServer[GoalT, ResultT, FeedbackT]:
+        """Execute goals. Each callback takes one argument and may be `def` or `async def`.
+
+        Goals run concurrently with each other and with the node's other callbacks. At most 1,000 goals may be
+        unfinished; further ones are rejected.
+
+        Args:
+            action_type: An action class: generated, or a subclass of `actors.Action`.
+            action_name: As a topic's name; remap rules for topics apply to it.
+            execute_callback: Gets a `ServerGoalHandle`, sets a terminal state and returns the result. A goal
+                whose callback raises or sets no terminal state is aborted.
+            goal_callback: Gets the goal message and returns a `GoalResponse`. Default: accept.
+            cancel_callback: Gets the goal and returns a `CancelResponse`. Default: reject.
+            handle_accepted_callback: Gets each accepted goal, and calls `goal.execute()` now or later.
+                Default: now.
+            result_timeout_sec: How long to keep results for clients that ask late; negative for no limit. Of
+                more than 1,000 results, or 16 MiB, the oldest are dropped.
+            cancel_execution: Cancel the execute callback when the goal's cancellation is accepted. If it ends
+                with CancelledError, the goal is CANCELED.
+
+        Returns:
+            The server.
+
+        Raises:
+            InvalidTopicNameError: The name breaks the rules.
+            TypeError: `action_type` is no action class.
+            RuntimeError: A callback does not take one argument.
+            NodeDestroyed: The node has been destroyed.
+        """
+        from actors.actions.server import ActionServer  # noqa: PLC0415 - takes time, and few nodes need it
+
+        return ActionServer(
+            self._context,
+            action_type,
+            self._names.resolve_topic(action_name),
+            execute_callback,
+            goal_callback=goal_callback,
+            cancel_callback=cancel_callback,
+            handle_accepted_callback=handle_accepted_callback,
+            result_timeout_sec=result_timeout_sec,
+            cancel_execution=cancel_execution,
+        )
+
+    def create_action_client(
+        self, action_type: type[ActionType[GoalT, ResultT, FeedbackT]], action_name: str
+    ) -> ActionClient[GoalT, ResultT, FeedbackT]:
+        """Make a client of an action.
+
+        Args:
+            action_type: An action class: generated, or a subclass of `actors.Action`.
+            action_name: As a topic's name; remap rules for topics apply to it.
+
+        Returns:
+            The client.
+
+        Raises:
+            InvalidTopicNameError: The name breaks the rules.
+            TypeError: `action_type` is no action class.
+            NodeDestroyed: The node has been destroyed.
+        """
+        from actors.actions.client import ActionClient  # noqa: PLC0415 - takes time, and few nodes need it
+
+        return ActionClient(self._context, action_type, self._names.resolve_topic(action_name))
 
     def create_timer(
         self, timer_period_sec: float, callback: Callable[..., Any], *, autostart: bool = True

@@ -1,0 +1,262 @@
+"""A goal as its client holds it: its state, its feedback and its result."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Protocol, TypeVar
+
+from actors.actions.states import GoalState
+from actors.callbacks.must_await import must_await
+from actors.endpoints.context import in_flight
+from actors.errors import GoalRejected, GoalUnknown, NodeDestroyed, WaitTimeout
+from actors.interfaces.message import Message
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+
+    from actors.interfaces.action_msgs.srv import CancelGoal
+    from actors.interfaces.builtin_interfaces.msg import Time
+    from actors.interfaces.unique_identifier_msgs.msg import UUID
+
+ResultT = TypeVar("ResultT", bound=Message)
+FeedbackT = TypeVar("FeedbackT", bound=Message)
+
+FEEDBACK_DEPTH: Final = 100
+"""Feedback messages of one goal that wait for `async for`; beyond that the oldest are dropped."""
+
+
+class GoalResult(NamedTuple, Generic[ResultT]):
+    """How a goal has ended."""
+
+    status: GoalState
+    """SUCCEEDED, CANCELED or ABORTED."""
+    result: ResultT
+    """The result message; empty if the server set none."""
+
+
+class GoalCanceller(Protocol):
+    """What a goal needs of its client."""
+
+    async def cancel(self, goal_id: UUID, timeout_sec: float | None) -> CancelGoal.Response:
+        """Request to cancel a goal."""
+        ...
+
+
+class GoalReceiver:
+    """What the runtime calls on a goal.
+
+    Attributes:
+        goal_id: The goal's id.
+        name: The action's full name, for messages.
+        state: The goal's state as far as it is known.
+        accepted: Whether the server has accepted it; None before its answer.
+        stamp: When the server has accepted it, by the server's clock.
+        outcome: The result.
+        error: Why there will be no result.
+        feedback: What waits for `async for`.
+        dropped: Feedback dropped because more than `FEEDBACK_DEPTH` waited.
+        callback: Gets the feedback instead of `async for`.
+        ended: Set when there is a result or an error.
+        news: Set when there is feedback or the end.
+    """
+
+    def __init__(self, goal_id: UUID, name: str, callback: Callable[[Any], Any] | None) -> None:
+        self.goal_id = goal_id
+        self.name = name
+        self.state = GoalState.UNKNOWN
+        self.accepted: bool | None = None
+        self.stamp: Time | None = None
+        self.outcome: GoalResult[Any] | None = None
+        self.error: Exception | None = None
+        self.feedback: deque[Any] = deque()
+        self.dropped = 0
+        self.callback = callback
+        self.iterating = False
+        self.ended = asyncio.Event()
+        self.news = asyncio.Event()
+
+    @property
+    def what(self) -> str:
+        """The goal's name in messages."""
+        return f"Action '{self.name}': goal {bytes(self.goal_id.uuid).hex()}"
+
+    def decided(self, *, accepted: bool, stamp: Time) -> None:
+        """Take the server's answer."""
+        self.accepted, self.stamp = accepted, stamp
+        if accepted:
+            self.state_received(GoalState.ACCEPTED)
+        else:
+            self._end(GoalRejected(f"{self.what} was rejected"))
+
+    def state_received(self, state: GoalState) -> None:
+        """Take a state; it never goes back."""
+        self.state = max(self.state, state)
+
+    def feedback_received(self, message: Any) -> Any:
+        """Hand over feedback; return what the callback returns."""
+        if self.callback is not None:
+            return self.callback(message)
+        self.feedback.append(message.feedback)
+        if len(self.feedback) > FEEDBACK_DEPTH:
+            self.feedback.popleft()
+            self.dropped += 1
+        self.news.set()
+        return None
+
+    def result_received(self, reply: asyncio.Future[Any]) -> None:
+        """Take the reply to the request for the result."""
+        if reply.cancelled():
+            self._end(NodeDestroyed(f"{self.what}: the client has been destroyed"))
+        elif isinstance(error := reply.exception(), Exception):
+            self._end(error)
+        else:
+            response = reply.result()
+            try:
+                self.outcome = goal_result(response)
+            except GoalUnknown:
+                self._end(GoalUnknown(f"{self.what} is not known to the server, or no longer"))
+                return
+            self.state = self.outcome.status
+            self._end(None)
+
+    def _end(self, error: Exception | None) -> None:
+        self.error = error
+        self.ended.set()
+        self.news.set()
+
+
+class ClientGoalHandle(Generic[ResultT, FeedbackT]):
+    """A goal that was sent. Made by `ActionClient.send_goal`.
+
+    `async for feedback in handle` gives the feedback that has not been taken yet, and ends with the goal. It
+    raises what `result` raises if the goal ends without a result.
+
+    Args:
+        receiver: What the runtime knows of the goal.
+        canceller: Sends requests to cancel it.
+    """
+
+    def __init__(self, receiver: GoalReceiver, canceller: GoalCanceller) -> None:
+        self._receiver = receiver
+        self._canceller = canceller
+
+    @property
+    def goal_id(self) -> UUID:
+        """The goal's id."""
+        return self._receiver.goal_id
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the server has accepted the goal."""
+        return bool(self._receiver.accepted)
+
+    @property
+    def stamp(self) -> Time | None:
+        """When the server accepted the goal, by its clock."""
+        return self._receiver.stamp
+
+    @property
+    def status(self) -> GoalState:
+        """The goal's state, as far as this client knows."""
+        return self._receiver.state
+
+    @property
+    def dropped(self) -> int:
+        """Feedback messages dropped here because 100 of them waited for `async for`."""
+        return self._receiver.dropped
+
+    @must_await
+    async def result(self, timeout_sec: float | None = None) -> GoalResult[ResultT]:
+        """Wait until the goal has ended. It can be awaited several times.
+
+        Args:
+            timeout_sec: Seconds to wait at most; None for no limit.
+
+        Returns:
+            The terminal state and the result message.
+
+        Raises:
+            WaitTimeout: The goal has not ended within `timeout_sec`; it goes on.
+            GoalRejected: The server has rejected the goal.
+            GoalUnknown: The server does not know the goal, because it has been restarted.
+            ServiceUnavailable: The server or a link to the broker has died. What became of the goal is not
+                known.
+            RemoteError: The server's answer is not valid.
+            NodeDestroyed: The client has been destroyed.
+        """
+        receiver = self._receiver
+        if not receiver.ended.is_set():
+            with in_flight():
+                try:
+                    async with asyncio.timeout(timeout_sec):
+                        await receiver.ended.wait()
+                except TimeoutError as error:
+                    raise WaitTimeout(f"{receiver.what} has not ended within {timeout_sec:g} s") from error
+        if receiver.error is not None:
+            raise receiver.error
+        assert receiver.outcome is not None
+        return receiver.outcome
+
+    @must_await
+    async def cancel(self, timeout_sec: float | None = None) -> CancelGoal.Response:
+        """Request to cancel the goal. Whether and when it ends is up to the server; `result` tells.
+
+        Args:
+            timeout_sec: Seconds to wait for the answer; None is the node's `default_call_timeout_sec`.
+
+        Returns:
+            The answer: if the server accepts, `goals_canceling` has this goal, and `return_code` is 0.
+
+        Raises:
+            GoalRejected: The server has rejected the goal.
+            CallFailed: As for `Client.call`.
+        """
+        if self._receiver.accepted is False:
+            raise GoalRejected(f"{self._receiver.what} was rejected")
+        return await self._canceller.cancel(self.goal_id, timeout_sec)
+
+    async def __aiter__(self) -> AsyncIterator[FeedbackT]:
+        """Iterate over the feedback, until the goal has ended.
+
+        At most 100 messages wait; then the oldest are dropped, and counted in `dropped`.
+
+        Returns:
+            An iterator of the action's feedback messages. One task at a time may use it.
+
+        Raises:
+            TypeError: The goal was sent with a feedback callback.
+            RuntimeError: Another task is iterating.
+            CallFailed, GoalRejected, NodeDestroyed: As for `result`.
+        """
+        receiver = self._receiver
+        if receiver.callback is not None:
+            raise TypeError("This goal has a feedback callback; send it without one to iterate")
+        if receiver.iterating:
+            raise RuntimeError("Another task is iterating over the feedback of this goal")
+        receiver.iterating = True
+        try:
+            while True:
+                while receiver.feedback:
+                    yield receiver.feedback.popleft()
+                if receiver.ended.is_set():
+                    break
+                receiver.news.clear()
+                with in_flight():
+                    await receiver.news.wait()
+        finally:
+            receiver.iterating = False
+        if receiver.error is not None:
+            raise receiver.error
+
+
+def goal_result(response: Any) -> GoalResult[Any]:
+    """Return a response with a result as users get it.
+
+    Raises:
+        GoalUnknown: The server does not know the goal.
+    """
+    known = response.status in set(GoalState) and GoalState(response.status).is_terminal
+    if not known:
+        raise GoalUnknown("The server does not know the goal, or no longer")
+    return GoalResult(GoalState(response.status), response.result)

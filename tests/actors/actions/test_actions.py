@@ -1,0 +1,484 @@
+"""Actions between two nodes: goals, feedback, results, cancellation, and what callbacks may answer."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import actors
+from actors import CancelResponse, GoalResponse, GoalState
+from actors.interfaces.action_msgs.msg import GoalInfo
+from actors.interfaces.action_msgs.srv import CancelGoal
+from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.unique_identifier_msgs.msg import UUID
+from proto.names import is_hidden
+from tests.actors.meeting import DEADLINE_SEC, until
+
+if TYPE_CHECKING:
+    from tests.actors.meeting import Meeting
+
+ORDER = Fibonacci.Goal(order=3)
+
+
+class Pair:
+    """A server and a client of one action, each in a node of its own."""
+
+    def __init__(self, server: actors.ActionServer[Any, Any, Any], client: Any, nodes: Any) -> None:
+        self.server = server
+        self.client: actors.ActionClient[Any, Any, Any] = client
+        self.server_node, self.client_node = nodes
+
+    async def send(self, **options: Any) -> actors.ClientGoalHandle[Any, Any]:
+        """Send a goal."""
+        return await self.client.send_goal(ORDER, **options)
+
+    async def status(self, handle: actors.ClientGoalHandle[Any, Any]) -> GoalState:
+        """Return how the goal has ended."""
+        return (await handle.result(DEADLINE_SEC)).status
+
+
+async def pair(meeting: Meeting, execute: Any, **options: Any) -> Pair:
+    """Start both nodes and wait until they are matched."""
+    nodes = await meeting.node("server"), await meeting.node("client")
+    server = nodes[0].create_action_server(Fibonacci, "fibonacci", execute, **options)
+    client = nodes[1].create_action_client(Fibonacci, "fibonacci")
+    assert await client.wait_for_server(DEADLINE_SEC)
+    return Pair(server, client, nodes)
+
+
+async def succeed(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
+    """Publish the sequence step by step, and succeed."""
+    sequence = [0, 1]
+    for _ in range(goal.request.order):
+        sequence.append(sequence[-1] + sequence[-2])
+        goal.publish_feedback(Fibonacci.Feedback(sequence=sequence))
+        await asyncio.sleep(0)
+    goal.succeed()
+    return Fibonacci.Result(sequence=sequence)
+
+
+class Gate:
+    """An execute callback that waits until the test lets it go on, and then sets the terminal state."""
+
+    def __init__(self) -> None:
+        self.open = asyncio.Event()
+        self.goals: list[actors.ServerGoalHandle[Any, Any, Any]] = []
+
+    async def execute(self, goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
+        """Wait, then end the goal as CANCELED if that is requested."""
+        self.goals.append(goal)
+        await self.open.wait()
+        if goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.succeed()
+        return Fibonacci.Result(sequence=[goal.request.order])
+
+
+def accept_cancel(goal: object) -> CancelResponse:
+    """Accept every cancellation."""
+    return CancelResponse.ACCEPT
+
+
+async def test_a_goal_gives_feedback_and_a_result(meeting: Meeting) -> None:
+    """Every feedback message arrives in order, and then the result."""
+    both = await pair(meeting, succeed)
+    handle = await both.send()
+    assert handle.accepted
+    feedback = [list(each.sequence) async for each in handle]
+    assert feedback == [[0, 1, 1], [0, 1, 1, 2], [0, 1, 1, 2, 3]]
+    result = await handle.result(DEADLINE_SEC)
+    assert result.status is handle.status is GoalState.SUCCEEDED
+    assert list(result.result.sequence) == [0, 1, 1, 2, 3]
+    assert await handle.result() is result
+    assert (both.client.pending, both.server.active, handle.dropped) == (0, 0, 0)
+
+
+async def test_a_feedback_callback_gets_the_feedback_of_its_goal_only(meeting: Meeting) -> None:
+    """Two goals run at the same time; each callback gets what belongs to its goal (M11)."""
+    both = await pair(meeting, succeed)
+    received: list[list[Any]] = [[], []]
+    handles = [await both.send(feedback_callback=each.append) for each in received]
+    for messages, handle in zip(received, handles, strict=True):
+        await handle.result(DEADLINE_SEC)
+        assert [message.goal_id for message in messages] == [handle.goal_id] * 3
+    with pytest.raises(TypeError, match="feedback callback"):
+        await anext(aiter(handles[0]))
+
+
+async def test_feedback_before_the_acceptance_is_kept(meeting: Meeting) -> None:
+    """A goal that gives feedback before the server has answered loses none of it."""
+
+    async def accepted(goal: actors.ServerGoalHandle[Any, Any, Any]) -> None:
+        goal.publish_feedback(Fibonacci.Feedback(sequence=[7]))
+        await meeting.settled(both.server_node, both.client_node)
+        goal.execute()
+
+    both = await pair(meeting, succeed, handle_accepted_callback=accepted)
+    handle = await both.send()
+    assert [list(each.sequence) async for each in handle] == [[7], [0, 1, 1], [0, 1, 1, 2], [0, 1, 1, 2, 3]]
+
+
+async def test_feedback_that_nobody_takes_is_bounded_and_counted(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beyond the limit the oldest is dropped."""
+    monkeypatch.setattr("actors.actions.client_goal.FEEDBACK_DEPTH", 2)
+    both = await pair(meeting, succeed)
+    handle = await both.send()
+    await handle.result(DEADLINE_SEC)
+    assert [len(each.sequence) async for each in handle] == [4, 5]
+    assert handle.dropped == 1
+
+
+@pytest.mark.parametrize("answer", [GoalResponse.REJECT, None, 2, "raise"])
+async def test_a_goal_that_is_not_accepted_is_rejected(meeting: Meeting, answer: Any) -> None:
+    """REJECT, something that is no GoalResponse, and an exception: the goal is rejected (M03, M05)."""
+
+    def decide(request: Fibonacci.Goal) -> Any:
+        if answer == "raise":
+            raise ValueError(request.order)
+        return answer
+
+    accepted: list[object] = []
+    both = await pair(meeting, succeed, goal_callback=decide, handle_accepted_callback=accepted.append)
+    handle = await both.send()
+    assert not handle.accepted
+    assert not accepted
+    assert both.client.pending == 0
+    for wait in (handle.result(), handle.cancel(), anext(aiter(handle))):
+        with pytest.raises(actors.GoalRejected):
+            await wait
+
+
+async def test_of_two_goals_with_one_id_one_is_accepted(meeting: Meeting) -> None:
+    """The second is rejected, also while the first is being decided (M04)."""
+
+    async def decide(request: Fibonacci.Goal) -> GoalResponse:
+        await asyncio.sleep(0)
+        return GoalResponse.ACCEPT
+
+    both = await pair(meeting, succeed, goal_callback=decide)
+    other: actors.ActionClient[Any, Any, Any]
+    other = both.client_node.create_action_client(Fibonacci, "fibonacci")
+    assert await other.wait_for_server(DEADLINE_SEC)
+    same = UUID(uuid=bytes(range(16)))
+    first, second = await asyncio.gather(both.send(goal_uuid=same), other.send_goal(ORDER, goal_uuid=same))
+    assert first.accepted != second.accepted
+
+
+async def test_one_goal_too_many_is_rejected(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The number of goals that have not ended is limited, and the refusal is counted."""
+    monkeypatch.setattr("actors.actions.server_endpoint.MAX_GOALS", 1)
+    gate = Gate()
+    both = await pair(meeting, gate.execute)
+    first, second = await both.send(), await both.send()
+    assert (first.accepted, second.accepted, both.server.refused) == (True, False, 1)
+    gate.open.set()
+    assert await both.status(first) is GoalState.SUCCEEDED
+    assert (await both.send()).accepted
+
+
+async def test_a_goal_without_a_terminal_state_is_aborted(meeting: Meeting) -> None:
+    """The result that was returned is kept (M06)."""
+
+    def execute(goal: object) -> Fibonacci.Result:
+        return Fibonacci.Result(sequence=[1])
+
+    both = await pair(meeting, execute)
+    result = await (await both.send()).result(DEADLINE_SEC)
+    assert (result.status, list(result.result.sequence)) == (GoalState.ABORTED, [1])
+
+
+@pytest.mark.parametrize(
+    "result", [ValueError("no"), String := Fibonacci.Goal(), Fibonacci.Result(sequence=[2**40])]
+)
+async def test_a_goal_whose_callback_fails_is_aborted(meeting: Meeting, result: Any) -> None:
+    """An exception and a result that is not valid end the goal with an empty result, and count (M06, M10)."""
+
+    async def execute(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Any:
+        if isinstance(result, Exception):
+            raise result
+        return result
+
+    both = await pair(meeting, execute)
+    ended = await (await both.send()).result(DEADLINE_SEC)
+    assert (ended.status, list(ended.result.sequence)) == (GoalState.ABORTED, [])
+    assert both.server_node.callback_errors == 1
+
+
+async def test_wrong_types_are_type_errors(meeting: Meeting) -> None:
+    """Wrong goals, feedback, results, actions and callbacks are refused where they are passed (M10)."""
+    errors: list[TypeError] = []
+
+    async def execute(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
+        for attempt in (goal.publish_feedback, goal.succeed):
+            with pytest.raises(TypeError) as caught:
+                attempt(Fibonacci.Goal())
+            errors.append(caught.value)
+        goal.succeed(Fibonacci.Result(sequence=[1]))
+        with pytest.raises(actors.InvalidGoalTransition):
+            goal.abort()
+        return Fibonacci.Result()
+
+    both = await pair(meeting, execute)
+    with pytest.raises(TypeError, match="Goal"):
+        await both.client.send_goal(Fibonacci.Result())
+    result = await (await both.send()).result(DEADLINE_SEC)
+    assert list(result.result.sequence) == [1]
+    assert len(errors) == 2
+    for create in (both.server_node.create_action_client, both.server_node.create_action_server):
+        with pytest.raises(TypeError, match="action class"):
+            create(CancelGoal, "wrong", *([succeed] if create.__name__.endswith("server") else []))
+    with pytest.raises(RuntimeError, match="execute"):
+        both.server_node.create_action_server(Fibonacci, "wrong", lambda: None)
+
+
+async def test_cancellation_is_rejected_by_default(meeting: Meeting) -> None:
+    """The goal goes on (M07, M12)."""
+    gate = Gate()
+    both = await pair(meeting, gate.execute)
+    handle = await both.send()
+    response = await handle.cancel()
+    assert (response.return_code, response.goals_canceling) == (response.ERROR_REJECTED, [])
+    gate.open.set()
+    assert await both.status(handle) is GoalState.SUCCEEDED
+
+
+async def test_a_goal_is_cancelled(meeting: Meeting) -> None:
+    """The answer names the goal; a second request gets the same answer, a late one an error (M07)."""
+    gate = Gate()
+    both = await pair(meeting, gate.execute, cancel_callback=accept_cancel)
+    handle = await both.send()
+    await until(lambda: gate.goals)
+    for _ in range(2):
+        response = await handle.cancel()
+        assert response.return_code == response.ERROR_NONE
+        assert [bytes(info.goal_id.uuid) for info in response.goals_canceling] == [bytes(handle.goal_id.uuid)]
+    await until(lambda: handle.status is GoalState.CANCELING)
+    gate.open.set()
+    assert await both.status(handle) is GoalState.CANCELED
+    assert (await handle.cancel()).return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
+
+
+async def test_a_request_to_cancel_may_name_all_goals_or_those_until_a_time(meeting: Meeting) -> None:
+    """Zero id and time mean all goals; a time means those accepted by then; an unknown id is an error."""
+    gate = Gate()
+    both = await pair(meeting, gate.execute, cancel_callback=accept_cancel)
+    first, second = await both.send(), await both.send()
+    raw = both.client_node.create_client(CancelGoal, "fibonacci/_action/cancel_goal")
+    unknown = GoalInfo(goal_id=UUID(uuid=bytes([1] * 16)))
+    assert (await raw.call(CancelGoal.Request(goal_info=unknown))).return_code == 2
+    assert first.stamp is not None
+    until_first = await raw.call(CancelGoal.Request(goal_info=GoalInfo(stamp=first.stamp)))
+    assert [bytes(each.goal_id.uuid) for each in until_first.goals_canceling] == [bytes(first.goal_id.uuid)]
+    assert len((await raw.call(CancelGoal.Request())).goals_canceling) == 2
+    gate.open.set()
+    assert [await both.status(each) for each in (first, second)] == [GoalState.CANCELED] * 2
+
+
+async def test_a_goal_can_be_cancelled_before_it_is_executed(meeting: Meeting) -> None:
+    """The execute callback still runs, finds the goal CANCELING, and ends it (M08)."""
+    deferred: list[actors.ServerGoalHandle[Any, Any, Any]] = []
+    gate = Gate()
+    gate.open.set()
+    both = await pair(
+        meeting, gate.execute, cancel_callback=accept_cancel, handle_accepted_callback=deferred.append
+    )
+    handle = await both.send()
+    await handle.cancel()
+    assert not gate.goals
+    deferred[0].execute()
+    assert await both.status(handle) is GoalState.CANCELED
+    with pytest.raises(RuntimeError, match="executed already"):
+        deferred[0].execute()
+
+
+async def test_cancel_execution_cancels_the_callback(meeting: Meeting) -> None:
+    """The callback sees CancelledError, and the goal is CANCELED; a deferred goal never runs."""
+    cancelled: list[str] = []
+    deferred: list[actors.ServerGoalHandle[Any, Any, Any]] = []
+
+    async def execute(goal: actors.ServerGoalHandle[Any, Any, Any]) -> None:
+        try:
+            await asyncio.Event().wait()
+        except asyncio.CancelledError:
+            cancelled.append("execute")
+            raise
+
+    def accepted(goal: actors.ServerGoalHandle[Any, Any, Any]) -> None:
+        if deferred:
+            goal.execute()
+        deferred.append(goal)
+
+    both = await pair(
+        meeting,
+        execute,
+        cancel_callback=accept_cancel,
+        handle_accepted_callback=accepted,
+        cancel_execution=True,
+    )
+    waiting, running = await both.send(), await both.send()
+    await until(lambda: running.status is GoalState.EXECUTING)
+    for handle in (waiting, running):
+        await handle.cancel()
+        assert await both.status(handle) is GoalState.CANCELED
+    assert cancelled == ["execute"]
+    assert both.server_node.callback_errors == 0
+
+
+async def test_a_failing_accepted_callback_aborts_the_goal(meeting: Meeting) -> None:
+    """Nothing else would ever end it."""
+
+    def accepted(goal: object) -> None:
+        raise ValueError("no")
+
+    both = await pair(meeting, succeed, handle_accepted_callback=accepted)
+    assert await both.status(await both.send()) is GoalState.ABORTED
+
+
+async def test_late_clients_get_states_and_results(meeting: Meeting) -> None:
+    """A node that comes after the goal has ended gets its latched state, and its result."""
+    both = await pair(meeting, succeed)
+    handle = await both.send()
+    await handle.result(DEADLINE_SEC)
+    late = (await meeting.node("late")).create_action_client(Fibonacci, "fibonacci")
+    await until(lambda: late.statuses and late.statuses[0].status == GoalState.SUCCEEDED)
+    result = await late.get_result(late.statuses[0].goal_info.goal_id, DEADLINE_SEC)
+    assert list(result.result.sequence) == [0, 1, 1, 2, 3]
+
+
+async def test_results_expire(meeting: Meeting) -> None:
+    """After the timeout a result is unknown, and the goal is no longer listed (M09)."""
+    gate = Gate()
+    both = await pair(meeting, gate.execute, result_timeout_sec=0.0)
+    handle = await both.send()
+    await meeting.settled(both.client_node, both.server_node)
+    gate.open.set()
+    assert await both.status(handle) is GoalState.SUCCEEDED
+    await until(lambda: both.client.statuses == [])
+    with pytest.raises(actors.GoalUnknown):
+        await both.client.get_result(handle.goal_id)
+
+
+async def test_a_server_that_dies_ends_every_wait(meeting: Meeting) -> None:
+    """Results, iterators and later requests get ServiceUnavailable; nothing is left behind."""
+    gate = Gate()
+    both = await pair(meeting, gate.execute)
+    handles = [await both.send() for _ in range(3)]
+    waits = [asyncio.ensure_future(handles[0].result()), asyncio.ensure_future(anext(aiter(handles[1])))]
+    await until(lambda: len(gate.goals) == 3)
+    both.server_node.destroy_node()
+    async with asyncio.timeout(DEADLINE_SEC):
+        for wait in (*waits, handles[2].result(), handles[2].cancel(), both.send()):
+            with pytest.raises(actors.ServiceUnavailable):
+                await wait
+    assert both.client.pending == 0
+    assert not both.client.server_is_ready()
+    assert not await both.client.wait_for_server(0.0)
+
+
+async def test_a_broken_link_ends_every_wait_and_the_goal_goes_on(meeting: Meeting) -> None:
+    """After the reconnect the result can be asked for by the goal's id."""
+    gate = Gate()
+    both = await pair(meeting, gate.execute)
+    handle = await both.send()
+    await until(lambda: gate.goals)
+    await meeting.restart_broker()
+    with pytest.raises(actors.ServiceUnavailable):
+        await handle.result(DEADLINE_SEC)
+    assert await both.client.wait_for_server(DEADLINE_SEC)
+    gate.open.set()
+    result = await both.client.get_result(handle.goal_id, DEADLINE_SEC)
+    assert result.status is GoalState.SUCCEEDED
+
+
+async def test_a_server_that_is_another_one_does_not_know_the_goal(meeting: Meeting) -> None:
+    """A server that has replaced the first answers that the goal is unknown."""
+    both = await pair(meeting, succeed)
+    with pytest.raises(actors.GoalUnknown):
+        await both.client.get_result(UUID(uuid=bytes([5] * 16)), DEADLINE_SEC)
+
+
+async def test_a_destroyed_client_ends_its_goals(meeting: Meeting) -> None:
+    """Whoever waits gets NodeDestroyed."""
+    gate = Gate()
+    both = await pair(meeting, gate.execute)
+    handle = await both.send()
+    both.client.destroy()
+    for wait in (handle.result(DEADLINE_SEC), anext(aiter(handle)), both.send()):
+        with pytest.raises(actors.NodeDestroyed):
+            await wait
+    assert both.client.pending == 0
+
+
+async def test_a_result_that_takes_too_long_can_be_awaited_again(meeting: Meeting) -> None:
+    """The timeout ends the wait, not the goal."""
+    gate = Gate()
+    both = await pair(meeting, gate.execute)
+    handle = await both.send()
+    with pytest.raises(actors.WaitTimeout, match="has not ended within"):
+        await handle.result(0.01)
+    gate.open.set()
+    assert await both.status(handle) is GoalState.SUCCEEDED
+
+
+async def test_a_stopping_server_lets_goals_end(meeting: Meeting) -> None:
+    """Goals that run may end within the node's stop timeout; deferred ones are aborted at once."""
+    gate = Gate()
+    node = meeting.absent("server")
+    other = await meeting.node("client")
+    client = other.create_action_client(Fibonacci, "fibonacci")
+    waiting: list[actors.ServerGoalHandle[Any, Any, Any]] = []
+
+    def accepted(goal: actors.ServerGoalHandle[Any, Any, Any]) -> None:
+        if goal.request.order:
+            goal.execute()
+        else:
+            waiting.append(goal)
+
+    async with node:
+        node.create_action_server(Fibonacci, "fibonacci", gate.execute, handle_accepted_callback=accepted)
+        assert await client.wait_for_server(DEADLINE_SEC)
+        running = await client.send_goal(ORDER)
+        deferred = await client.send_goal(Fibonacci.Goal())
+        await meeting.settled(other, node)
+        asyncio.get_running_loop().call_later(0.01, gate.open.set)
+    assert (await running.result(DEADLINE_SEC)).status is GoalState.SUCCEEDED
+    assert (await deferred.result(DEADLINE_SEC)).status is GoalState.ABORTED
+
+
+async def test_a_goal_can_be_sent_and_awaited_in_a_callback_of_the_same_node(meeting: Meeting) -> None:
+    """A callback that waits for a goal frees the mailbox, so that the server in its node can work."""
+    node = await meeting.node("both")
+    node.create_action_server(Fibonacci, "fibonacci", succeed)
+    client = node.create_action_client(Fibonacci, "fibonacci")
+    assert await client.wait_for_server(DEADLINE_SEC)
+    done: asyncio.Future[list[int]] = asyncio.get_running_loop().create_future()
+
+    async def tick() -> None:
+        timer.cancel()
+        handle = await client.send_goal(ORDER)
+        lengths = [len(each.sequence) async for each in handle]
+        await handle.result(DEADLINE_SEC)
+        done.set_result(lengths)
+
+    timer = node.create_timer(0.0, tick)
+    async with asyncio.timeout(DEADLINE_SEC):
+        assert await done == [3, 4, 5]
+
+
+async def test_graph_queries_know_actions(meeting: Meeting) -> None:
+    """An action is found under its name and type, in all and by node; its parts are hidden."""
+    both = await pair(meeting, succeed)
+    found = [("/fibonacci", ["example_interfaces/action/Fibonacci"])]
+    node = both.client_node
+    assert await node.get_action_names_and_types() == found
+    assert await node.get_action_server_names_and_types_by_node("server", "/") == found
+    assert await node.get_action_client_names_and_types_by_node("server", "/") == []
+    assert await node.get_action_client_names_and_types_by_node("client", "/") == found
+    names = [name for name, _ in await node.get_topic_names_and_types() if "fibonacci" in name]
+    assert names == ["/fibonacci/_action/feedback", "/fibonacci/_action/status"]
+    assert all(map(is_hidden, names))
