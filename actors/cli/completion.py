@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from actors.config.contexts import BrokerTarget
-    from actors.graph.snapshot import GraphSnapshot
+    from actors.graph.snapshot import GraphSnapshot, NamesAndTypes
 
 BROKER_TIMEOUT_SEC: Final = 0.3
 """A missing broker must not delay the user who presses Tab."""
@@ -231,9 +231,16 @@ def _snapshot(line: _Line) -> GraphSnapshot:
         return inspector.graph()
 
 
-def _names(line: _Line, *kinds: EntryKind) -> Iterator[Offer]:
-    """Yield topics or services, each with its types."""
-    for name, types in _snapshot(line).names_and_types(*kinds):
+def _names_and_types(line: _Line, noun: str, *kinds: EntryKind) -> NamesAndTypes:
+    from actors.graph.snapshot import actions_among  # noqa: PLC0415
+
+    found = _snapshot(line).names_and_types(*kinds)
+    return actions_among(found) if noun == "action" else found
+
+
+def _names(line: _Line, noun: str, *kinds: EntryKind) -> Iterator[Offer]:
+    """Yield topics, services or actions, each with its types."""
+    for name, types in _names_and_types(line, noun, *kinds):
         yield from _named(line, name, ", ".join(types))
 
 
@@ -261,25 +268,27 @@ def _named(line: _Line, name: str, about: str) -> Iterator[Offer]:
 
 
 def _types(line: _Line) -> Iterator[Offer]:
-    """Yield the types of the topic or service on the line; all known ones if it has none."""
+    """Yield the types of the topic, service or action on the line; all known ones if it has none."""
     from actors.interfaces.catalog import interfaces_of, known_packages  # noqa: PLC0415
 
     found = _declared_types(line)
     if found:
         yield from (Offer(each, "its type") for each in found)
         return
-    kind = {"topic": "/msg/", "service": "/srv/"}.get(line.command.partition(" ")[0], "/")
+    kind = {"topic": "/msg/", "service": "/srv/", "action": "/action/"}.get(
+        line.command.partition(" ")[0], "/"
+    )
     for package in known_packages():
         yield from (Offer(each) for each in interfaces_of(package) if kind in each)
 
 
 def _declared_types(line: _Line) -> list[str]:
-    """Return the types that the topic or service on the line has now."""
-    for dest, kinds in (("topic", TOPIC_KINDS), ("service", SERVICE_KINDS)):
+    """Return the types that the topic, service or action on the line has now."""
+    for dest, kinds in (("topic", TOPIC_KINDS), ("service", SERVICE_KINDS), ("action", SERVICE_KINDS)):
         name = line.value_of(dest)
         if name is not None:
             try:
-                declared = dict(_snapshot(line).names_and_types(*kinds))
+                declared = dict(_names_and_types(line, dest, *kinds))
             except (CallboardError, OSError):
                 return []
             return declared.get(f"/{name.removeprefix('/')}", [])
@@ -325,9 +334,10 @@ def _contexts(_: _Line) -> Iterator[Offer]:
 
 
 _FINDERS: Final[dict[str, Callable[[_Line], Iterator[Offer]]]] = {
-    "topic": lambda line: _names(line, *TOPIC_KINDS),
-    "topics": lambda line: _names(line, *TOPIC_KINDS),
-    "service": lambda line: _names(line, *SERVICE_KINDS),
+    "topic": lambda line: _names(line, "topic", *TOPIC_KINDS),
+    "topics": lambda line: _names(line, "topic", *TOPIC_KINDS),
+    "service": lambda line: _names(line, "service", *SERVICE_KINDS),
+    "action": lambda line: _names(line, "action", *SERVICE_KINDS),
     "node": _nodes,
     "parameter": _parameters,
     "parameters": _parameters,

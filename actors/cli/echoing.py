@@ -1,7 +1,8 @@
-"""Print received messages: `topic echo` and `service echo`."""
+"""Print received messages: `topic echo`, `service echo` and `action echo`."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.cli.hidden_node import graph_of, hidden_node
@@ -39,29 +40,31 @@ class EchoedTopic(NamedTuple):
     msg_type: type[Message] | None = None
 
 
-def echo(options: Options, echoed_topic: Callable[[Node, GraphSnapshot], EchoedTopic]) -> int:
+def echo(options: Options, echoed_topics: Callable[[Node, GraphSnapshot], list[EchoedTopic]]) -> int:
     """Print messages until `--once`, a timeout or a signal ends it; return the exit code.
 
     Args:
         options: Those of `add_print_options` and `add_qos_options`, `raw` and `no_lost_messages`.
-        echoed_topic: Returns what to print; raises CommandError if it does not exist.
+        echoed_topics: Returns what to print; raises CommandError if it does not exist.
     """
     printer = MessagePrinter(options)
 
     async def receive() -> None:
         async with hidden_node(options) as node:
             snapshot = await graph_of(node)
-            topic, decode, msg_type = echoed_topic(node, snapshot)
-            qos = profile(options, profile_of(snapshot, topic, depth=DEPTH))
+            topics = echoed_topics(node, snapshot)
             with Listener(
                 node, timeout_sec=options.timeout, report_losses=not options.no_lost_messages
             ) as listener:
 
-                def show(message: Any, info: MessageInfo) -> None:
+                def show(message: Any, info: MessageInfo, decode: Callable[[bytes], Any]) -> None:
                     if printer.show(message, info, decode) and options.once:
                         listener.enough()
 
-                listener.subscribe(topic, show, qos, msg_type=msg_type, raw=options.raw)
+                for topic, decode, msg_type in topics:
+                    qos = profile(options, profile_of(snapshot, topic, depth=DEPTH))
+                    callback = partial(show, decode=decode)
+                    listener.subscribe(topic, callback, qos, msg_type=msg_type, raw=options.raw)
                 await listener.wait()
 
     import_from_working_directory()

@@ -1,4 +1,4 @@
-"""`list`, `info`, `type` and `find` for topics and for services."""
+"""`list`, `info`, `type` and `find` for topics, services and actions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from actors.cli.errors import CommandError
     from actors.cli.tables import Styled
-    from actors.graph.snapshot import EndpointInfo, NamesAndTypes
+    from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes
     from actors.time.types import Duration
 
 
@@ -35,10 +35,10 @@ class Side(NamedTuple):
 
 
 class Named(NamedTuple):
-    """Topics, or services.
+    """Topics, services or actions.
 
     Attributes:
-        noun: "topic" or "service", which is also the name of the argument.
+        noun: "topic", "service" or "action", which is also the name of the argument.
         example: A name.
         example_type: A type.
         kinds: The kinds of endpoints with which a name exists.
@@ -52,6 +52,13 @@ class Named(NamedTuple):
     kinds: tuple[EntryKind, ...]
     sides: tuple[Side, Side]
     validate: Callable[[str], object]
+
+    def names_and_types(self, snapshot: GraphSnapshot) -> NamesAndTypes:
+        """Return the names in a graph. An action has the name and type of its service for goals."""
+        from actors.graph.snapshot import actions_among
+
+        found = snapshot.names_and_types(*self.kinds)
+        return actions_among(found) if self.noun == "action" else found
 
     def full_name(self, text: str) -> str:
         """Return the full name; the first slash may be left out.
@@ -89,6 +96,17 @@ SERVICE: Final = Named(
         Side(EntryKind.SERVICE, "server", "Services count"),
     ),
     validate_full_service_name,
+)
+ACTION: Final = Named(
+    "action",
+    "/fibonacci",
+    "example_interfaces/action/Fibonacci",
+    (EntryKind.SERVICE, EntryKind.CLIENT),
+    (
+        Side(EntryKind.CLIENT, "client", "Action clients"),
+        Side(EntryKind.SERVICE, "server", "Action servers"),
+    ),
+    validate_full_topic_name,
 )
 
 
@@ -292,7 +310,7 @@ def _names_and_types(named: Named, options: Options, *, hidden: bool) -> NamesAn
     from actors.cli.broker_target import open_inspector
 
     with open_inspector(options) as inspector:
-        names = inspector.graph().names_and_types(*named.kinds)
+        names = named.names_and_types(inspector.graph())
     return [each for each in names if hidden or not is_hidden(each[0])]
 
 

@@ -55,6 +55,17 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "echo": Verb("print the requests and responses of a service"),
         },
     ),
+    "action": Group(
+        "list actions, send goals to them",
+        {
+            "list": Verb("list actions"),
+            "info": Verb("print the servers and clients of an action"),
+            "type": Verb("print the type of an action"),
+            "find": Verb("list the actions of a type"),
+            "send_goal": Verb("send a goal, and print its result"),
+            "echo": Verb("print the feedback and the states of an action's goals"),
+        },
+    ),
     "node": Group(
         "list nodes and their topics and services",
         {

@@ -9,7 +9,7 @@ from actors.cli.errors import CommandError
 from actors.cli.output import shortened
 from actors.cli.parsing import import_from_working_directory
 from actors.interfaces.convert import message_from_fields
-from actors.interfaces.message import Message, Service, type_hash, type_name
+from actors.interfaces.message import Action, Message, Service, type_hash, type_name
 from actors.interfaces.registry import find_interface
 from actors.interfaces.yaml_reader import YamlError, load_yaml
 from actors.qos.profile import (
@@ -58,6 +58,15 @@ def named_service(name: str) -> type[Service]:
     if not issubclass(found, Service):
         example = "example_interfaces/srv/AddTwoInts"
         raise CommandError(f"'{type_name(found)}' is not a service type; write one such as {example}")
+    return found
+
+
+def named_action(name: str) -> type[Action]:
+    """Return the action class with this type name."""
+    found = named_interface(name)
+    if not issubclass(found, Action):
+        example = "example_interfaces/action/Fibonacci"
+        raise CommandError(f"'{type_name(found)}' is not an action type; write one such as {example}")
     return found
 
 

@@ -45,12 +45,12 @@ def run(options: Options) -> int:
 
     srv_type = None if options.type is None else named_service(options.type)
 
-    def echoed_topic(node: Node, snapshot: GraphSnapshot) -> EchoedTopic:
+    def echoed_topics(node: Node, snapshot: GraphSnapshot) -> list[EchoedTopic]:
         service = node.resolve_service_name(options.service)
         _check_service(snapshot, service, typed=srv_type is not None)
-        return EchoedTopic(service + TOPIC_SUFFIX, _decoder(srv_type or _type_of(snapshot, service)))
+        return [EchoedTopic(service + TOPIC_SUFFIX, _decoder(srv_type or _type_of(snapshot, service)))]
 
-    return echo(options, echoed_topic)
+    return echo(options, echoed_topics)
 
 
 def _check_service(snapshot: GraphSnapshot, service: str, *, typed: bool) -> None:

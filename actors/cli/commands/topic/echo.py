@@ -53,7 +53,7 @@ def run(options: Options) -> int:
 
     msg_type = None if options.type is None else named_message(options.type)
 
-    def echoed_topic(node: Node, snapshot: GraphSnapshot) -> EchoedTopic:
+    def echoed_topics(node: Node, snapshot: GraphSnapshot) -> list[EchoedTopic]:
         topic = node.resolve_topic_name(options.topic)
         if msg_type is None:
             _require_known(snapshot, topic)
@@ -61,9 +61,9 @@ def run(options: Options) -> int:
             warn_unpublished(snapshot, topic)
             if not options.raw:  # which receives every type
                 require_type(snapshot, EntryKind.PUBLISHER, topic, msg_type)
-        return EchoedTopic(topic, decoder_of(snapshot, topic), msg_type)
+        return [EchoedTopic(topic, decoder_of(snapshot, topic), msg_type)]
 
-    return echo(options, echoed_topic)
+    return echo(options, echoed_topics)
 
 
 def _require_known(snapshot: GraphSnapshot, topic: str) -> None:
