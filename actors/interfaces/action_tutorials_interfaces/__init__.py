@@ -1,0 +1,1 @@
+"""Interfaces of action_tutorials_interfaces."""
