@@ -210,7 +210,7 @@ class PublisherEndpoint(Endpoint):
             self._qos.to_wire(),
             self._declared_gid,
             self._declared,
-            definition(self._msg_type),
+            None if self.standard else definition(self._msg_type),
             first,
         )
 

@@ -266,3 +266,9 @@ async def test_a_broker_may_refuse_them(tmp_path: Path, caplog: pytest.LogCaptur
     assert {record.levelname for record in told} == {"DEBUG"}
     assert sum("refused a standard" in record.message for record in told) == len(SERVICES) + 1
     node.get_logger().set_level(LoggingSeverity.UNSET)
+
+
+async def test_they_are_declared_without_definitions(meeting: Meeting, server: actors.Node) -> None:
+    """Every client has rcl_interfaces; 20 KB from each node would be most of what it declares."""
+    assert meeting.broker.stats().definitions == 0
+    assert len(await server.get_service_names_and_types()) == len(SERVICES)
