@@ -6,7 +6,7 @@ and cannot be set. Their handlers run through the mailbox, because they call the
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.publisher.publisher import Publisher
@@ -33,7 +33,7 @@ from actors.qos.profile import qos_profile_parameter_events
 from proto.errors import InvalidServiceNameError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
     from actors.arguments.remapping import Remapper
     from actors.endpoints.context import NodeContext
@@ -42,7 +42,11 @@ if TYPE_CHECKING:
     from actors.parameters.store import ParameterStore
     from actors.time.clock import Clock
 
+T = TypeVar("T")
+
 EVENTS_TOPIC: Final = "/parameter_events"
+MAX_ITEMS: Final = 10_000
+"""Names, or parameters, in one request. One with more is answered with an empty list, or refused."""
 
 
 class ParameterServices:
@@ -101,8 +105,8 @@ class ParameterServices:
         except InvalidMessageError as error:  # too large for the broker: the value is set all the same
             self._context.log.warning(f"A change of parameters was not published: {error}")
 
-    def _found(self, names: Iterable[str]) -> Iterator[Parameter | None]:
-        for name in names:
+    def _found(self, names: list[str]) -> Iterator[Parameter | None]:
+        for name in _limited(names):
             try:
                 yield self._parameters.get(name)
             except (ParameterNotDeclaredError, ParameterUninitializedError):
@@ -113,7 +117,7 @@ class ParameterServices:
         return DescribeParameters.Response(
             descriptors=[
                 parameters.describe(name).to_msg() if parameters.has(name) else ParameterDescriptor()
-                for name in request.names
+                for name in _limited(request.names)
             ]
         )
 
@@ -134,12 +138,15 @@ class ParameterServices:
         return ListParameters.Response(result=result)
 
     def _set(self, request: SetParameters.Request) -> SetParameters.Response:
-        return SetParameters.Response(results=[self._set_together([each]) for each in request.parameters])
+        results = [self._set_together([each]) for each in _limited(request.parameters)]
+        return SetParameters.Response(results=results)
 
     def _set_atomically(self, request: SetParametersAtomically.Request) -> SetParametersAtomically.Response:
         return SetParametersAtomically.Response(result=self._set_together(request.parameters))
 
     def _set_together(self, messages: list[ParameterMessage]) -> SetParametersResult:
+        if len(messages) > MAX_ITEMS:
+            return SetParametersResult(successful=False, reason=f"more than {MAX_ITEMS} parameters")
         try:
             parameters = [Parameter.from_parameter_msg(each) for each in messages]
         except ValueError as error:  # no such type
@@ -149,6 +156,10 @@ class ParameterServices:
         except ParameterNotDeclaredError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=result.successful, reason=result.reason)
+
+
+def _limited(items: list[T]) -> list[T]:
+    return items if len(items) <= MAX_ITEMS else []
 
 
 def _messages(parameters: list[Parameter]) -> list[ParameterMessage]:

@@ -29,18 +29,21 @@ def list_names(names: Iterable[str], prefixes: Sequence[str], depth: int) -> Lis
         raise TypeError("prefixes must be a sequence of str, not a str")
     if depth < 0:
         raise ValueError("depth must not be negative")
-    found = [name for name in names if _is_listed(name, prefixes, depth)]
+    wanted = frozenset(prefixes)
+    found = [name for name in names if _is_listed(name, wanted, depth)]
     parents = (name.rpartition(SEPARATOR)[0] for name in found)
     return ListParametersResult(found, [*dict.fromkeys(filter(None, parents))])
 
 
-def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
+def _is_listed(name: str, prefixes: frozenset[str], depth: int) -> bool:
+    """Compare the name's own prefixes: there may be many more of those that are asked for."""
     if not prefixes:
         return not depth or name.count(SEPARATOR) < depth
-    for prefix in prefixes:
-        if name == prefix:
+    if name in prefixes:
+        return True
+    levels, (parent, dot, _) = 1, name.rpartition(SEPARATOR)
+    while dot and (not depth or levels <= depth):
+        if parent in prefixes:
             return True
-        start = prefix + SEPARATOR
-        if name.startswith(start) and (not depth or name[len(start) :].count(SEPARATOR) < depth):
-            return True
+        levels, (parent, dot, _) = levels + 1, parent.rpartition(SEPARATOR)
     return False

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from actors.parameters.types import ParameterType
 
 if TYPE_CHECKING:
     from actors.parameters.types import Parameter, ParameterDescriptor, ParameterValue
 
+MAX_NAME_CHARS: Final = 4096
+"""Of a parameter that is declared by setting it, which other nodes can do if the node allows it."""
+
 
 def refusal(descriptor: ParameterDescriptor | None, parameter: Parameter) -> str:
     """Return why a parameter may not be set to this value, "" if it may; None describes an undeclared one."""
     if descriptor is None:
-        return ""
+        return "" if 0 < len(parameter.name) <= MAX_NAME_CHARS else "Invalid parameter name"
     if descriptor.read_only:
         return "Trying to set a read-only parameter"
     if not descriptor.dynamic_typing:

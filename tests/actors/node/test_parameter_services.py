@@ -10,6 +10,7 @@ import pytest
 import actors
 from actors import LoggingSeverity
 from actors.interfaces.rcl_interfaces import msg, srv
+from actors.node.parameter_services import MAX_ITEMS
 from actors.parameters.errors import ParameterModifiedInCallbackError
 from actors.parameters.types import (
     FloatingPointRange,
@@ -272,3 +273,17 @@ async def test_they_are_declared_without_definitions(meeting: Meeting, server: a
     """Every client has rcl_interfaces; 20 KB from each node would be most of what it declares."""
     assert meeting.broker.stats().definitions == 0
     assert len(await server.get_service_names_and_types()) == len(SERVICES)
+
+
+async def test_a_request_cannot_hold_the_node_for_long(server: actors.Node, remote: Remote) -> None:
+    """Too many names have an empty answer, and too many values are refused."""
+    server.declare_parameter("a", 1)
+    many = [f"name{number}" for number in range(MAX_ITEMS + 1)]
+    assert (await remote.call("get_parameters", names=many)).values == []
+    assert (await remote.call("describe_parameters", names=many)).descriptors == []
+    assert bytes((await remote.call("get_parameter_types", names=many)).types) == b""
+    wanted = [Parameter("a", value=2).to_parameter_msg()] * (MAX_ITEMS + 1)
+    assert (await remote.call("set_parameters", parameters=wanted)).results == []
+    result = (await remote.call("set_parameters_atomically", parameters=wanted)).result
+    assert (result.successful, result.reason) == (False, f"more than {MAX_ITEMS} parameters")
+    assert server.get_parameter("a").value == 1

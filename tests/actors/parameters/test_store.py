@@ -27,7 +27,7 @@ from actors.parameters.types import (
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from actors.parameters.changes import ParameterChanges
 
@@ -417,3 +417,28 @@ def test_strangers_cannot_declare_any_number(monkeypatch: pytest.MonkeyPatch) ->
     assert [each.successful for each in store.set([p("a", 1), p("b", 1), p("c", 1), p("a", 2)])] == [
         True, True, False, True,
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["", "n" * 4097])
+def test_strangers_cannot_declare_any_name(name: str) -> None:
+    """A name that is set without being declared is neither empty nor endless."""
+    result = ParameterStore(allow_undeclared=True).set_atomically([p(name, 1)])
+    assert (result.successful, result.reason) == (False, "Invalid parameter name")
+
+
+def test_many_prefixes_are_read_once(store: ParameterStore) -> None:
+    """A request with many prefixes is not compared with every name, so that it cannot hold a node."""
+
+    class Counted(list[str]):
+        read = 0
+
+        def __iter__(self) -> Iterator[str]:
+            self.read += 1
+            return super().__iter__()
+
+    store.declare_many("a.b", [(f"n{number}", 1) for number in range(10)])
+    prefixes = Counted(["x", "a", "y"])
+    assert len(store.list_names(prefixes).names) == 10
+    assert prefixes.read == 1
+    assert store.list_names(["a"], 1).names == []
+    assert len(store.list_names(["a"], 2).names) == len(store.list_names(["a.b"], 1).names) == 10
