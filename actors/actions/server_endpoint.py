@@ -55,7 +55,7 @@ class ActionServerEndpoint(Endpoint):
     def __init__(
         self,
         context: NodeContext,
-        action_type: type,
+        action_type: Any,
         name: str,
         callbacks: ServerCallbacks,
         *,
@@ -72,7 +72,7 @@ class ActionServerEndpoint(Endpoint):
         self.goals: dict[bytes, GoalProgress] = {}
         self.results = KeptResults(result_timeout_sec)
         self.refused_goals = 0
-        self._action: Any = action_type
+        self._action = action_type
         self._types = types
         self._name = name
         self._callbacks = callbacks
@@ -85,7 +85,7 @@ class ActionServerEndpoint(Endpoint):
         self._status_at = -math.inf
         """Loop time of the last status message."""
         self._expiry: asyncio.TimerHandle | None = None
-        self._result_codec: Any = codec_for(self._types.get_result.Response)
+        self._result_codec: Any = codec_for(self._action.Result)
         self._feedback: Publisher[Any]
         self._feedback = Publisher(context, types.feedback_message, names.feedback, qos_profile_default)
         self._status = Publisher(context, GoalStatusArray, names.status, qos_profile_action_status_default)
@@ -238,10 +238,11 @@ class ActionServerEndpoint(Endpoint):
                 self.context.callback_failed(self._timing.what, error)
         if goal.finished or self.destroyed:
             return
+        size = 0
         if result is not None:
             try:
-                self.require_result(result)
-            except TypeError as wrong:
+                size = self.require_result(result)
+            except (TypeError, InvalidMessageError) as wrong:
                 self.context.callback_failed(self._timing.what, wrong)
                 result, error = None, wrong
         if not goal.state.is_terminal:
@@ -253,7 +254,7 @@ class ActionServerEndpoint(Endpoint):
                         f"{self._timing.what} set no terminal state: the goal is aborted"
                     )
                 goal.apply(GoalEvent.ABORT)
-        self.finish(goal, result)
+        self.finish(goal, result, size)
 
     def publish_feedback(self, goal: GoalProgress, feedback: Any) -> None:
         """Publish feedback for a goal."""
@@ -262,24 +263,18 @@ class ActionServerEndpoint(Endpoint):
         message = self._types.feedback_message(goal_id=goal.info.goal_id, feedback=feedback)
         self._feedback.publish(message)
 
-    def require_result(self, result: Any) -> None:
-        """Raise TypeError if this is no result of the action."""
+    def require_result(self, result: Any) -> int:
+        """Return the encoded size of a result; raise TypeError or InvalidMessageError if it is not valid."""
         if not isinstance(result, self._action.Result):
             raise TypeError(f"Expected {self._action.__name__}.Result, got {type(result).__name__}")
+        return len(self._result_codec.encode(result))
 
-    def finish(self, goal: GoalProgress, result: Any) -> None:
+    def finish(self, goal: GoalProgress, result: Any, size: int) -> None:
         """Keep the result, and answer those who wait for it. None is an empty result."""
         if goal.finished or self.destroyed:
             return
-        make = self._types.get_result.Response
-        response = make(status=int(goal.state), result=self._action.Result() if result is None else result)
-        try:
-            size = len(self._result_codec.encode(response))
-        except InvalidMessageError as error:
-            self.context.callback_failed(f"The result of {self._timing.what}", error)
-            goal.state = GoalState.ABORTED
-            response = make(status=int(goal.state))
-            size = len(self._result_codec.encode(response))
+        result = self._action.Result() if result is None else result
+        response = self._types.get_result.Response(status=int(goal.state), result=result)
         goal.finished = True
         del self.goals[goal.key]
         loop = self.context.require_loop()

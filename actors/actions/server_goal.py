@@ -35,11 +35,11 @@ class GoalOwner(Protocol):
         """Publish the states of the server's goals soon."""
         ...
 
-    def require_result(self, result: Any) -> None:
-        """Raise TypeError if this is no result of the action."""
+    def require_result(self, result: Any) -> int:
+        """Return the encoded size of a result; raise TypeError or InvalidMessageError if it is not valid."""
         ...
 
-    def finish(self, goal: GoalProgress, result: Any) -> None:
+    def finish(self, goal: GoalProgress, result: Any, size: int) -> None:
         """Keep the result, and answer those who wait for it. None is an empty result."""
         ...
 
@@ -86,11 +86,10 @@ class GoalProgress:
 
     def end(self, event: GoalEvent, result: Any) -> None:
         """Enter a terminal state. The goal is finished if there is a result, or none will be returned."""
-        if result is not None:
-            self.server.require_result(result)
+        size = 0 if result is None else self.server.require_result(result)
         self.apply(event)
         if result is not None or not self.started:
-            self.server.finish(self, result)
+            self.server.finish(self, result, size)
 
     def wait(self) -> asyncio.Future[Any]:
         """Return a future of the response with the result."""
@@ -170,6 +169,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         Raises:
             InvalidGoalTransition: The goal is not being executed, or has ended.
             TypeError: Not a result of this action.
+            InvalidMessageError: A field of the result has a wrong type or is out of range.
         """
         self._goal.end(GoalEvent.SUCCEED, result)
 
@@ -182,6 +182,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         Raises:
             InvalidGoalTransition: The goal has ended.
             TypeError: Not a result of this action.
+            InvalidMessageError: A field of the result has a wrong type or is out of range.
         """
         self._goal.end(GoalEvent.ABORT, result)
 
@@ -194,5 +195,6 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         Raises:
             InvalidGoalTransition: No cancellation has been accepted, or the goal has ended.
             TypeError: Not a result of this action.
+            InvalidMessageError: A field of the result has a wrong type or is out of range.
         """
         self._goal.end(GoalEvent.CANCELED, result)

@@ -193,7 +193,12 @@ async def test_a_goal_without_a_terminal_state_is_aborted(meeting: Meeting) -> N
 
 
 @pytest.mark.parametrize(
-    "result", [ValueError("no"), String := Fibonacci.Goal(), Fibonacci.Result(sequence=[2**40])]
+    "result",
+    [
+        ValueError("no"),
+        Fibonacci.Goal(),
+        Fibonacci.Result(sequence=[2**40]),
+    ],
 )
 async def test_a_goal_whose_callback_fails_is_aborted(meeting: Meeting, result: Any) -> None:
     """An exception and a result that is not valid end the goal with an empty result, and count (M06, M10)."""
@@ -209,6 +214,19 @@ async def test_a_goal_whose_callback_fails_is_aborted(meeting: Meeting, result: 
     assert both.server_node.callback_errors == 1
 
 
+async def test_a_terminal_state_never_changes(meeting: Meeting) -> None:
+    """A callback that fails after `succeed` leaves the goal SUCCEEDED, with an empty result."""
+
+    async def execute(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
+        goal.succeed()
+        return Fibonacci.Result(sequence=[2**40])
+
+    both = await pair(meeting, execute)
+    result = await (await both.send()).result(DEADLINE_SEC)
+    assert (result.status, list(result.result.sequence)) == (GoalState.SUCCEEDED, [])
+    assert both.server_node.callback_errors == 1
+
+
 async def test_wrong_types_are_type_errors(meeting: Meeting) -> None:
     """Wrong goals, feedback, results, actions and callbacks are refused where they are passed (M10)."""
     errors: list[TypeError] = []
@@ -218,6 +236,8 @@ async def test_wrong_types_are_type_errors(meeting: Meeting) -> None:
             with pytest.raises(TypeError) as caught:
                 attempt(Fibonacci.Goal())
             errors.append(caught.value)
+        with pytest.raises(actors.InvalidMessageError):
+            goal.succeed(Fibonacci.Result(sequence=[2**40]))
         goal.succeed(Fibonacci.Result(sequence=[1]))
         with pytest.raises(actors.InvalidGoalTransition):
             goal.abort()
