@@ -23,7 +23,7 @@ from tests.actors.site_packages import Site
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 DOCUMENTS = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
-GROUPS = {"auth", "topic", "service", "node", "interface", "pkg", "context"}
+GROUPS = {"action", "auth", "topic", "service", "node", "interface", "pkg", "context"}
 """First words of commands that have two."""
 
 

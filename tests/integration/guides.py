@@ -159,4 +159,4 @@ def _steps(guide: str) -> Iterator[tuple[str, str]]:
 
 
 def _without_numbers(text: str) -> str:
-    return re.sub(r"\d+", "0", text.strip("\n"))
+    return re.sub(r"\b[0-9a-f]{32}\b|\d+", "0", text.strip("\n"))

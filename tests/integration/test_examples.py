@@ -57,6 +57,38 @@ async def test_latched_value_reaches_the_late_joiner(system: System) -> None:
     assert program.output.count("late joiner") == 1
 
 
+async def test_a_fibonacci_goal_gives_feedback_and_a_result(system: System) -> None:
+    """The client prints each step and the result; Ctrl-C in a second client cancels its goal."""
+    await system.broker()
+    server = await system.example("fibonacci_action_server")
+    client = await system.example("fibonacci_action_client", "2")
+    assert await client.wait_for_exit() == 0
+    assert client.lines == ["feedback: 0 1 1", "feedback: 0 1 1 2", "SUCCEEDED: 0 1 1 2"]
+    other = await system.example("fibonacci_action_client", "45")
+    await other.wait_for_line("feedback: 0 1 1")
+    await other.stop()
+    await server.wait_for_line("Canceling a goal")
+    assert await server.stop() == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "lines"),
+    [
+        ("action_one_at_a_time", ["first: ABORTED", "second: SUCCEEDED"]),
+        (
+            "action_queue",
+            ["SUCCEEDED 1", "SUCCEEDED 2", "SUCCEEDED 3"],
+        ),
+    ],
+)
+async def test_action_servers_decide_when_goals_run(system: System, name: str, lines: list[str]) -> None:
+    """A new goal aborts the one before it; or goals are executed one after the other."""
+    await system.broker()
+    program = await system.example(name)
+    assert await program.wait_for_exit() == 0
+    assert [line for line in program.lines if line in lines] == lines
+
+
 async def test_supervised_counts_three_times(system: System) -> None:
     """The failing node is restarted twice, then given up; the events report it."""
     program = await system.example("supervised")
@@ -120,6 +152,6 @@ def test_examples_are_short_and_say_what_they_are(path: Path) -> None:
     text = path.read_text()
     assert len(text.splitlines()) <= (80 if path.stem == "course_decorated" else 60)
     assert text.startswith('"""')
-    public = r"actors|actors\.launch|actors\.interfaces\.\w+\.(msg|srv)|broker"
+    public = r"actors|actors\.launch|actors\.interfaces\.\w+\.(msg|srv|action)|broker"
     imports = re.findall(r"^(?:from|import) ((?:actors|broker|proto)[\w.]*)", text, re.MULTILINE)
     assert [name for name in imports if not re.fullmatch(public, name)] == []
