@@ -61,7 +61,7 @@ class Receiver:
     Attributes:
         has_unprocessed: Whether there are received bytes for `next_frame` to look at; if not, it returns
             None.
-        held_bytes: Size of the buffers that `keep` and large frames have; counted in `total`.
+        held_bytes: Size of the buffers that `keep` and incomplete frames have; counted in `total`.
     """
 
     __slots__ = (
@@ -225,7 +225,7 @@ class Receiver:
         size, here = stop - start, end - start
         if size < _OWN_BYTES or here < size // _CLAIM_RATIO:
             self._rest = bytes(source[start:end])
-            self._hold(0)
+            self._hold(here)
             return
         own = self._own = memoryview(bytearray(size + _BEHIND_BYTES))
         own[:here] = source[start:end]

@@ -97,3 +97,16 @@ def test_an_unfinished_large_frame_claims_memory_only_when_an_eighth_of_it_has_c
     assert feed(receiver, raw[100:40_000]) == []
     assert len(receiver.buffer()) < len(raw)
     assert len(feed(receiver, raw[40_000:])) == 1
+
+
+def test_the_start_of_an_incomplete_frame_is_counted() -> None:
+    """Also one too small for a buffer of its own: many links may each send a part of one and then wait."""
+    receiver = open_receiver()
+    data = bytes(make_batch(0, [bytes(90_000)]).raw)
+    assert feed(receiver, data[:80_000]) == []
+    assert receiver.held_bytes == 80_000
+    assert len(feed(receiver, data[80_000:])) == 1
+    assert receiver.held_bytes == 0
+    assert feed(receiver, data[:80_000]) == []
+    receiver.discard()
+    assert receiver.held_bytes == 0
