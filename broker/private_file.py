@@ -14,7 +14,7 @@ def write_private(path: Path, text: str, *, keep_mode: bool = False) -> None:
 
     Args:
         path: The file.
-        text: Its new content.
+        text: Its new content, written in UTF-8.
         keep_mode: Whether an existing file keeps its permissions.
 
     Raises:
@@ -25,7 +25,9 @@ def write_private(path: Path, text: str, *, keep_mode: bool = False) -> None:
         path = path.resolve()  # replace what a symbolic link points to, not the link
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         mode = stat.S_IMODE(path.stat().st_mode) if keep_mode and path.exists() else 0o600
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+        with tempfile.NamedTemporaryFile(
+            "w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False
+        ) as file:
             written = Path(file.name)
             file.write(text)
         written.chmod(mode)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import stat
+import subprocess
+import sys
 import tempfile
 from typing import TYPE_CHECKING
 
@@ -50,3 +52,14 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     with pytest.raises(CallboardError, match="No space left"):
         write_private(tmp_path / "url", "callboard://x")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_files_are_written_in_utf_8_whatever_the_locale(tmp_path: Path) -> None:
+    """The rules are read in UTF-8, so a locale of another encoding must not decide how they are written."""
+    file = tmp_path / "rules"
+    program = "import sys; from pathlib import Path; from broker.private_file import write_private as write;"
+    program += r" write(Path(sys.argv[1]), 'Jos\xe9')"
+    plain = os.environ | {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+    subprocess.run([sys.executable, "-c", program, file], env=plain, check=True, timeout=60)
+    assert file.read_bytes() == "Jos\xe9".encode()
+    assert list(tmp_path.iterdir()) == [file]
