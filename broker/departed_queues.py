@@ -67,8 +67,8 @@ class DepartedQueues:
         peer = peer_queue.peer
         queues = self._resumable.setdefault(peer, {})
         key = gid, peer_queue.topic.name
-        if key in queues:
-            self._final.setdefault(peer, []).append(queues[key])
+        if earlier := queues.pop(key, None):  # the new one is the latest, too
+            self._final.setdefault(peer, []).append(earlier)
         ids = (*(each for each in peer_queue.earlier_ids if each != publisher), publisher)
         queues[key] = peer_queue._replace(earlier_ids=ids[-MAX_EARLIER_IDS:])
         self._count += 1

@@ -58,3 +58,18 @@ def test_queues_with_messages_are_not_forgotten() -> None:
     assert routes.tallies()[0].queued == ROUNDS
     assert len(switch.read(2, frames.Batch)) == ROUNDS
     assert routes.tallies()[0].delivered == ROUNDS
+
+
+def test_the_oldest_queue_loses_its_messages(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A publisher that has been back since is not the oldest, although it left an (empty) queue before."""
+    monkeypatch.setattr("broker.departed_queues.MAX_QUEUES_PER_PEER", 2)
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    switch.send(reader, make.subscription(1))
+    for sequence, who in enumerate("abac"):
+        declared = make.publisher(1)._replace(gid=who.encode().ljust(16))
+        number = switch.publisher(talker, declared)
+        switch.send(talker, make.batch(number, sequence), frames.Undeclare(1))
+        if not sequence:
+            switch.read_all(reader)
+    assert [batch.first_sequence for batch in switch.read(reader, frames.Batch)] == [2, 3]
