@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from actors.node.decorators import service as service
     from actors.node.decorators import subscription as subscription
     from actors.node.decorators import timer as timer
+    from actors.node.messages import wait_for_message as wait_for_message
     from actors.node.node import Node as Node
     from actors.node.qos_overrides import QoSOverridingOptions as QoSOverridingOptions
     from actors.parameter_client.client import ParameterClient as ParameterClient
@@ -233,6 +234,7 @@ __getattr__, __dir__ = lazy_names(
             "LoggingSeverity",
             "get_logger",
         ),
+        "actors.node.messages": ("wait_for_message",),
         "actors.node.node": ("Node",),
         "actors.node.qos_overrides": ("QoSOverridingOptions",),
         "actors.parameter_client.client": ("ParameterClient",),

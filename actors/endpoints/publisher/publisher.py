@@ -76,6 +76,29 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         """
         return self._endpoint.peers
 
+    async def wait_for_subscriptions(self, count: int = 1, timeout_sec: float | None = None) -> None:
+        """Wait until at least `count` subscriptions are matched.
+
+        Args:
+            count: The number of subscriptions.
+            timeout_sec: Seconds to wait at most; None is the node's `default_call_timeout_sec`.
+
+        Raises:
+            WaitTimeout: There were fewer for `timeout_sec`.
+            PublisherRefused: The broker has refused this publisher.
+            RuntimeError: The node does not run.
+            NodeDestroyed: The publisher or the node has been destroyed.
+        """
+        endpoint = self._endpoint
+        endpoint.require_alive()
+        await endpoint.context.wait_until(
+            lambda: bool(endpoint.destroyed or endpoint.refusal or endpoint.peers >= count),
+            f"A match of '{self.topic_name}' with {count} subscriptions",
+            timeout_sec,
+        )
+        endpoint.require_alive()
+        endpoint.require_accepted()
+
     def publish(self, msg: T | bytes) -> None:
         """Send a message to every subscription of the topic. Never blocks.
 

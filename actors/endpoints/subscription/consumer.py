@@ -16,7 +16,7 @@ from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
 from actors.endpoints.subscription.backlog import Backlog, QueuedBatch
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Coroutine
+    from collections.abc import AsyncGenerator, Callable, Coroutine
 
     from actors.callbacks.mailbox import Share
     from actors.endpoints.context import NodeContext
@@ -178,7 +178,7 @@ class Consumer:
         if self.backlog.batches:
             self.context.mailbox.post(self)
 
-    async def iterate(self) -> AsyncIterator[Any]:
+    async def iterate(self) -> AsyncGenerator[Any, None]:
         """Iterate over messages as they arrive, until the consumer is closed."""
         if self.callback is not None:
             raise TypeError("This subscription has a callback; make one without to iterate")

@@ -528,3 +528,30 @@ async def test_flushing_a_destroyed_publisher_raises_as_publishing_does(meeting:
         publisher.publish(String())
     with pytest.raises(actors.NodeDestroyed, match="publisher has been destroyed"):
         await publisher.flush()
+
+
+async def test_waiting_for_subscriptions(meeting: Meeting) -> None:
+    """`wait_for_subscriptions` returns when there are enough, and at once if there are already."""
+    node = await meeting.node("node")
+    publisher = node.create_publisher(Int64, "number")
+    node.create_subscription(Int64, "number")
+    await publisher.wait_for_subscriptions(timeout_sec=20)
+    waiting = asyncio.create_task(publisher.wait_for_subscriptions(2, timeout_sec=20))
+    await meeting.settled(node)
+    assert not waiting.done()
+    node.create_subscription(Int64, "number")
+    await waiting
+    await publisher.wait_for_subscriptions(2, timeout_sec=0.0)
+
+
+async def test_waiting_for_subscriptions_ends(meeting: Meeting) -> None:
+    """At its deadline with WaitTimeout, and with NodeDestroyed when the publisher is destroyed."""
+    node = await meeting.node("node")
+    publisher = node.create_publisher(Int64, "number")
+    with pytest.raises(actors.WaitTimeout, match="'/number' with 3 subscriptions"):
+        await publisher.wait_for_subscriptions(3, timeout_sec=0.01)
+    waiting = asyncio.create_task(publisher.wait_for_subscriptions(timeout_sec=20))
+    await turns()
+    publisher.destroy()
+    with pytest.raises(actors.NodeDestroyed):
+        await waiting

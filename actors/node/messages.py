@@ -1,0 +1,59 @@
+"""Waiting for one message of a topic, without a subscription of one's own."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import aclosing
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from actors.endpoints.context import in_flight
+from actors.endpoints.endpoint import endpoint_of
+from actors.errors import NodeDestroyed, WaitTimeout
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message
+    from actors.node.node import Node
+    from actors.qos.profile import QoSProfile
+
+MessageT = TypeVar("MessageT", bound="Message")
+
+
+async def wait_for_message(
+    msg_type: type[MessageT],
+    node: Node,
+    topic: str,
+    timeout_sec: float | None = None,
+    *,
+    qos_profile: QoSProfile | int = 1,
+) -> MessageT:
+    """Return the next message of a topic, or the latched one if the profile is TRANSIENT_LOCAL.
+
+    Args:
+        msg_type: The message class.
+        node: The node that subscribes meanwhile; it runs.
+        topic: As for `Node.create_subscription`.
+        timeout_sec: Seconds to wait at most; None is the node's `default_call_timeout_sec`.
+        qos_profile: A profile or a depth.
+
+    Returns:
+        The message.
+
+    Raises:
+        WaitTimeout: There was none within `timeout_sec`.
+        InvalidTopicNameError: The name breaks the rules.
+        RuntimeError: The node does not run.
+        NodeDestroyed: The node has been destroyed.
+    """
+    subscription = node.create_subscription(msg_type, topic, qos=qos_profile)
+    endpoint = endpoint_of(subscription)
+    limit = endpoint.context.default_call_timeout_sec if timeout_sec is None else timeout_sec
+    try:
+        with in_flight():
+            async with asyncio.timeout(limit), aclosing(endpoint.consumer.iterate()) as messages:
+                async for message in messages:
+                    return cast("MessageT", message)
+    except TimeoutError as error:
+        raise WaitTimeout(f"No message on '{subscription.topic_name}' within {limit:g} s") from error
+    finally:
+        subscription.destroy()
+    raise NodeDestroyed(f"Node '{node.get_fully_qualified_name()}' has been destroyed")
