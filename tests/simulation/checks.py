@@ -25,6 +25,9 @@ IDLE_TIMEOUT_SEC: Final = 200.0
 FRESH_MESSAGES: Final = 20
 """So often a message may be lost for a good reason before one is received."""
 
+FRESH_PAUSE_SEC: Final = 2.0
+"""Between two of them: a broker sends a slow KEEP_ALL reader its earlier messages first, which may expire."""
+
 REACTION_TIMEOUT_SEC: Final = 30.0
 """Anything asked of a world at rest has happened by then."""
 
@@ -117,6 +120,7 @@ async def _check_delivery(world: World) -> None:
             missing, excused = await _publish_fresh(world, pub, readers)
             if not excused:
                 break
+            await asyncio.sleep(FRESH_PAUSE_SEC)
         if missing:
             world.complain(missing)
     await asyncio.sleep(1)
