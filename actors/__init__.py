@@ -72,6 +72,11 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Action as Action
     from actors.interfaces.message import Message as Message
     from actors.interfaces.message import Service as Service
+    from actors.lifecycle.errors import InvalidTransitionError as InvalidTransitionError
+    from actors.lifecycle.node import LifecycleNode as LifecycleNode
+    from actors.lifecycle.publisher import LifecyclePublisher as LifecyclePublisher
+    from actors.lifecycle.states import LifecycleState as LifecycleState
+    from actors.lifecycle.states import TransitionCallbackReturn as TransitionCallbackReturn
     from actors.logging.logger import Logger as Logger
     from actors.logging.logger import LoggingSeverity as LoggingSeverity
     from actors.logging.logger import get_logger as get_logger
@@ -227,6 +232,13 @@ __getattr__, __dir__ = lazy_names(
             "Action",
             "Message",
             "Service",
+        ),
+        "actors.lifecycle.errors": ("InvalidTransitionError",),
+        "actors.lifecycle.node": ("LifecycleNode",),
+        "actors.lifecycle.publisher": ("LifecyclePublisher",),
+        "actors.lifecycle.states": (
+            "LifecycleState",
+            "TransitionCallbackReturn",
         ),
         "actors.logging.output": ("configure_logging",),
         "actors.logging.logger": (

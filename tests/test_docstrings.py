@@ -62,7 +62,8 @@ def callables() -> dict[str, tuple[Callable[..., Any], str]]:
 def _methods(name: str, cls: type) -> Iterator[tuple[str, tuple[Callable[..., Any], str]]]:
     # The fields of dataclasses have docstrings of their own, and only the node calls what it makes.
     generated = getattr(getattr(cls, "__dataclass_params__", None), "init", False)
-    ready_made = generated or "Made by `Node." in (cls.__doc__ or "") or getattr(cls, "_is_protocol", False)
+    made = re.search(r"Made by `(Lifecycle)?Node\.", cls.__doc__ or "") is not None
+    ready_made = generated or made or getattr(cls, "_is_protocol", False)
     # Methods of tuples, dicts and protocols from elsewhere are documented there.
     for key in dir(cls):
         if key.startswith("_") and key not in (ENTRIES | CONSTRUCTORS):

@@ -1,0 +1,196 @@
+"""Runs the transitions of a node, and serves them to other nodes: ROS 2's five services and one topic.
+
+A transition runs to its end once it has begun, even if the caller of `change_state` gives up. It does not
+hold the mailbox: while a coroutine callback waits, the node's other callbacks run, `get_state` is answered,
+and other transitions are refused.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+from typing import TYPE_CHECKING, Any
+
+from actors.callbacks.callback_task import CallbackTask
+from actors.callbacks.functions import ENDS_PROGRAM
+from actors.endpoints.context import in_flight
+from actors.errors import NodeDestroyed
+from actors.interfaces.lifecycle_msgs import msg, srv
+from actors.lifecycle.errors import InvalidTransitionError
+from actors.lifecycle.publisher import Activation
+from actors.lifecycle.states import (
+    ACTIVE,
+    CALLBACKS,
+    STATES,
+    TRANSITIONS,
+    StateMachine,
+    TransitionCallbackReturn,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from actors.endpoints.context import NodeContext
+    from actors.endpoints.publisher.publisher import Publisher
+    from actors.lifecycle.states import LifecycleState, Transition
+    from actors.node.node import Node
+
+
+class Transitions:
+    """The state of a node, and what changes it.
+
+    Args:
+        node: The node; its methods are the callbacks.
+        context: The same node's.
+
+    Attributes:
+        machine: The state.
+        activation: Whether lifecycle publishers publish.
+    """
+
+    def __init__(self, node: Node, context: NodeContext) -> None:
+        self.machine = StateMachine()
+        self.activation = Activation()
+        self._node = node
+        self._context = context
+        self._timing = context.watch.of(self._run, "a lifecycle transition")
+        self._events: Publisher[msg.TransitionEvent] | None = None
+
+    def serve(self) -> None:
+        """Let other nodes request transitions and watch them."""
+        node = self._node
+        self._events = node.create_publisher(msg.TransitionEvent, "~/transition_event")
+        node.create_service(srv.ChangeState, "~/change_state", self._change_state, concurrent=True)
+        for name, kind, callback in (
+            ("get_state", srv.GetState, self._get_state),
+            ("get_available_states", srv.GetAvailableStates, self._get_available_states),
+            ("get_available_transitions", srv.GetAvailableTransitions, self._get_available_transitions),
+            ("get_transition_graph", srv.GetAvailableTransitions, self._get_transition_graph),
+        ):
+            srv_type: Any = kind
+            node.create_service(srv_type, f"~/{name}", callback)
+
+    async def request(self, wanted: int | str) -> TransitionCallbackReturn:
+        """Begin a transition, and wait for its end.
+
+        Args:
+            wanted: Its number or label.
+
+        Returns:
+            What its callback has returned.
+
+        Raises:
+            InvalidTransitionError: It is not possible now.
+            RuntimeError: The node does not run.
+            NodeDestroyed: The node was destroyed before the end.
+        """
+        context = self._context
+        context.require_loop()
+        start = self.machine.current
+        self._publish(self.machine.request(wanted))
+        results: list[TransitionCallbackReturn | None] = []
+
+        def ended(result: TransitionCallbackReturn | None, error: BaseException | None) -> None:
+            del error  # the node has cancelled it
+            results.append(result)
+            context.link.wake()
+
+        context.mailbox.run_concurrently(CallbackTask(context.mailbox, self._run(start), ended, self._timing))
+        with in_flight():
+            while not (results or context.mailbox.closed):
+                await context.link.changed()
+        if not results or results[0] is None:
+            raise NodeDestroyed(f"Node '{context.full_name}' was stopped during a transition")
+        return results[0]
+
+    async def _run(self, start: LifecycleState) -> TransitionCallbackReturn:
+        result = await self._call_back(start)
+        self._finish(result)
+        if result is TransitionCallbackReturn.ERROR:
+            self._finish(await self._call_back(start))
+        return result
+
+    async def _call_back(self, start: LifecycleState) -> TransitionCallbackReturn:
+        """Run the callback of the current state; return ERROR if it raises."""
+        name = CALLBACKS[self.machine.current]
+        try:
+            result = getattr(self._node, name)(start)
+            if inspect.isawaitable(result):
+                result = await result
+            if not isinstance(result, TransitionCallbackReturn):
+                raise TypeError(f"it returned {result!r}, not a TransitionCallbackReturn")
+        except ENDS_PROGRAM:
+            raise
+        except BaseException as error:
+            if isinstance(error, asyncio.CancelledError) and self._context.mailbox.cancelling:
+                raise
+            self._context.callback_failed(name, error)
+            return TransitionCallbackReturn.ERROR
+        return result
+
+    def _finish(self, result: TransitionCallbackReturn) -> None:
+        transition = self.machine.finish(result)
+        self.activation.active = self.machine.current == ACTIVE
+        self._publish(transition)
+
+    def _publish(self, transition: Transition) -> None:
+        if self._events is not None and not self._events.destroyed:
+            described = _describe(transition)
+            self._events.publish(
+                msg.TransitionEvent(
+                    timestamp=self._node.get_clock().now().nanoseconds,
+                    transition=described.transition,
+                    start_state=described.start_state,
+                    goal_state=described.goal_state,
+                )
+            )
+
+    async def _change_state(self, request: srv.ChangeState.Request) -> srv.ChangeState.Response:
+        wanted = request.transition
+        try:
+            result = await self.request(wanted.label or wanted.id)
+        except InvalidTransitionError as error:
+            if self._context.may_log("refused transitions"):
+                self._context.log.warning(str(error))
+            return srv.ChangeState.Response(success=False)
+        return srv.ChangeState.Response(success=result is TransitionCallbackReturn.SUCCESS)
+
+    def _get_state(self, request: srv.GetState.Request) -> srv.GetState.Response:
+        del request
+        return srv.GetState.Response(current_state=_state(self.machine.current))
+
+    def _get_available_states(
+        self, request: srv.GetAvailableStates.Request
+    ) -> srv.GetAvailableStates.Response:
+        del request
+        return srv.GetAvailableStates.Response(available_states=[_state(each) for each in STATES])
+
+    def _get_available_transitions(
+        self, request: srv.GetAvailableTransitions.Request
+    ) -> srv.GetAvailableTransitions.Response:
+        del request
+        return _response(self.machine.available())
+
+    def _get_transition_graph(
+        self, request: srv.GetAvailableTransitions.Request
+    ) -> srv.GetAvailableTransitions.Response:
+        del request
+        return _response(TRANSITIONS)
+
+
+def _response(transitions: Iterable[Transition]) -> srv.GetAvailableTransitions.Response:
+    return srv.GetAvailableTransitions.Response(
+        available_transitions=[_describe(each) for each in transitions]
+    )
+
+
+def _describe(transition: Transition) -> msg.TransitionDescription:
+    return msg.TransitionDescription(
+        transition=msg.Transition(id=transition.id, label=transition.label),
+        start_state=_state(transition.start),
+        goal_state=_state(transition.goal),
+    )
+
+
+def _state(state: LifecycleState) -> msg.State:
+    return msg.State(id=state.state_id, label=state.label)
