@@ -35,7 +35,10 @@ MAX_GOALS: Final = 1000
 """Goals of one server that have not ended; further ones are rejected."""
 
 STATUS_PERIOD_SEC: Final = 0.01
-"""The least time between two status messages, each of which lists all goals."""
+"""The least time between two status messages."""
+
+STATUS_GOAL_SEC: Final = 0.0001
+"""The same for each goal that they list, so that long lists do not occupy the loops of server and clients."""
 
 NO_ID: Final = bytes(16)
 """In a request to cancel, it stands for all goals."""
@@ -123,7 +126,7 @@ class ActionServerEndpoint(Endpoint):
             self._deciding.discard(key)
         if decision is not GoalResponse.ACCEPT or self.destroyed:
             return response
-        response.accepted, response.stamp = True, self._stamp()
+        response.accepted, response.stamp = True, _time_of(self._clock)
         goal = GoalProgress(self, key, GoalInfo(goal_id=request.goal_id, stamp=response.stamp), request.goal)
         self.goals[key] = goal
         self.state_changed(goal)
@@ -134,10 +137,6 @@ class ActionServerEndpoint(Endpoint):
             if not goal.started and not goal.state.is_terminal:
                 goal.end(GoalEvent.ABORT, None)
         return response
-
-    def _stamp(self) -> Time:
-        nanoseconds = self._clock.now().nanoseconds
-        return Time(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
 
     async def _decide(self, request: Any) -> GoalResponse:
         try:
@@ -290,9 +289,13 @@ class ActionServerEndpoint(Endpoint):
     def state_changed(self, goal: GoalProgress) -> None:
         """Publish the states of all goals: in the next loop turn, or when the last message is old enough."""
         del goal
+        self._publish_status_soon()
+
+    def _publish_status_soon(self) -> None:
         if self._status_due is None and not self.destroyed:
             loop = self.context.require_loop()
-            at = max(loop.time(), self._status_at + STATUS_PERIOD_SEC)
+            period = max(STATUS_PERIOD_SEC, STATUS_GOAL_SEC * (len(self.goals) + len(self.results)))
+            at = max(loop.time(), self._status_at + period)
             self._status_due = loop.call_at(at, self._publish_status)
 
     def _publish_status(self) -> None:
@@ -312,8 +315,7 @@ class ActionServerEndpoint(Endpoint):
         loop = self.context.require_loop()
         self.results.expire(loop.time())
         self._expire_later(loop)
-        if self._status_due is None:
-            self._status_due = loop.call_at(self._status_at + STATUS_PERIOD_SEC, self._publish_status)
+        self._publish_status_soon()
 
     # The end
 
@@ -340,6 +342,11 @@ class ActionServerEndpoint(Endpoint):
         self.goals.clear()
         for part in self._parts:
             part.destroy()
+
+
+def _time_of(clock: Clock) -> Time:
+    seconds, nanoseconds = divmod(clock.now().nanoseconds, 1_000_000_000)
+    return Time(sec=seconds, nanosec=nanoseconds)
 
 
 async def _run(callback: Callable[..., Any], goal: GoalProgress) -> Any:
