@@ -89,6 +89,13 @@ def requests(outcome: Outcome) -> dict[str, float]:
     return {**figures, **cost(requester), **outcome.broker_cost(served), **cost(server)}
 
 
+def actions(outcome: Outcome) -> dict[str, float]:
+    """Return the rate of goals, or of feedback messages that arrived, and how long a goal takes."""
+    sender, server = outcome.only("goal_sender"), outcome.only("action_server")
+    figures = {key: sender.figures[key] for key in ("rate", "p50_us")}
+    return {**figures, **cost(sender), **outcome.broker_cost(server.figures["messages"]), **cost(server)}
+
+
 def mixed(outcome: Outcome) -> dict[str, float]:
     """Return the latencies of small messages, and the rate of the stream beside them."""
     listener, pacer = outcome.only("listener"), outcome.only("pacer")

@@ -77,6 +77,8 @@ GROWTH: Final = (1, 10, 100, 1000)
 PENDING: Final = (1, 1000, 10_000, 100_000)
 BURST: Final = 200
 """Messages published in one loop turn."""
+FEEDBACK_MESSAGES: Final = 10_000
+"""Feedback messages of a goal."""
 DELIVERIES: Final = 400_000
 """Deliveries of a trial with many subscribers, all of them together."""
 
@@ -94,6 +96,11 @@ def _stream(name: str, *, readers: int = 1, copies: int = 1, **message: object) 
 def _requests(name: str, in_flight: int) -> Case:
     requester = Part(role="requester", parameters={"in_flight": in_flight})
     return Case(name=name, parts=(Part(role="server", held=True), requester), measure=outcomes.requests)
+
+
+def _actions(name: str, in_flight: int, **parameters: object) -> Case:
+    sender = Part(role="goal_sender", parameters={"in_flight": in_flight, **parameters})
+    return Case(name=name, parts=(Part(role="action_server", held=True), sender), measure=outcomes.actions)
 
 
 def _typed(name: str, size: int, kind: str) -> Case:
@@ -241,6 +248,19 @@ WORKLOADS: Final = (
             *(_services("services", services, 1) for services in GROWTH),
             *(_services("services, 100 in flight", services, IN_FLIGHT) for services in GROWTH),
             *(_pending(pending) for pending in PENDING),
+        ),
+    ),
+    Workload(
+        id="W9",
+        title="actions: goals one at a time and 100 in flight, and the feedback of one goal",
+        figures=(
+            Figure(key="rate", title="per second"),
+            Figure(key="p50_us", title="p50 us of a goal", more_is_better=False),
+        ),
+        cases=(
+            _actions("goals, 1 in flight", 1),
+            _actions("goals, 100 in flight", IN_FLIGHT),
+            _actions("feedback messages", 1, feedback=FEEDBACK_MESSAGES),
         ),
     ),
 )

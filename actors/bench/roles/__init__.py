@@ -19,10 +19,12 @@ ROLES: Final = {
     "topics_subscriber": "growth",
     "holder": "growth",
     "hoarder": "growth",
+    "action_server": "actions",
+    "goal_sender": "actions",
 }
 
 ABILITIES: Final = frozenset({"growth", "types"})
 """What these roles understand beside what all contenders' roles do: many of everything, message types."""
 
-HELD: Final = frozenset({"server", "idle", "holder", "hoarder"})
+HELD: Final = frozenset({"server", "action_server", "idle", "holder", "hoarder"})
 """The roles that go on until the parent closes their stdin; the others give up then."""
