@@ -9,6 +9,7 @@ from proto.codec import encode, with_id
 
 if TYPE_CHECKING:
     import asyncio
+    from collections.abc import Callable
 
     from broker.dispatcher import Dispatcher
     from broker.link import Link
@@ -70,10 +71,21 @@ class Inspections:
     def _answer(self) -> None:
         """Collect the statistics, and answer INSPECTs for `ANSWER_SEC`; the others wait for the next call."""
         self._scheduled = False
-        dispatcher, unanswered, now = self._dispatcher, self._unanswered, self._loop.time()
-        budget = dispatcher.budget
+        budget = self._dispatcher.budget
         assert budget is not None
         began = budget.clock()
+        try:
+            self._answer_until(lambda: budget.clock() - began >= ANSWER_SEC)
+            self._dispatcher.flush()
+        finally:
+            spent = budget.clock() - began
+            budget.spend(spent)
+            self._next_at = self._loop.time() + PAUSE_RATIO * spent
+            if self._unanswered:
+                self._answer_later()
+
+    def _answer_until(self, over: Callable[[], bool]) -> None:
+        dispatcher, unanswered, now = self._dispatcher, self._unanswered, self._loop.time()
         totals = self._statistics.totals(now)
         shared: dict[Router, list[bytes]] = {}
         while unanswered:
@@ -93,11 +105,5 @@ class Inspections:
                 unanswered[link] = rest  # behind the others
             answers = [SendEncoded(link.peer, with_id(raw, each)) for each in now_answered for raw in pieces]
             dispatcher.deliver(router, [*answers])
-            if budget.clock() - began >= ANSWER_SEC:
+            if over():
                 break
-        dispatcher.flush()
-        spent = budget.clock() - began
-        budget.spend(spent)
-        self._next_at = self._loop.time() + PAUSE_RATIO * spent
-        if unanswered:
-            self._answer_later()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import stat
+import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from proto.errors import CallboardError
@@ -15,7 +18,8 @@ def write_private(path: Path, text: str, *, keep_mode: bool = False) -> None:
     Args:
         path: The file.
         text: Its new content, written in UTF-8.
-        keep_mode: Whether an existing file keeps its permissions.
+        keep_mode: Whether an existing file keeps its permissions, and its owner and group if this user may
+            set them.
 
     Raises:
         CallboardError: It cannot be written.
@@ -31,8 +35,19 @@ def write_private(path: Path, text: str, *, keep_mode: bool = False) -> None:
             written = Path(file.name)
             file.write(text)
         written.chmod(mode)
+        if keep_mode and path.exists():
+            _keep_owner(path, written)
         written.replace(path)
     except OSError as error:
         if written is not None:
             written.unlink(missing_ok=True)
         raise CallboardError(f"Cannot write {path}: {error.strerror or error}") from error
+
+
+def _keep_owner(path: Path, written: Path) -> None:
+    """Give a new file the owner and the group of the one that it replaces."""
+    if sys.platform == "win32":
+        return
+    before = path.stat()
+    with suppress(PermissionError):  # only root may set both
+        os.chown(written, before.st_uid, before.st_gid)

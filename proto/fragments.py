@@ -223,7 +223,7 @@ class Reassembler:
             if (
                 self._total.refusing
                 and fragment.more
-                and fragment.payload[_OPCODE_AT : _OPCODE_AT + 1] == _BATCH
+                and fragment.payload[_OPCODE_AT : _OPCODE_AT + 1] in {_BATCH, b""}
             ):
                 self._total.refuse()
                 self._refused.add(fragment.transfer)

@@ -191,7 +191,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         except BaseException:
             self.abort()  # as the event loop does after an error in buffer_updated
             raise
-        self._flush()  # TLS itself may have something to say, too
+        self._flush()  # a part of the handshake, or an alert
         if not (cipher.share or self._waiting or raw is None or raw.is_closing()) and cipher.has_input:
             self._waiting = True
             raw.pause_reading()

@@ -63,3 +63,21 @@ def test_files_are_written_in_utf_8_whatever_the_locale(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-c", program, file], env=plain, check=True, timeout=60)
     assert file.read_bytes() == "Jos\xe9".encode()
     assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="files have no group there")
+def test_a_rewritten_file_keeps_its_owner_and_group(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`sudo callboard auth add` leaves the rules readable for the broker's group, if it has the right to."""
+    given: list[tuple[int, int]] = []
+
+    def chown(_: Path, owner: int, group: int) -> None:
+        given.append((owner, group))
+        raise PermissionError
+
+    monkeypatch.setattr(os, "chown", chown)
+    file = tmp_path / "rules"
+    write_private(file, "before", keep_mode=True)
+    assert not given
+    write_private(file, "after", keep_mode=True)
+    assert given == [(file.stat().st_uid, file.stat().st_gid)]
+    assert file.read_text() == "after"

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 from contextlib import AsyncExitStack
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -11,11 +13,15 @@ import actors
 from broker import Broker, BrokerOptions
 from broker.graph import ENTRIES_PER_FRAME, ENTRIES_PER_REPORT, MAX_UNANSWERED, WatchCount
 from broker.router import Router
+from broker.stats import Statistics
 from proto import frames
 from proto.errors import ErrorCode, ProtocolError
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link
 from tests.broker.switch import ManualSwitch, Switch
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 
 def test_watches_of_a_large_graph_are_answered_over_many_turns() -> None:
@@ -121,3 +127,26 @@ async def test_inspects_that_wait_for_an_answer_are_limited(monkeypatch: pytest.
         bystander.send(frames.Inspect(1))
         totals = (await bystander.next(frames.Stats)).totals
         assert totals["refused_declarations"] == 1
+
+
+async def test_an_error_in_one_answer_does_not_keep_others_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The error is logged with its traceback, and the next link that waits is answered."""
+    errors: list[object] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: errors.append(context["exception"]))
+    answer = Statistics.answer
+
+    def fail_once(*arguments: Any) -> Iterator[frames.Stats]:
+        if not errors:
+            raise RuntimeError("once")
+        return answer(*arguments)
+
+    monkeypatch.setattr(Statistics, "answer", fail_once)
+    async with (
+        Broker(BrokerOptions(port=0, drain_timeout_sec=0.2)) as broker,
+        link(broker) as first,
+        link(broker, "/second") as second,
+    ):
+        first.send(frames.Inspect(1))
+        second.send(frames.Inspect(2))
+        assert (await second.next(frames.Stats)).id == 2
+    assert [str(error) for error in errors] == ["once"]

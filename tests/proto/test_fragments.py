@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from proto import limits
 from proto.codec import decode
+from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
-from proto.fragments import Reassembler, Transfer, is_large
+from proto.fragments import Reassembler, ReassemblyTotal, Transfer, is_large
 from proto.frames import Abort, Fragment
 from tests.allocations import peak_bytes
 
@@ -126,3 +127,15 @@ def test_large_is_more_than_a_frame_may_hold() -> None:
     most = limits.PREFIX_BYTES + limits.MAX_FRAME_BYTES
     assert not is_large(bytes(most))
     assert is_large(bytes(most + 1))
+
+
+@pytest.mark.parametrize("size", [1, 6, 7, 100])
+def test_a_large_batch_is_discarded_however_little_its_first_fragment_has(size: int) -> None:
+    """Above the broker's limit: a fragment that ends before the opcode counts as one of a BATCH."""
+    total = ReassemblyTotal()
+    total.refusing = True
+    reassembler = Reassembler(total=total)
+    raw = bytes([*bytes(6), Op.BATCH, *bytes(200)])
+    assert reassembler.add(Fragment(1, len(raw), True, raw[:size])) is None
+    assert reassembler.add(Fragment(1, None, False, raw[size:])) is None
+    assert (total.refused, total.bytes) == (1, 0)
