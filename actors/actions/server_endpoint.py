@@ -132,10 +132,12 @@ class ActionServerEndpoint(Endpoint):
         self.state_changed(goal)
         try:
             await awaited(self._callbacks.handle_accepted(goal.handle))
-        except Exception as error:  # noqa: BLE001 - the user's: logged, counted, the goal ends
-            self.context.callback_failed(f"The handle-accepted callback of the action '{self._name}'", error)
-            if not goal.started and not goal.state.is_terminal:
+        except BaseException as error:
+            if not (goal.started or goal.state.is_terminal or self.destroyed):
                 goal.end(GoalEvent.ABORT, None)
+            if not isinstance(error, Exception):  # the client has died: nobody would learn the goal's id
+                raise
+            self.context.callback_failed(f"The handle-accepted callback of the action '{self._name}'", error)
         return response
 
     async def _decide(self, request: Any) -> GoalResponse:

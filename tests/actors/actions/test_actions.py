@@ -13,6 +13,7 @@ from actors.interfaces.action_msgs.msg import GoalInfo
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.unique_identifier_msgs.msg import UUID
+from actors.qos.profile import qos_profile_action_status_default
 from proto.names import is_hidden
 from tests.actors.meeting import DEADLINE_SEC, until
 
@@ -357,6 +358,45 @@ async def test_a_failing_accepted_callback_aborts_the_goal(meeting: Meeting) -> 
 
     both = await pair(meeting, succeed, handle_accepted_callback=accepted)
     assert await both.status(await both.send()) is GoalState.ABORTED
+
+
+async def test_a_client_that_dies_before_the_answer_leaves_no_goal(meeting: Meeting) -> None:
+    """A goal whose accepted callback is cancelled with its caller would wait for its execution for ever."""
+    began = asyncio.Event()
+
+    async def accepted(goal: object) -> None:
+        began.set()
+        await asyncio.Event().wait()
+
+    both = await pair(meeting, succeed, handle_accepted_callback=accepted)
+    sending = asyncio.ensure_future(both.send())
+    await began.wait()
+    assert both.server.active == 1
+    sending.cancel()
+    await until(lambda: both.server.active == 0)
+    assert both.client.pending == 0
+
+
+async def test_the_parts_have_ros_names_types_and_qos(meeting: Meeting) -> None:
+    """Three services and two topics, with the profiles of rcl_action (M02)."""
+    both = await pair(meeting, succeed)
+    node, prefix = both.client_node, "/fibonacci/_action/"
+    services = dict(await node.get_service_names_and_types_by_node("server", "/"))
+    kind = "example_interfaces/action/Fibonacci"
+    assert {name: types for name, types in services.items() if prefix in name} == {
+        f"{prefix}send_goal": [f"{kind}_SendGoal"],
+        f"{prefix}cancel_goal": ["action_msgs/srv/CancelGoal"],
+        f"{prefix}get_result": [f"{kind}_GetResult"],
+    }
+    for topic, types, profile in (
+        ("feedback", f"{kind}_FeedbackMessage", actors.qos_profile_default),
+        ("status", "action_msgs/msg/GoalStatusArray", qos_profile_action_status_default),
+    ):
+        (publisher,) = await node.get_publishers_info_by_topic(prefix + topic)
+        (subscription,) = await node.get_subscriptions_info_by_topic(prefix + topic)
+        for found in (publisher, subscription):
+            assert found.topic_type == types
+            assert found.qos_profile.resolved() == profile.resolved()
 
 
 async def test_late_clients_get_states_and_results(meeting: Meeting) -> None:
