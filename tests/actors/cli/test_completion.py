@@ -15,6 +15,7 @@ from actors.cli.completion import FILES, Offer, offers, script, split_line
 from actors.cli.main import main
 from actors.cli.table import VERBS
 from actors.config.contexts import Context, Contexts
+from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 
@@ -111,12 +112,13 @@ def test_without_a_broker_there_is_silence(capsys: pytest.CaptureFixture[str]) -
 
 
 async def test_names_come_from_the_broker(desk: Desk) -> None:
-    """Topics with their types, services, nodes, of the broker on the line; hidden ones if they were begun."""
+    """Topics, services and actions, their types, and nodes; hidden ones if they were begun."""
     place = f"--url {desk.url}"
     async with desk.node("talker", namespace="/robot") as node:
         node.create_publisher(String, "/chatter", 1)
         node.create_publisher(String, "/_secret", 1)
         node.create_service(Trigger, "push", lambda request, response: response)
+        node.create_action_client(Fibonacci, "walk")
         await node.get_graph()
 
         def ask() -> None:
@@ -128,6 +130,8 @@ async def test_names_come_from_the_broker(desk: Desk) -> None:
             assert words(f"topic pub {place} chatter ") == ["std_msgs/msg/String"]
             assert words(f"service call {place} /robot/") == ["/robot/push"]
             assert words(f"service call {place} /robot/push ") == ["std_srvs/srv/Trigger"]
+            assert words(f"action send_goal {place} /robot/") == ["/robot/walk"]
+            assert words(f"action send_goal {place} /robot/walk ") == ["example_interfaces/action/Fibonacci"]
             assert words(f"node info {place} ") == ["/robot/talker"]
             assert words(f"topic echo {place} --domain 9 ") == []
 
