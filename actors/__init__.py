@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from actors.errors import ServiceTimeout as ServiceTimeout
     from actors.errors import ServiceUnavailable as ServiceUnavailable
     from actors.errors import SupervisorGaveUp as SupervisorGaveUp
+    from actors.errors import TimeSourceChangedError as TimeSourceChangedError
     from actors.errors import TlsFailed as TlsFailed
     from actors.errors import WaitTimeout as WaitTimeout
     from actors.graph.broker_report import BrokerReport as BrokerReport
@@ -129,6 +130,10 @@ if TYPE_CHECKING:
     from actors.qos.profile import qos_profile_services_default as qos_profile_services_default
     from actors.runtime.run import run as run
     from actors.time.clock import Clock as Clock
+    from actors.time.jumps import ClockChange as ClockChange
+    from actors.time.jumps import JumpHandle as JumpHandle
+    from actors.time.jumps import JumpThreshold as JumpThreshold
+    from actors.time.jumps import TimeJump as TimeJump
     from actors.time.types import ClockType as ClockType
     from actors.time.types import Duration as Duration
     from actors.time.types import Time as Time
@@ -172,6 +177,12 @@ __getattr__, __dir__ = lazy_names(
         ),
         "actors.endpoints.client.client": ("Client",),
         "actors.time.clock": ("Clock",),
+        "actors.time.jumps": (
+            "ClockChange",
+            "JumpHandle",
+            "JumpThreshold",
+            "TimeJump",
+        ),
         "actors.time.types": (
             "ClockType",
             "Duration",
@@ -204,6 +215,7 @@ __getattr__, __dir__ = lazy_names(
             "ServiceUnavailable",
             "SupervisorGaveUp",
             "TlsFailed",
+            "TimeSourceChangedError",
             "WaitTimeout",
         ),
         "actors.endpoints.events": (

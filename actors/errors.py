@@ -10,6 +10,7 @@
     ├── NodeAlreadyRunning (RuntimeError)     a node runs once at a time
     ├── PublisherRefused                      the broker refuses this publisher
     ├── PublisherFull                         a KEEP_ALL publisher's readers are too slow; wait for ready()
+    ├── TimeSourceChangedError (RuntimeError) simulated time was switched on or off during a sleep
     ├── WaitTimeout (TimeoutError)            ready() or flush() did not finish in time
     ├── SupervisorGaveUp                      a child has died too often
     ├── GoalRejected                          an action server has rejected the goal
@@ -56,6 +57,10 @@ class NotAuthorized(ProtocolError):
 
     def __init__(self, text: str) -> None:
         super().__init__(ErrorCode.UNAUTHORIZED, text)
+
+
+class TimeSourceChangedError(CallboardError, RuntimeError):
+    """Simulated time was switched on or off during a sleep, which so has no defined end."""
 
 
 class NodeNameTaken(CallboardError):

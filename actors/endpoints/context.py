@@ -11,6 +11,9 @@ from actors.callbacks.timing import SLOW_CALLBACK_SEC, Stopwatch
 from actors.endpoints.publisher.departing import DepartingQueues
 from actors.errors import NodeDestroyed, WaitTimeout, error_text
 from actors.session.endpoint import LinkEndpoint
+from actors.time.clock import Clock
+from actors.time.ros_time import RosTime
+from actors.time.types import ClockType
 from proto import frames
 from proto.codes import NoticeKind
 from proto.limited_log import PERIOD_SEC, LimitedLog
@@ -31,6 +34,8 @@ class NodeContext(LinkEndpoint):
     """What the parts of a node share. It is also the node's own endpoint on the link.
 
     Attributes:
+        ros_time: The simulated time of the node's clock; set from `/clock`.
+        clock: The node's clock, which is destroyed with it.
         callback_errors: Callbacks that have raised so far.
         watch: Measures the node's callbacks.
         stopping: Whether the node is stopping and begins nothing new.
@@ -59,6 +64,8 @@ class NodeContext(LinkEndpoint):
         self.log = log
         self.link = link
         self.mailbox = Mailbox()
+        self.ros_time = RosTime(lambda error: self.callback_failed("a jump callback", error))
+        self.clock = Clock(ClockType.ROS_TIME, ros_time=self.ros_time)
         self.watch = Stopwatch(log.warning, slow_sec=slow_callback_sec)
         self.default_call_timeout_sec = default_call_timeout_sec
         self.callback_errors = 0

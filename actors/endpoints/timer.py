@@ -5,24 +5,28 @@ from __future__ import annotations
 import asyncio
 import time
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
 from actors.diagnostics.records import TimerDiagnostics
 from actors.errors import NodeDestroyed
+from actors.time.clock import ros_time_of
+from actors.time.jumps import ClockChange
+from actors.time.types import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.callbacks.mailbox import Share
     from actors.endpoints.context import NodeContext
+    from actors.time.clock import Clock
 
 _numbers: Final = count(1)
 
 
 class TimerInfo(NamedTuple):
-    """When a tick was due and when it was run, in ns of the steady clock."""
+    """When a tick was due and when it was run, in ns of the steady clock or of simulated time."""
 
     expected_call_time: int
     actual_call_time: int
@@ -32,15 +36,23 @@ class Timer:
     """Calls a callback every `period_sec` seconds. Made by `Node.create_timer`.
 
     Ticks are due at whole periods from the start, however long the callback takes; ticks that pass while an
-    earlier one still runs or waits are skipped, not made up for.
+    earlier one still runs or waits are skipped, not made up for. By simulated time, a step over several
+    periods is one tick; after a step back the next tick is at most one period away.
 
     Attributes:
         id: Its number in this process.
         period_sec: The period in seconds.
+        clock: The clock that it follows.
     """
 
     def __init__(
-        self, context: NodeContext, period_sec: float, callback: Callable[..., Any], *, autostart: bool = True
+        self,
+        context: NodeContext,
+        period_sec: float,
+        callback: Callable[..., Any],
+        *,
+        clock: Clock | None = None,
+        autostart: bool = True,
     ) -> None:
         if callable(period_sec) or not callable(callback):
             raise TypeError(
@@ -49,9 +61,12 @@ class Timer:
             )
         if not 0 <= period_sec < float("inf"):
             raise ValueError(f"A timer's period must be zero or more seconds, got {period_sec}")
-        self._source = TimerSource(context, period_sec, callback, autostart=autostart)
+        self._source = TimerSource(
+            context, period_sec, callback, clock=clock or context.clock, autostart=autostart
+        )
         self.id = self._source.id
         self.period_sec = period_sec
+        self.clock = clock or context.clock
 
     @property
     def timer_period_ns(self) -> int:
@@ -101,6 +116,26 @@ class Timer:
         return self._source.time_until_next_call()
 
 
+class TimeLine(Protocol):
+    """What schedules ticks: the event loop, in seconds, or simulated time, in integer nanoseconds."""
+
+    def time(self) -> float:
+        """Return the time of now."""
+        ...
+
+    def call_at(self, when: float, callback: Callable[[], None], /) -> Cancellable:
+        """Call a function at or after a time."""
+        ...
+
+
+class Cancellable(Protocol):
+    """A call that is scheduled."""
+
+    def cancel(self) -> object:
+        """Do not call."""
+        ...
+
+
 class TimerSource:
     """What the runtime calls on a timer: a `CallbackSource` of the mailbox.
 
@@ -112,7 +147,13 @@ class TimerSource:
     """
 
     def __init__(
-        self, context: NodeContext, period_sec: float, callback: Callable[..., Any], *, autostart: bool
+        self,
+        context: NodeContext,
+        period_sec: float,
+        callback: Callable[..., Any],
+        *,
+        clock: Clock,
+        autostart: bool,
     ) -> None:
         self._with_info = takes(callback, (0, 1), "timer") == 1
         context.require_alive()
@@ -124,22 +165,49 @@ class TimerSource:
         self._period_sec = period_sec
         self._context = context
         self._callback = callback
-        self._handle: asyncio.TimerHandle | None = None
-        self._due = 0.0
-        self._expected = 0.0
+        self._ros_time = ros_time_of(clock)
+        self._time_line: TimeLine | None = None
+        """What has scheduled the next tick, or did so last."""
+        self._unit = 1
+        """Units of the time line in a second."""
+        self._period = period_sec
+        """In units of the time line, as what follows."""
+        self._handle: Cancellable | None = None
+        self._due: float = 0.0
+        self._expected: float = 0.0
         """When the tick that runs, or waits to, was due."""
         self._due_now = False
         self._running: CallbackTask | None = None
         self._destroyed = False
         context.timers[self] = None
+        self._ros_time.followers[self._clock_jumped] = None
         self.start()
 
     def start(self) -> None:
         """Begin to tick, if the node runs; called again when the node starts."""
         loop = self._context.link.loop
         if loop is not None and not self.canceled and self._handle is None and not self._context.stopping:
-            self._due = loop.time() + self._period_sec
-            self._handle = loop.call_at(self._due, self._tick)
+            self._arm(loop, self._period_sec)
+
+    def _arm(self, loop: asyncio.AbstractEventLoop, delay_sec: float) -> None:
+        """Schedule the next tick. Without a period it needs no clock, as it is always due."""
+        simulated = self._ros_time.active and self._period_sec > 0
+        self._time_line = time_line = self._ros_time if simulated else loop
+        self._unit = NANOSECONDS_PER_SECOND if simulated else 1
+        self._period = max(1, round(self._period_sec * self._unit)) if simulated else self._period_sec
+        self._due = time_line.time() + (round(delay_sec * self._unit) if simulated else delay_sec)
+        self._handle = time_line.call_at(self._due, self._tick)
+
+    def _clock_jumped(self, change: ClockChange) -> None:
+        """Go on with the rest of the period by the new source; after a step back wait one period at most."""
+        loop, time_line = self._context.link.loop, self._time_line
+        if self._handle is None or loop is None or time_line is None:
+            return
+        rest = self._due - time_line.time()
+        if change is ClockChange.ROS_TIME_NO_CHANGE and not 0 < rest <= self._period:
+            rest = self._period  # the first time, or one before the start of this period
+        self._handle.cancel()
+        self._arm(loop, rest / self._unit)
 
     def cancel(self) -> None:
         """Stop ticking; a callback that runs goes on."""
@@ -162,33 +230,34 @@ class TimerSource:
         self.cancel()
         self._destroyed = True
         self._context.timers.pop(self, None)
+        self._ros_time.followers.pop(self._clock_jumped, None)
         if self._running is not None:
             self._running.cancel()
 
     def time_until_next_call(self) -> int | None:
         """Return the nanoseconds until the next tick; None if cancelled or the node does not run."""
-        loop = self._context.link.loop
-        if self.canceled or loop is None:
+        time_line = self._time_line
+        if self.canceled or time_line is None or self._context.link.loop is None:
             return None
-        return round((self._due - loop.time()) * 1e9)
+        return round((self._due - time_line.time()) * (NANOSECONDS_PER_SECOND // self._unit))
 
     def _tick(self) -> None:
-        loop = self._context.link.loop
-        assert loop is not None
-        late = loop.time() - self._due
+        time_line = self._time_line
+        assert time_line is not None
+        late = time_line.time() - self._due
         if self._due_now or self._running is not None:
             self.skipped += 1
         else:
             self._due_now = True
             self._expected = self._due
         self._handle = None
-        if self._period_sec > 0:
+        if self._period > 0:
             periods = 1
-            if late >= self._period_sec:
-                periods = int(late / self._period_sec) + 1
+            if late >= self._period:
+                periods = int(late // self._period) + 1
                 self.skipped += periods - 1
-            self._due += periods * self._period_sec
-            self._handle = loop.call_at(max(self._due, loop.time()), self._tick)
+            self._due += periods * self._period
+            self._handle = time_line.call_at(max(self._due, time_line.time()), self._tick)
         self._context.mailbox.post(self)
 
     def _continue(self) -> None:
@@ -223,10 +292,10 @@ class TimerSource:
         return self._running
 
     def _info(self) -> TimerInfo:
-        loop = self._context.link.loop
-        assert loop is not None
-        now_ns = time.monotonic_ns()
-        late_ns = round((loop.time() - self._expected) * 1e9)
+        time_line = self._time_line
+        assert time_line is not None
+        now_ns = self._ros_time.time() if time_line is self._ros_time else time.monotonic_ns()
+        late_ns = round((time_line.time() - self._expected) * (NANOSECONDS_PER_SECOND // self._unit))
         return TimerInfo(now_ns - late_ns, now_ns)
 
     def _ended(self, result: object, error: BaseException | None) -> None:

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from actors.endpoints.context import NodeContext
     from actors.session.connector import Connector
-    from actors.time.clock import Clock
 
 STOP_TIMEOUT_SEC: Final = 5.0
 """How long a stopping node waits for running callbacks and for its queues: longer than nearly all callbacks
@@ -42,7 +41,6 @@ class Lifecycle:
 
     Args:
         context: Shared by the node's parts.
-        clock: The node's clock, which is destroyed with it.
         connector: Keeps the node's link connected.
         connect_timeout_sec: How long `begin` waits for a broker before it fails; None: see `begin`.
         stop_timeout_sec: How long `end` waits for running callbacks, and then for queued messages.
@@ -51,14 +49,12 @@ class Lifecycle:
     def __init__(
         self,
         context: NodeContext,
-        clock: Clock,
         connector: Connector,
         *,
         connect_timeout_sec: float | None,
         stop_timeout_sec: float,
     ) -> None:
         self._context = context
-        self._clock = clock
         self._connector = connector
         self._connect_timeout_sec = connect_timeout_sec
         self._stop_timeout_sec = stop_timeout_sec
@@ -213,7 +209,7 @@ class Lifecycle:
             self._connector.abort()
             context.mailbox.close()
             context.destroyed = True
-            self._clock.destroy()
+            context.clock.destroy()
             await self._end_tasks()
 
     async def _end_callbacks(self, stopped_by: float) -> None:
@@ -312,7 +308,7 @@ class Lifecycle:
         self._destroy_parts()
         context.mailbox.cancel_all()
         context.destroyed = True
-        self._clock.destroy()
+        context.clock.destroy()
         context.link.wake()
         if self._done is not None:
             self._done.set()

@@ -28,11 +28,11 @@ from actors.node.graph_queries import NodeGraph
 from actors.node.lifecycle import STOP_TIMEOUT_SEC, Lifecycle
 from actors.node.parameters import NodeParameters
 from actors.node.qos_overrides import overridden
+from actors.node.time_source import TimeSource
 from actors.parameters.store import ParameterStore
 from actors.qos.profile import QoSProfile, qos_from
 from actors.session.connector import Connector
 from actors.session.link import Link
-from actors.time.clock import Clock
 from proto.checks import require_domain, require_seconds
 from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from actors.interfaces.message import ActionType, Message, ServiceType
     from actors.node.qos_overrides import QoSOverridingOptions
     from actors.parameters.types import ParameterValue
+    from actors.time.clock import Clock
 
 MessageT = TypeVar("MessageT", bound="Message")
 RequestT = TypeVar("RequestT", bound="Message")
@@ -142,7 +143,6 @@ class Node(NodeGraph, NodeParameters):
             slow_callback_sec=slow_callback_sec,
         )
         self._broker = BrokerView(self._context)
-        self._clock = Clock()
         self._parameters = ParameterStore(
             overrides=parameter_overrides,
             argument_overrides={**shared.parameters_for(full_name), **own.parameters_for(full_name)},
@@ -151,12 +151,12 @@ class Node(NodeGraph, NodeParameters):
         if start_parameter_services:
             from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - hidden nodes do without
 
-            ParameterServices(self._context, self._names, self._parameters, self._clock)
+            ParameterServices(self._context, self._names, self._parameters)
+        TimeSource(self._context, self._names, self._parameters)
         if automatically_declare_parameters_from_overrides:
             self._parameters.declare_overrides()
         self._lifecycle = Lifecycle(
             self._context,
-            self._clock,
             Connector(link, target.urls, domain=target.domain, credentials=target.credentials, log=log),
             connect_timeout_sec=connect_timeout_sec,
             stop_timeout_sec=stop_timeout_sec,
@@ -202,9 +202,9 @@ class Node(NodeGraph, NodeParameters):
         """Return the node's clock.
 
         Returns:
-            The clock; `.now()` is the time.
+            The clock, of ROS_TIME: `.now()` is the time, simulated while the parameter `use_sim_time` is set.
         """
-        return self._clock
+        return self._context.clock
 
     @property
     def callback_errors(self) -> int:
@@ -505,13 +505,21 @@ class Node(NodeGraph, NodeParameters):
         return ActionClient(self._context, action_type, self._names.resolve_topic(action_name))
 
     def create_timer(
-        self, timer_period_sec: float, callback: Callable[..., Any], *, autostart: bool = True
+        self,
+        timer_period_sec: float,
+        callback: Callable[..., Any],
+        *,
+        clock: Clock | None = None,
+        autostart: bool = True,
     ) -> Timer:
         """Call a function periodically, without drift.
+
+        While the clock shows simulated time the period is measured in it.
 
         Args:
             timer_period_sec: The period in seconds, from 0 (as often as possible).
             callback: `()` or `(TimerInfo)`, `def` or `async def`.
+            clock: The clock to follow; None is the node's. `Clock(ClockType.STEADY_TIME)` is never simulated.
             autostart: Whether to tick before `Timer.reset` is called.
 
         Returns:
@@ -523,7 +531,7 @@ class Node(NodeGraph, NodeParameters):
             RuntimeError: The callback takes more than one argument.
             NodeDestroyed: The node has been destroyed.
         """
-        return Timer(self._context, timer_period_sec, callback, autostart=autostart)
+        return Timer(self._context, timer_period_sec, callback, clock=clock, autostart=autostart)
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
         """Take a publisher out of service, after everything it has published has been sent.

@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from actors.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
     from actors.parameters.changes import ParameterChanges
     from actors.parameters.store import ParameterStore
-    from actors.time.clock import Clock
 
 T = TypeVar("T")
 
@@ -56,15 +55,11 @@ class ParameterServices:
         context: The node.
         names: Expands and remaps the names.
         parameters: The node's parameters.
-        clock: Stamps the events.
     """
 
-    def __init__(
-        self, context: NodeContext, names: Remapper, parameters: ParameterStore, clock: Clock
-    ) -> None:
+    def __init__(self, context: NodeContext, names: Remapper, parameters: ParameterStore) -> None:
         self._context = context
         self._parameters = parameters
-        self._clock = clock
         try:
             self._serve(names)
         except InvalidServiceNameError as error:
@@ -72,7 +67,7 @@ class ParameterServices:
         topic = names.resolve_topic(EVENTS_TOPIC)
         self._events = Publisher(context, ParameterEvent, topic, qos_profile_parameter_events)
         endpoint_of(self._events).standard = True
-        parameters.on_changes = self._publish
+        parameters.listeners.append(self._publish)
 
     def _serve(self, names: Remapper) -> None:
         for name, srv_type, callback in (
@@ -94,7 +89,7 @@ class ParameterServices:
         if self._events.destroyed:
             return
         event = ParameterEvent(
-            stamp=self._clock.now().to_msg(),
+            stamp=self._context.clock.now().to_msg(),
             node=self._context.full_name,
             new_parameters=_messages(changes.new),
             changed_parameters=_messages(changes.changed),

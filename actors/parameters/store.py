@@ -64,7 +64,7 @@ class ParameterStore:
     Attributes:
         callbacks: The callbacks around setting parameters. While one of them decides about values, nothing
             may be declared, set or removed.
-        on_changes: Called with what has changed, before the post-set callbacks.
+        listeners: Called with what has changed, before the post-set callbacks.
 
     Raises:
         InvalidParameterTypeError: An override of an always-declared parameter has another type.
@@ -82,7 +82,7 @@ class ParameterStore:
         self._parameters: dict[str, Parameter] = {}
         self._descriptors: dict[str, ParameterDescriptor] = {}
         self.callbacks = ParameterCallbacks()
-        self.on_changes: Callable[[ParameterChanges], None] | None = None
+        self.listeners: list[Callable[[ParameterChanges], None]] = []
         for parameter, descriptor in _ALWAYS:
             name = parameter.name
             if name in self._overrides:
@@ -341,10 +341,9 @@ class ParameterStore:
         return SetParametersResult(successful=True)
 
     def _report(self, before: Mapping[str, Parameter | None]) -> None:
-        if self.on_changes is not None:
-            changes = ParameterChanges.between(before, self._parameters)
-            if changes:
-                self.on_changes(changes)
+        if self.listeners and (changes := ParameterChanges.between(before, self._parameters)):
+            for listener in self.listeners:
+                listener(changes)
 
     def _check_new_name(self, name: str) -> None:
         _check_name(name)

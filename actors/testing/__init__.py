@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from actors.testing.launching import launch as launch
     from actors.testing.link_faults import Direction as Direction
     from actors.testing.plugin import NodeFactory as NodeFactory
+    from actors.testing.simulated_clock import SimulatedClock as SimulatedClock
     from actors.testing.transcript import OutputLine as OutputLine
     from actors.testing.transcript import ProcessState as ProcessState
     from actors.testing.transcript import ProcessStatus as ProcessStatus
@@ -35,6 +36,7 @@ __getattr__, __dir__ = lazy_names(
             "launch",
         ),
         "actors.testing.plugin": ("NodeFactory",),
+        "actors.testing.simulated_clock": ("SimulatedClock",),
         "actors.testing.transcript": (
             "OutputLine",
             "ProcessState",

@@ -1,4 +1,4 @@
-"""Points and spans of time with rclpy's types, and the clock.
+"""Points and spans of time with rclpy's types, clocks, and simulated time.
 
-Plain data: imports interfaces only.
+Imports only interfaces and errors.
 """

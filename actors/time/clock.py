@@ -5,12 +5,19 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from actors.errors import TimeSourceChangedError
+from actors.time.jumps import ClockChange, JumpHandle
+from actors.time.ros_time import RosTime
 from actors.time.types import NANOSECONDS_PER_SECOND, ClockType, Duration, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from actors.time.jumps import JumpThreshold, TimeJump
+    from actors.time.ros_time import ScheduledCall
 
 _LONGEST_WAIT_SEC: Final = 86_400.0
 """Longer sleeps are split, because some loops limit their timers."""
@@ -23,7 +30,9 @@ class Clock:
 
     Args:
         clock_type: STEADY_TIME counts from an arbitrary zero and never jumps; the others are the wall clock.
+            A node's own clock is of ROS_TIME and shows simulated time while `use_sim_time` is set.
         source: Function to read instead, in nanoseconds, for tests.
+        ros_time: Simulated time, set by the node.
     """
 
     def __init__(
@@ -31,10 +40,14 @@ class Clock:
         clock_type: ClockType = ClockType.SYSTEM_TIME,
         *,
         source: Callable[[], int] | None = None,
+        ros_time: RosTime | None = None,
     ) -> None:
         self._clock_type = ClockType(clock_type)
         steady = self._clock_type is ClockType.STEADY_TIME
-        self._source = source or (time.monotonic_ns if steady else time.time_ns)
+        self._real_source = source or (time.monotonic_ns if steady else time.time_ns)
+        self._source = self._real_source
+        self._ros_time = ros_time or RosTime(_raise)
+        self._ros_time.followers[self._jumped] = None
         self._sleepers: set[asyncio.Future[None]] = set()
         self._destroyed = False
 
@@ -43,21 +56,60 @@ class Clock:
         """The kind of clock."""
         return self._clock_type
 
+    @property
+    def ros_time_is_active(self) -> bool:
+        """Whether it shows simulated time."""
+        return self._ros_time.active
+
     def __repr__(self) -> str:
         return f"Clock(clock_type={self._clock_type.name})"
 
     def now(self) -> Time:
-        """Return the current time."""
+        """Return the current time; zero if time is simulated and none has been received yet."""
         return Time(nanoseconds=self._source(), clock_type=self._clock_type)
 
+    def create_jump_callback(
+        self,
+        threshold: JumpThreshold,
+        *,
+        pre_callback: Callable[[], None] | None = None,
+        post_callback: Callable[[TimeJump], None] | None = None,
+    ) -> JumpHandle:
+        """Call functions before and after simulated time jumps.
+
+        They are called at once, between two steps of other callbacks, and must not wait.
+
+        Args:
+            threshold: Which jumps to report.
+            pre_callback: Called before the clock shows the new time.
+            post_callback: Called when it does, with the jump.
+
+        Returns:
+            A handle, whose `unregister` ends the reports.
+
+        Raises:
+            ValueError: There is no callback.
+            TypeError: A callback is not callable.
+        """
+        if pre_callback is None and post_callback is None:
+            raise ValueError("One of pre_callback or post_callback must be callable")
+        for callback in (pre_callback, post_callback):
+            if callback is not None and not callable(callback):
+                raise TypeError(f"A jump callback must be callable, got {callback!r}")
+        return JumpHandle(self._ros_time.jump_callbacks, threshold, pre_callback, post_callback)
+
     async def sleep_for(self, duration: Duration | float) -> None:
-        """Sleep for a duration, measured by the loop's clock: setting the wall clock does not affect it.
+        """Sleep for a duration.
+
+        It is measured in simulated time, from the first that is received, or by the loop's clock: setting the
+        wall clock does not affect it.
 
         Args:
             duration: A Duration, or seconds; zero or less returns immediately.
 
         Raises:
             RuntimeError: The clock is destroyed.
+            TimeSourceChangedError: Simulated time was switched on or off during the sleep.
             asyncio.CancelledError: The clock was destroyed during the sleep, or the task was cancelled.
             ValueError: The duration is not a number.
         """
@@ -67,10 +119,17 @@ class Clock:
         )
         if math.isnan(seconds):
             raise ValueError("the duration of a sleep must be a number, not nan")
-        loop = asyncio.get_running_loop()
+        ros_time, loop = self._ros_time, asyncio.get_running_loop()
+        if ros_time.active and seconds > 0:
+            while not ros_time.known:
+                await self._wait(partial(ros_time.call_at, 0))  # until a time is set
+            nanoseconds = seconds * NANOSECONDS_PER_SECOND
+            whole = round(nanoseconds) if math.isfinite(nanoseconds) else nanoseconds
+            await self._wait(partial(ros_time.call_at, ros_time.time() + whole))
+            return
         deadline = loop.time() + seconds
         while (remaining := deadline - loop.time()) > 0:
-            await self._wait(loop, min(remaining, _LONGEST_WAIT_SEC))
+            await self._wait(partial(loop.call_later, min(remaining, _LONGEST_WAIT_SEC)))
 
     sleep = sleep_for
 
@@ -82,15 +141,18 @@ class Clock:
 
         Raises:
             RuntimeError: The clock is destroyed.
+            TimeSourceChangedError: Simulated time was switched on or off during the sleep.
             asyncio.CancelledError: The clock was destroyed during the sleep, or the task was cancelled.
             ValueError: `until` is of another kind of clock.
         """
         self._require_alive()
         if until.clock_type is not self._clock_type:
             raise ValueError("until's clock type does not match this clock's type")
-        loop = asyncio.get_running_loop()
+        ros_time, loop = self._ros_time, asyncio.get_running_loop()
+        while ros_time.active and ros_time.time() < until.nanoseconds:
+            await self._wait(partial(ros_time.call_at, until.nanoseconds))
         while (remaining := until.nanoseconds - self._source()) > 0:
-            await self._wait(loop, min(remaining / NANOSECONDS_PER_SECOND, _RECHECK_SEC))
+            await self._wait(partial(loop.call_later, min(remaining / NANOSECONDS_PER_SECOND, _RECHECK_SEC)))
 
     def destroy(self) -> None:
         """Cancel all sleeps; further ones raise RuntimeError. The clock can still be read."""
@@ -98,9 +160,9 @@ class Clock:
         for sleeper in self._sleepers:
             sleeper.cancel("the clock is destroyed")
 
-    async def _wait(self, loop: asyncio.AbstractEventLoop, seconds: float) -> None:
-        sleeper: asyncio.Future[None] = loop.create_future()
-        handle = loop.call_later(seconds, _wake, sleeper)
+    async def _wait(self, schedule: Callable[[Callable[[], None]], ScheduledCall | asyncio.Handle]) -> None:
+        sleeper: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        handle = schedule(partial(_wake, sleeper))
         self._sleepers.add(sleeper)
         try:
             await sleeper
@@ -108,11 +170,30 @@ class Clock:
             handle.cancel()
             self._sleepers.discard(sleeper)
 
+    def _jumped(self, change: ClockChange) -> None:
+        """Show the time of the new source, and end sleeps whose source has changed."""
+        ros_time = self._ros_time
+        self._source = ros_time.time if ros_time.active else self._real_source
+        if change is ClockChange.ROS_TIME_NO_CHANGE:
+            return
+        for sleeper in self._sleepers:
+            if not sleeper.done():
+                sleeper.set_exception(TimeSourceChangedError("use_sim_time has changed during a sleep"))
+
     def _require_alive(self) -> None:
         if self._destroyed:
             raise RuntimeError("cannot sleep on a destroyed clock")
 
 
+def ros_time_of(clock: Clock) -> RosTime:
+    """Return the simulated time behind a clock, which only a node's own clock ever shows."""
+    return clock._ros_time  # noqa: SLF001 # pyright: ignore[reportPrivateUsage]
+
+
 def _wake(sleeper: asyncio.Future[None]) -> None:
     if not sleeper.done():
         sleeper.set_result(None)
+
+
+def _raise(error: BaseException) -> None:
+    raise error

@@ -17,7 +17,7 @@ _MIN_NANOSECONDS: Final = -(1 << 63)
 
 
 class ClockType(IntEnum):
-    """The kind of a clock, with rclpy's numbers. ROS_TIME is the wall clock."""
+    """The kind of a clock, with rclpy's numbers. ROS_TIME is the wall clock, or simulated time."""
 
     UNINITIALIZED = 0
     ROS_TIME = 1

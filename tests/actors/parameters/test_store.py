@@ -397,7 +397,7 @@ def test_changes_are_told(store: ParameterStore) -> None:
     def note(changes: ParameterChanges) -> None:
         told.append((names(changes.new), names(changes.changed), names(changes.deleted)))
 
-    store.on_changes = note
+    store.listeners.append(note)
     store.declare("typed", ParameterType.INTEGER)
     assert told == []
     store.callbacks.post_set.append(lambda _: told.append(([], [], [])))
