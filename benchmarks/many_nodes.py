@@ -136,5 +136,9 @@ if __name__ == "__main__":
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--without-standard-endpoints", action="store_true")
     arguments = parser.parse_args()
-    without = {"start_parameter_services": False} if arguments.without_standard_endpoints else {}
+    bare = {
+        "start_parameter_services": False,
+        "parameter_overrides": {"start_type_description_service": False},
+    }
+    without = bare if arguments.without_standard_endpoints else {}
     asyncio.run(main(arguments.nodes, arguments.rounds, without))

@@ -76,6 +76,7 @@ def make_hidden_node(
         url=target.url,
         domain=target.domain,
         use_global_arguments=False,
+        parameter_overrides={"start_type_description_service": name is not None},
         start_parameter_services=name is not None,
         connect_timeout_sec=connect_timeout_sec,
         stop_timeout_sec=stop_timeout_sec,

@@ -6,7 +6,7 @@ node call. A handle keeps the method that is called once per message, so that it
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from actors.errors import NodeDestroyed
 from actors.session.endpoint import LinkEndpoint
@@ -24,6 +24,7 @@ class Endpoint(LinkEndpoint):
         kind: Its name in messages.
         context: The node.
         events: Its QoS events; None if it has none.
+        interface: Its message or service class; None for one of every type.
         peers: How many counterparts it has now.
         destroyed: Whether it is out of service.
         standard: Whether every node has it. The broker may refuse it, and needs no definition of its type.
@@ -31,6 +32,7 @@ class Endpoint(LinkEndpoint):
 
     kind: ClassVar = "endpoint"
     standard = False
+    interface: type[Any] | None = None
 
     def __init__(self, context: NodeContext, events: EndpointEvents | None = None) -> None:
         context.require_alive()

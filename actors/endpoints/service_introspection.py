@@ -156,7 +156,7 @@ class IntrospectedEndpoint(Endpoint):
 
     def __init__(self, context: NodeContext, srv_type: type, srv_name: str) -> None:
         super().__init__(context)
-        self.srv_type = srv_type
+        self.interface = self.srv_type = srv_type
         self.srv_name = srv_name
         self.service_events: ServiceEvents | None = None
 

@@ -152,6 +152,10 @@ class Node(NodeGraph, NodeParameters):
             from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - hidden nodes do without
 
             ParameterServices(self._context, self._names, self._parameters)
+        if self._parameters.get("start_type_description_service").value:
+            from actors.node.type_description import TypeDescriptionService  # noqa: PLC0415 - the same
+
+            TypeDescriptionService(self._context, self._names)
         TimeSource(self._context, self._names, self._parameters)
         if automatically_declare_parameters_from_overrides:
             self._parameters.declare_overrides()

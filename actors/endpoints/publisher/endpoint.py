@@ -65,7 +65,7 @@ class PublisherEndpoint(Endpoint):
         self.accepted_now = False
         self.refusal = ""
         self._events = events
-        self._msg_type = msg_type
+        self.interface = msg_type
         self._topic = topic
         self._qos = qos
         resolved = qos.resolved()
@@ -205,12 +205,12 @@ class PublisherEndpoint(Endpoint):
             self.id,
             self.context.id,
             self._topic,
-            type_name(self._msg_type),
-            type_hash(self._msg_type),
+            type_name(self.interface),
+            type_hash(self.interface),
             self._qos.to_wire(),
             self._declared_gid,
             self._declared,
-            None if self.standard else definition(self._msg_type),
+            None if self.standard else definition(self.interface),
             first,
         )
 

@@ -69,7 +69,7 @@ class SubscriptionEndpoint(Endpoint):
         latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
         pushes_back = keep_all and resolved.reliability == ReliabilityPolicy.RELIABLE
         depth = BEST_EFFORT_KEEP_ALL_DEPTH if keep_all else max(1, resolved.depth)
-        self._msg_type, self._topic, self._qos = msg_type, topic, qos
+        self.interface, self._topic, self._qos = msg_type, topic, qos
         self._stall_ms = min(round(stall_timeout_sec * 1000), limits.MAX_U32)
         self._events = events
         self.decoder = Decoder(codec, topic, context.log)
@@ -222,7 +222,7 @@ class SubscriptionEndpoint(Endpoint):
 
     def declaration(self) -> frames.Frame:
         """Declare the subscription."""
-        typed = self._msg_type
+        typed = self.interface
         return frames.Subscription(
             self.id,
             self.context.id,

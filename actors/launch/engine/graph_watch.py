@@ -57,6 +57,7 @@ async def _watch(place: BrokerTarget, on_change: Callable[[set[Presence]], None]
         url=place.url,
         domain=place.domain,
         use_global_arguments=False,
+        parameter_overrides={"start_type_description_service": False},
         start_parameter_services=False,
         stop_timeout_sec=STOP_TIMEOUT_SEC,
         slow_callback_sec=None,

@@ -211,7 +211,7 @@ async def test_dump(desk: Desk) -> None:
     assert out == (
         "/driver:\n  ros__parameters:\n    arm:\n      joints:\n      - 1\n      - 2\n    extra: 1\n"
         "    frame: base\n    speed: 1.5\n"
-        "    start_type_description_service: true\n    use_sim_time: false\n\n"
+        "    start_type_description_service: false\n    use_sim_time: false\n\n"
     )
 
 
