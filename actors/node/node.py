@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
-from actors.actions.client import ActionClient
-from actors.actions.server import ActionServer
 from actors.arguments.remapping import Remapper
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments, process_arguments
 from actors.callbacks.timing import SLOW_CALLBACK_SEC

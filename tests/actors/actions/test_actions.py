@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import subprocess
+import sys
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -542,3 +544,9 @@ async def test_graph_queries_know_actions(meeting: Meeting) -> None:
     names = [name for name, _ in await node.get_topic_names_and_types() if "fibonacci" in name]
     assert names == ["/fibonacci/_action/feedback", "/fibonacci/_action/status"]
     assert all(map(is_hidden, names))
+
+
+def test_a_node_without_actions_does_not_load_them() -> None:
+    """Their modules and messages would add to the start of every node."""
+    code = "import sys, actors; actors.Node('a'); sys.exit('actors.actions.server' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
