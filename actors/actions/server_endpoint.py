@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import math
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -110,14 +111,11 @@ class ActionServerEndpoint(Endpoint):
         key = bytes(request.goal_id.uuid)
         response = self._types.send_goal.Response()
         if key in self.goals or key in self._deciding or self.results.get(key) is not None:
-            self.context.log.warning(f"Action '{self._name}': a goal with the id {key.hex()} exists already")
+            _warn_of_rejected(self.context, self._name, f"its id {key.hex()} exists already")
             return response
         if len(self.goals) + len(self._deciding) >= MAX_GOALS:
             self.refused_goals += 1
-            if self.context.may_log("rejected goals"):
-                self.context.log.warning(
-                    f"Action '{self._name}' rejects a goal: {MAX_GOALS} goals have not ended"
-                )
+            _warn_of_rejected(self.context, self._name, f"{MAX_GOALS} goals have not ended")
             return response
         self._deciding.add(key)
         try:
@@ -226,7 +224,10 @@ class ActionServerEndpoint(Endpoint):
             goal.task = None
             self._executed(goal, result, error)
 
-        coroutine = _run(callback or self._callbacks.execute, goal)
+        execute = callback or self._callbacks.execute
+        # A coroutine function is not wrapped: the node names the callbacks that it waits for when it stops.
+        direct = inspect.iscoroutinefunction(execute)
+        coroutine = execute(goal.handle) if direct else _run(execute, goal)
         goal.task = CallbackTask(self.context.mailbox, coroutine, ended, self._timing)
         self.context.mailbox.run_concurrently(goal.task)
 
@@ -344,6 +345,11 @@ class ActionServerEndpoint(Endpoint):
         self.goals.clear()
         for part in self._parts:
             part.destroy()
+
+
+def _warn_of_rejected(context: NodeContext, action: str, reason: str) -> None:
+    if context.may_log("rejected goals"):
+        context.log.warning(f"Action '{action}' rejects a goal: {reason}")
 
 
 def _time_of(clock: Clock) -> Time:
