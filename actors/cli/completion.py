@@ -325,6 +325,13 @@ def _executables(line: _Line) -> Iterator[Offer]:
         yield FILES
 
 
+def _transitions(_: _Line) -> Iterator[Offer]:
+    """Yield the transitions that can be requested of a node."""
+    from actors.lifecycle.states import REQUESTS  # noqa: PLC0415
+
+    yield from (Offer(label) for label in dict.fromkeys(each.label for each in REQUESTS))
+
+
 def _contexts(_: _Line) -> Iterator[Offer]:
     """Yield the named brokers."""
     from actors.config.contexts import Contexts  # noqa: PLC0415
@@ -342,6 +349,7 @@ _FINDERS: Final[dict[str, Callable[[_Line], Iterator[Offer]]]] = {
     "parameter": _parameters,
     "parameters": _parameters,
     "pairs": _parameters,
+    "transition": _transitions,
     "type": _types,
     "context": _contexts,
     "package": _packages,

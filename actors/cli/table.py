@@ -85,6 +85,15 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "load": Verb("set the parameters that a file has for a node"),
         },
     ),
+    "lifecycle": Group(
+        "read and change the states of nodes",
+        {
+            "nodes": Verb("list nodes with states"),
+            "get": Verb("print the state of nodes"),
+            "list": Verb("print the transitions that are possible now"),
+            "set": Verb("request a transition of a node"),
+        },
+    ),
     "interface": Group(
         "show message types, generate their classes",
         {

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.cli.parameters import TYPE_NAMES, add_node_argument, add_parameter_options, run_with_client
+from actors.cli.parameters import TYPE_NAMES, run_with_client
 from actors.cli.parsing import Options, Parser, add_json_option
+from actors.cli.remote_node import add_node_argument, add_remote_options
 
 if TYPE_CHECKING:
     from actors.parameter_client.client import ParameterClient
@@ -22,7 +23,7 @@ def add_arguments(parser: Parser) -> None:
         parser,
         "one array: name, type, description, additional_constraints, read_only, dynamic_typing, range",
     )
-    add_parameter_options(parser)
+    add_remote_options(parser)
 
 
 def run(options: Options) -> int:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.parameters import add_node_argument, add_parameter_options, run_with_client
+from actors.cli.parameters import run_with_client
 from actors.cli.parsing import Options, Parser, add_json_option
+from actors.cli.remote_node import add_node_argument, add_remote_options
 
 if TYPE_CHECKING:
     from actors.parameter_client.client import ParameterClient
@@ -17,7 +18,7 @@ def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     add_node_argument(parser)
     add_json_option(parser, "the same as one object")
-    add_parameter_options(parser)
+    add_remote_options(parser)
 
 
 def run(options: Options) -> int:

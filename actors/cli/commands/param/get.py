@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.parameters import TYPE_NAMES, add_node_argument, add_parameter_options, run_with_client
+from actors.cli.parameters import TYPE_NAMES, run_with_client
 from actors.cli.parsing import Options, Parser, add_json_option
+from actors.cli.remote_node import add_node_argument, add_remote_options
 
 if TYPE_CHECKING:
     from actors.parameter_client.client import ParameterClient
@@ -19,7 +20,7 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("parameter", metavar="NAME", help="the parameter's name, such as speed")
     parser.add_flag("--hide-type", help="print the value only")
     add_json_option(parser, "one object: name, type, value")
-    add_parameter_options(parser)
+    add_remote_options(parser)
 
 
 def run(options: Options) -> int:

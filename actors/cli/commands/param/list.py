@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
-from actors.cli.parameters import TYPE_NAMES, add_parameter_options, parameter_client, visible_nodes
+from actors.cli.parameters import TYPE_NAMES, parameter_client
 from actors.cli.parsing import Options, Parser, add_json_option
+from actors.cli.remote_node import add_remote_options
 
 if TYPE_CHECKING:
+    from collections.abc import Awaitable
+
+    from actors.errors import CallFailed
     from actors.node.node import Node
+    from actors.parameter_client.client import ParameterClient
 
 EXAMPLES: Final = {
     "callboard param list": "the parameters of all nodes",
     "callboard param list /driver --param-type": "those of one, with their types",
 }
-
-
-class Found(NamedTuple):
-    """The parameters of a node: types by name; or why there are none."""
-
-    types: dict[str, str]
-    error: str = ""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -36,30 +33,27 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.add_flag("--param-type", help="print types, too")
     add_json_option(parser, "one array of nodes: node, parameters (name, and with --param-type type)")
-    add_parameter_options(parser)
+    add_remote_options(parser)
 
 
 def run(options: Options) -> int:
     """Print the names of parameters."""
     from actors.cli.errors import USAGE, CommandError
     from actors.cli.loop import run_async
-    from actors.cli.output import print_err
+    from actors.cli.remote_node import print_failures
 
     try:
         pattern = re.compile(options.filter)
     except re.error as error:
         raise CommandError(f"--filter is not a regular expression: {error}", USAGE) from None
-    found = run_async(lambda: _of_one(options) if options.node else _of_all(options))
+    answers = run_async(lambda: _of_one(options) if options.node else _of_all(options))
+    found = print_failures(answers)
     chosen = {
-        node: {name: each.types[name] for name in sorted(each.types) if pattern.search(name)}
-        for node, each in sorted(found.items())
-        if not each.error
+        node: {name: types[name] for name in sorted(types) if pattern.search(name)}
+        for node, types in found.items()
     }
     _print(options, chosen)
-    failed = {node: each.error for node, each in sorted(found.items()) if each.error}
-    for node, reason in failed.items():
-        print_err(f"Exception while calling service of node '{node}': {reason}")
-    return int(bool(failed))
+    return int(len(found) < len(answers))
 
 
 def _print(options: Options, found: dict[str, dict[str, str]]) -> None:
@@ -87,44 +81,25 @@ def _print(options: Options, found: dict[str, dict[str, str]]) -> None:
             print_out(line.replace("\n", "\\n"))  # a name of a parameter may be any text
 
 
-async def _of_one(options: Options) -> dict[str, Found]:
+async def _of_one(options: Options) -> dict[str, dict[str, str] | CallFailed]:
     async with parameter_client(options) as client:
-        names = (await client.list_parameters(options.param_prefixes)).names
-        types = await client.get_parameter_types(names) if options.param_type else [0] * len(names)
-        kinds = [TYPE_NAMES[kind] for kind in types]
-        return {client.remote_node_name: Found(dict(zip(names, kinds, strict=True)))}
+        return {client.remote_node_name: await _types(options, client)}
 
 
-async def _of_all(options: Options) -> dict[str, Found]:
-    from actors.cli.errors import TIMEOUT, CommandError
-    from actors.cli.hidden_node import graph_of, hidden_node
-    from proto.codes import EntryKind
-
-    try:
-        async with asyncio.timeout(options.timeout), hidden_node(options) as node:
-            snapshot = await graph_of(node)
-            served = {name for name, _ in snapshot.names_and_types(EntryKind.SERVICE)}
-            wanted = [
-                name
-                for name in visible_nodes(snapshot, hidden=options.include_hidden_nodes)
-                if f"{name}/list_parameters" in served
-            ]
-            found = await asyncio.gather(*(_of_each(options, node, name) for name in wanted))
-    except TimeoutError:
-        raise CommandError(f"The graph was not received within {options.timeout:g} s", TIMEOUT) from None
-    return dict(zip(wanted, found, strict=True))
-
-
-async def _of_each(options: Options, node: Node, name: str) -> Found:
-    """Ask one of all nodes; one that does not answer does not keep the others from being printed."""
-    from actors.errors import CallFailed
+async def _of_all(options: Options) -> dict[str, dict[str, str] | CallFailed]:
+    from actors.cli.remote_node import ask_all
     from actors.parameter_client.client import ParameterClient
 
-    client = ParameterClient(node, name)
-    limit = options.timeout / 2
-    try:
-        names = (await client.list_parameters(options.param_prefixes, timeout_sec=limit)).names
-        types = await client.get_parameter_types(names, limit / 2) if options.param_type else [0] * len(names)
-    except CallFailed as error:
-        return Found({}, str(error))
-    return Found(dict(zip(names, [TYPE_NAMES[kind] for kind in types], strict=True)))
+    def ask(node: Node, name: str) -> Awaitable[dict[str, str]]:
+        return _types(options, ParameterClient(node, name), options.timeout / 2)
+
+    return await ask_all(options, "list_parameters", ask)
+
+
+async def _types(options: Options, client: ParameterClient, limit: float | None = None) -> dict[str, str]:
+    """Return the types of a node's parameters by name."""
+    names = (await client.list_parameters(options.param_prefixes, timeout_sec=limit)).names
+    if not options.param_type:
+        return dict.fromkeys(names, "")
+    types = await client.get_parameter_types(names, limit and limit / 2)
+    return dict(zip(names, [TYPE_NAMES[kind] for kind in types], strict=True))

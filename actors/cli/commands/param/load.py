@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.parameters import add_node_argument, add_parameter_options, report, run_with_client
+from actors.cli.parameters import report, run_with_client
 from actors.cli.parsing import Options, Parser, add_json_option
+from actors.cli.remote_node import add_node_argument, add_remote_options
 
 if TYPE_CHECKING:
     from actors.parameter_client.client import ParameterClient
@@ -19,7 +20,7 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("file", metavar="FILE", help="a parameter file, as `param dump` prints it")
     parser.add_flag("--no-use-wildcard", help="not what the file has for patterns such as /**")
     add_json_option(parser, "one array of results: name, successful, reason")
-    add_parameter_options(parser)
+    add_remote_options(parser)
 
 
 def run(options: Options) -> int:

@@ -1,0 +1,131 @@
+"""What verbs share that ask one node, or all: its name on the command line, and the errors of its answers."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Final, TypeVar
+
+from actors.cli.parsing import Options, Parser, add_broker_options, positive
+
+# Reading arguments needs nothing else.
+# ruff: noqa: PLC0415
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncGenerator, Awaitable, Callable
+
+    from actors.errors import CallFailed
+    from actors.graph.snapshot import GraphSnapshot
+    from actors.node.node import Node
+
+T = TypeVar("T")
+
+TIMEOUT_SEC: Final = 5.0
+
+
+def add_node_argument(parser: Parser) -> None:
+    """Add the node's name."""
+    parser.add_argument("node", metavar="NODE", help="such as /talker")
+
+
+def add_remote_options(parser: Parser, *, timeout_sec: float = TIMEOUT_SEC) -> None:
+    """Add the options that all such verbs have."""
+    parser.add_flag("--include-hidden-nodes", help="also a node with a leading _")
+    parser.add_argument(
+        "--timeout", type=positive, metavar="SEC", default=timeout_sec,
+        help=f"end with 124 if there is no answer within this time; default: {timeout_sec:g}",
+    )  # fmt: skip
+    add_broker_options(parser)
+
+
+@asynccontextmanager
+async def remote_node(options: Options, what: str) -> AsyncGenerator[tuple[Node, str]]:
+    """Yield a hidden node, and the full name of the node that the options name, until the options' timeout.
+
+    Args:
+        options: The command line.
+        what: What the node is asked for, for errors.
+
+    Raises:
+        CommandError: There is no such node, it does not serve this, or does not answer in time.
+    """
+    from actors.cli.errors import TIMEOUT, USAGE, CommandError
+    from actors.cli.hidden_node import graph_of, hidden_node
+    from actors.cli.named import absolute, unknown
+    from actors.errors import RemoteError, ServiceUnavailable
+
+    if not options.node.strip("/"):
+        raise CommandError("Which node? Write its full name, such as /talker", USAGE)
+    name = absolute(options.node)
+    try:
+        async with asyncio.timeout(options.timeout), hidden_node(options) as node:
+            nodes = visible_nodes(await graph_of(node), hidden=options.include_hidden_nodes)
+            if name not in nodes:
+                raise unknown(f"Node not found: '{name}'", name, nodes)
+            yield node, name
+    except TimeoutError:
+        raise CommandError(f"Node '{name}' has not answered within {options.timeout:g} s", TIMEOUT) from None
+    except RemoteError as error:
+        raise CommandError(f"Node '{name}' failed: {error}") from None
+    except ServiceUnavailable as error:
+        raise CommandError(f"The {what} of '{name}' cannot be reached: {error}") from None
+
+
+async def ask_all(
+    options: Options, service: str, ask: Callable[[Node, str], Awaitable[T]]
+) -> dict[str, T | CallFailed]:
+    """Ask all nodes at once that have a service; one that does not answer does not keep the others back.
+
+    Args:
+        options: The command line.
+        service: The last part of the service's name.
+        ask: Asks one: the hidden node, and the node's full name. It ends within the options' timeout.
+
+    Returns:
+        The answers by the names of the nodes, or why there is none.
+
+    Raises:
+        CommandError: The graph was not received in time.
+    """
+    from actors.cli.errors import TIMEOUT, CommandError
+    from actors.cli.hidden_node import graph_of, hidden_node
+    from actors.errors import CallFailed
+    from proto.codes import EntryKind
+
+    async def answer(node: Node, name: str) -> T | CallFailed:
+        try:
+            return await ask(node, name)
+        except CallFailed as error:
+            return error
+
+    try:
+        async with asyncio.timeout(options.timeout), hidden_node(options) as node:
+            snapshot = await graph_of(node)
+            served = {name for name, _ in snapshot.names_and_types(EntryKind.SERVICE)}
+            visible = visible_nodes(snapshot, hidden=options.include_hidden_nodes)
+            wanted = sorted(name for name in visible if f"{name}/{service}" in served)
+            found = await asyncio.gather(*(answer(node, name) for name in wanted))
+    except TimeoutError:
+        raise CommandError(f"The graph was not received within {options.timeout:g} s", TIMEOUT) from None
+    return dict(zip(wanted, found, strict=True))
+
+
+def print_failures(answers: dict[str, T | CallFailed]) -> dict[str, T]:
+    """Print to stderr which nodes have not answered, and why; return the other answers."""
+    from actors.cli.output import print_err
+    from actors.errors import CallFailed
+
+    good: dict[str, T] = {}
+    for name, answer in answers.items():
+        if isinstance(answer, CallFailed):
+            print_err(f"Exception while calling service of node '{name}': {answer}")
+        else:
+            good[name] = answer
+    return good
+
+
+def visible_nodes(snapshot: GraphSnapshot, *, hidden: bool) -> list[str]:
+    """Return the names of nodes, without hidden ones unless they are wanted."""
+    from proto.names import is_hidden
+
+    return [name for name in snapshot.nodes() if hidden or not is_hidden(name)]
