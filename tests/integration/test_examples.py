@@ -48,6 +48,32 @@ async def test_parameters_are_set_and_watched(system: System) -> None:
     ]
 
 
+async def test_lifecycle_shows_each_step(system: System) -> None:
+    """Another node brings it up and down; an exception in a callback leads through `on_error`."""
+    await system.broker()
+    program = await system.example("lifecycle")
+    assert await program.wait_for_exit() == 0
+    expected = [
+        "unconfigured: opening the device",
+        "configure succeeded",
+        "activate succeeded",
+        "heard: hello",
+        "deactivate succeeded",
+        "inactive: closing the device after an error",
+        "cleanup failed",
+        "unconfigured -> configuring",
+        "configuring -> inactive",
+        "inactive -> activating",
+        "activating -> active",
+        "active -> deactivating",
+        "deactivating -> inactive",
+        "inactive -> cleaningup",
+        "cleaningup -> errorprocessing",
+        "errorprocessing -> unconfigured",
+    ]
+    assert [line for line in program.lines if line in expected] == expected  # the others are the traceback
+
+
 async def test_latched_value_reaches_the_late_joiner(system: System) -> None:
     """It receives only the last value."""
     await system.broker()
