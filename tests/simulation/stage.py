@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import AsyncExitStack
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import actors
 from broker.options import BrokerOptions
@@ -15,6 +15,8 @@ from tests.simulation.network import BROKER, on_host
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
+
+N = TypeVar("N", bound=actors.Node)
 
 
 class Stage:
@@ -33,8 +35,20 @@ class Stage:
         self, name: str, *, host: str | None = None, url: str | None = None, **options: Any
     ) -> actors.Node:
         """Bring up a node on a host of its own (by default its name), without standard endpoints."""
+        return await self.enter_as(actors.Node, name, host=host, url=url, **options)
+
+    async def enter_as(
+        self,
+        node_type: Callable[..., N],
+        name: str,
+        *,
+        host: str | None = None,
+        url: str | None = None,
+        **options: Any,
+    ) -> N:
+        """Bring up a node of another class."""
         with on_host(host or name):
-            node = actors.Node(name, url=url, use_global_arguments=False, **{**BARE, **options})
+            node = node_type(name, url=url, use_global_arguments=False, **{**BARE, **options})
             await self._stack.enter_async_context(node)
         await self.until(lambda: node.connected)
         return node
