@@ -134,6 +134,7 @@ if TYPE_CHECKING:
     from actors.time.jumps import JumpHandle as JumpHandle
     from actors.time.jumps import JumpThreshold as JumpThreshold
     from actors.time.jumps import TimeJump as TimeJump
+    from actors.time.rate import Rate as Rate
     from actors.time.types import ClockType as ClockType
     from actors.time.types import Duration as Duration
     from actors.time.types import Time as Time
@@ -183,6 +184,7 @@ __getattr__, __dir__ = lazy_names(
             "JumpThreshold",
             "TimeJump",
         ),
+        "actors.time.rate": ("Rate",),
         "actors.time.types": (
             "ClockType",
             "Duration",

@@ -12,8 +12,9 @@ from actors.endpoints.publisher.departing import DepartingQueues
 from actors.errors import NodeDestroyed, WaitTimeout, error_text
 from actors.session.endpoint import LinkEndpoint
 from actors.time.clock import Clock
+from actors.time.jumps import ClockChange
 from actors.time.ros_time import RosTime
-from actors.time.types import ClockType
+from actors.time.types import NANOSECONDS_PER_SECOND, ClockType
 from proto import frames
 from proto.codes import NoticeKind
 from proto.limited_log import PERIOD_SEC, LimitedLog
@@ -66,6 +67,7 @@ class NodeContext(LinkEndpoint):
         self.mailbox = Mailbox()
         self.ros_time = RosTime(lambda error: self.callback_failed("a jump callback", error))
         self.clock = Clock(ClockType.ROS_TIME, ros_time=self.ros_time)
+        self.ros_time.followers[self._clock_jumped] = None
         self.watch = Stopwatch(log.warning, slow_sec=slow_callback_sec)
         self.default_call_timeout_sec = default_call_timeout_sec
         self.callback_errors = 0
@@ -95,6 +97,21 @@ class NodeContext(LinkEndpoint):
         self.log.error(f"{what} raised {type(error).__name__}: {error_text(error)}", exc_info=error)
         if self._stop_on_error and isinstance(error, Exception):
             self.stop(error)
+
+    def time(self) -> float:
+        """Return the time that lifespans are measured in: seconds of the loop, or of simulated time."""
+        ros_time = self.ros_time
+        return ros_time.time() / NANOSECONDS_PER_SECOND if ros_time.active else self.require_loop().time()
+
+    def _clock_jumped(self, change: ClockChange, delta: int) -> None:
+        """Keep what is left of lifespans when another time goes on, or time goes back."""
+        if change is not ClockChange.ROS_TIME_NO_CHANGE:
+            if self.link.loop is None:
+                return
+            delta = self.ros_time.time() - round(self.link.loop.time() * NANOSECONDS_PER_SECOND)
+            delta = delta if self.ros_time.active else -delta
+        for endpoint in self.endpoints:
+            endpoint.time_shifted(delta / NANOSECONDS_PER_SECOND)
 
     def require_loop(self) -> asyncio.AbstractEventLoop:
         """Return the loop that the node runs on; raise RuntimeError if it does not run."""

@@ -83,6 +83,9 @@ class Endpoint(LinkEndpoint):
         else:
             self.context.warn_of(notice)
 
+    def time_shifted(self, seconds: float) -> None:
+        """Correct points in time of `NodeContext.time`, which has jumped."""
+
     def session_ended(self) -> None:
         """Forget the counterparts."""
         self.peers = 0

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from actors.callbacks.mailbox import Share
     from actors.endpoints.context import NodeContext
-    from actors.time.clock import Clock
+    from actors.time.clock import Cancellable, Clock
 
 _numbers: Final = count(1)
 
@@ -128,14 +128,6 @@ class TimeLine(Protocol):
         ...
 
 
-class Cancellable(Protocol):
-    """A call that is scheduled."""
-
-    def cancel(self) -> object:
-        """Do not call."""
-        ...
-
-
 class TimerSource:
     """What the runtime calls on a timer: a `CallbackSource` of the mailbox.
 
@@ -198,8 +190,9 @@ class TimerSource:
         self._due = time_line.time() + (round(delay_sec * self._unit) if simulated else delay_sec)
         self._handle = time_line.call_at(self._due, self._tick)
 
-    def _clock_jumped(self, change: ClockChange) -> None:
+    def _clock_jumped(self, change: ClockChange, delta: int) -> None:
         """Go on with the rest of the period by the new source; after a step back wait one period at most."""
+        del delta
         loop, time_line = self._context.link.loop, self._time_line
         if self._handle is None or loop is None or time_line is None:
             return

@@ -31,6 +31,7 @@ from actors.parameters.store import ParameterStore
 from actors.qos.profile import QoSProfile, qos_from
 from actors.session.connector import Connector
 from actors.session.link import Link
+from actors.time.rate import Rate
 from proto.checks import require_domain, require_seconds
 from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
@@ -534,6 +535,24 @@ class Node(NodeGraph, NodeParameters):
             NodeDestroyed: The node has been destroyed.
         """
         return Timer(self._context, timer_period_sec, callback, clock=clock, autostart=autostart)
+
+    def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
+        """Make a rate, for loops: `await rate.sleep()` sleeps until the next tick.
+
+        Args:
+            frequency: Ticks a second.
+            clock: The clock to follow; None is the node's.
+
+        Returns:
+            The rate.
+
+        Raises:
+            TypeError: The frequency is not a number.
+            ValueError: It is zero, negative or not finite.
+            NodeDestroyed: The node has been destroyed.
+        """
+        self._context.require_alive()
+        return Rate(frequency, clock or self._context.clock)
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
         """Take a publisher out of service, after everything it has published has been sent.

@@ -6,7 +6,7 @@ import asyncio
 import math
 import time
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
 from actors.errors import TimeSourceChangedError
 from actors.time.jumps import ClockChange, JumpHandle
@@ -17,12 +17,22 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.time.jumps import JumpThreshold, TimeJump
-    from actors.time.ros_time import ScheduledCall
 
 _LONGEST_WAIT_SEC: Final = 86_400.0
 """Longer sleeps are split, because some loops limit their timers."""
 _RECHECK_SEC: Final = 1.0
 """How often a sleep until a point in time reads the clock again, since a wall clock may be set."""
+
+
+Schedule: TypeAlias = "Callable[[Callable[[], None]], Cancellable]"
+
+
+class Cancellable(Protocol):
+    """A call that is scheduled."""
+
+    def cancel(self) -> object:
+        """Do not call."""
+        ...
 
 
 class Clock:
@@ -125,7 +135,9 @@ class Clock:
                 await self._wait(partial(ros_time.call_at, 0))  # until a time is set
             nanoseconds = seconds * NANOSECONDS_PER_SECOND
             whole = round(nanoseconds) if math.isfinite(nanoseconds) else nanoseconds
-            await self._wait(partial(ros_time.call_at, ros_time.time() + whole))
+            deadline_ns = ros_time.time() + whole
+            while ros_time.time() < deadline_ns:
+                await self._wait(partial(ros_time.call_at, deadline_ns))
             return
         deadline = loop.time() + seconds
         while (remaining := deadline - loop.time()) > 0:
@@ -160,7 +172,7 @@ class Clock:
         for sleeper in self._sleepers:
             sleeper.cancel("the clock is destroyed")
 
-    async def _wait(self, schedule: Callable[[Callable[[], None]], ScheduledCall | asyncio.Handle]) -> None:
+    async def _wait(self, schedule: Schedule) -> None:
         sleeper: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         handle = schedule(partial(_wake, sleeper))
         self._sleepers.add(sleeper)
@@ -170,14 +182,15 @@ class Clock:
             handle.cancel()
             self._sleepers.discard(sleeper)
 
-    def _jumped(self, change: ClockChange) -> None:
+    def _jumped(self, change: ClockChange, delta: int) -> None:
         """Show the time of the new source, and end sleeps whose source has changed."""
+        del delta
         ros_time = self._ros_time
         self._source = ros_time.time if ros_time.active else self._real_source
-        if change is ClockChange.ROS_TIME_NO_CHANGE:
-            return
         for sleeper in self._sleepers:
-            if not sleeper.done():
+            if change is ClockChange.ROS_TIME_NO_CHANGE:
+                _wake(sleeper)  # to look at the time
+            elif not sleeper.done():
                 sleeper.set_exception(TimeSourceChangedError("use_sim_time has changed during a sleep"))
 
     def _require_alive(self) -> None:
@@ -188,6 +201,18 @@ class Clock:
 def ros_time_of(clock: Clock) -> RosTime:
     """Return the simulated time behind a clock, which only a node's own clock ever shows."""
     return clock._ros_time  # noqa: SLF001 # pyright: ignore[reportPrivateUsage]
+
+
+async def wait_on(clock: Clock, schedule: Schedule) -> None:
+    """Wait once, as sleeps of the clock do.
+
+    Args:
+        clock: The clock. Waits end with it, and when simulated time is switched on or off.
+        schedule: Gets a function that ends the wait, and schedules it. A wait also ends when simulated time
+            becomes known, or goes back.
+    """
+    clock._require_alive()  # noqa: SLF001 # pyright: ignore[reportPrivateUsage]
+    await clock._wait(schedule)  # noqa: SLF001 # pyright: ignore[reportPrivateUsage]
 
 
 def _wake(sleeper: asyncio.Future[None]) -> None:

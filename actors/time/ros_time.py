@@ -30,14 +30,14 @@ class RosTime:
         known: Whether a time has been set.
         jump_callbacks: The users' callbacks, in the order of creation.
         followers: Called after the source of time has changed, after the first time has been set, and after
-            time has gone back; with what has changed.
+            time has gone back; with what has changed, and the new time minus the old in nanoseconds.
     """
 
     def __init__(self, on_error: Callable[[BaseException], None]) -> None:
         self.active = False
         self.known = False
         self.jump_callbacks: dict[JumpHandle, None] = {}
-        self.followers: dict[Callable[[ClockChange], None], None] = {}
+        self.followers: dict[Callable[[ClockChange, int], None], None] = {}
         self._on_error = on_error
         self._now = 0
         self._calls: dict[ScheduledCall, None] = {}
@@ -55,7 +55,7 @@ class RosTime:
         change = ClockChange.ROS_TIME_ACTIVATED if active else ClockChange.ROS_TIME_DEACTIVATED
         with self._jump(change, 0):
             self.active = active
-            self._notify(change)
+            self._notify(change, 0)
 
     def set(self, nanoseconds: int) -> None:
         """Set the time, and run what is due."""
@@ -64,7 +64,7 @@ class RosTime:
         with self._jump(ClockChange.ROS_TIME_NO_CHANGE, delta):
             self._now = nanoseconds
             if first or delta < 0:
-                self._notify(ClockChange.ROS_TIME_NO_CHANGE)
+                self._notify(ClockChange.ROS_TIME_NO_CHANGE, delta)
         if nanoseconds >= self._next:
             self._run_due()
 
@@ -90,9 +90,9 @@ class RosTime:
                 call.callback()
         self._next = min((call.when for call in self._calls), default=math.inf)
 
-    def _notify(self, change: ClockChange) -> None:
+    def _notify(self, change: ClockChange, delta: int) -> None:
         for follower in tuple(self.followers):
-            follower(change)
+            follower(change, delta)
 
     @contextmanager
     def _jump(self, change: ClockChange, delta: int) -> Generator[None]:

@@ -74,6 +74,20 @@ async def test_lifecycle_shows_each_step(system: System) -> None:
     assert [line for line in program.lines if line in expected] == expected  # the others are the traceback
 
 
+async def test_simulated_time_passes_and_is_repeated(system: System) -> None:
+    """Sleeps, the rate and the timer follow it, forward and back; an hour takes no hour."""
+    await system.broker()
+    program = await system.example("simulated_time")
+    assert await program.wait_for_exit() == 0
+    assert program.lines == [
+        *(hour := ["10:00 is warm", "30:00 is still warm", "50:00 is still warm"]),
+        (back := "00:00 time was set back by 3600 s"),
+        *hour,
+        back,
+        "120 checks",
+    ]
+
+
 async def test_latched_value_reaches_the_late_joiner(system: System) -> None:
     """It receives only the last value."""
     await system.broker()
@@ -178,6 +192,6 @@ def test_examples_are_short_and_say_what_they_are(path: Path) -> None:
     text = path.read_text()
     assert len(text.splitlines()) <= (80 if path.stem == "course_decorated" else 60)
     assert text.startswith('"""')
-    public = r"actors|actors\.launch|actors\.interfaces\.\w+\.(msg|srv|action)|broker"
+    public = r"actors|actors\.(launch|testing)|actors\.interfaces\.\w+\.(msg|srv|action)|broker"
     imports = re.findall(r"^(?:from|import) ((?:actors|broker|proto)[\w.]*)", text, re.MULTILINE)
     assert [name for name in imports if not re.fullmatch(public, name)] == []

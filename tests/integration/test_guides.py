@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @pytest.mark.timeout(3 * DEADLINE_SEC)
-@pytest.mark.parametrize("name", ["actions", "interfaces", "lifecycle", "parameters", "rclpy"])
+@pytest.mark.parametrize("name", ["actions", "interfaces", "lifecycle", "parameters", "rclpy", "time"])
 async def test_the_guide_can_be_followed(name: str, system: System, tmp_path: Path) -> None:
     """Each command succeeds and prints what is shown."""
     guide = (ROOT / "docs" / "how-to" / f"{name}.md").read_text(encoding="utf-8")

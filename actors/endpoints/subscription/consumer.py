@@ -201,7 +201,7 @@ class Consumer:
         """Drop expired messages; return whether there is a message to take."""
         batches = self.backlog.batches
         if batches and batches[0].expires_at < math.inf:
-            self.expired += self.backlog.expire(self.context.require_loop().time())
+            self.expired += self.backlog.expire(self.context.time())
         return bool(batches)
 
     def close(self) -> None:

@@ -171,8 +171,9 @@ class SubscriptionEndpoint(Endpoint):
         queued_batch = QueuedBatch(attachment, batch, decoded, numbers, time.time_ns())
         queued_batch.end, queued_batch.size = end, size
         if attachment.lifespan_s:
-            age_s = max(0, queued_batch.received_ns - queued_batch.stamp_ns) / 1e9
-            queued_batch.expires_at = self.context.require_loop().time() + attachment.lifespan_s - age_s
+            age_ns = 0 if self.context.ros_time.active else queued_batch.received_ns - queued_batch.stamp_ns
+            age_s = max(0, age_ns) / 1e9  # stamps are real time
+            queued_batch.expires_at = self.context.time() + attachment.lifespan_s - age_s
         consumer.backlog.put(queued_batch)
         return True
 
@@ -210,6 +211,11 @@ class SubscriptionEndpoint(Endpoint):
         self.consumer.close()
         self._liveliness.stop()
         self._deadline.end()
+
+    def time_shifted(self, seconds: float) -> None:
+        """Keep what is left of the lifespans of messages that wait."""
+        for queued_batch in self.consumer.backlog.batches:
+            queued_batch.expires_at += seconds
 
     def session_ended(self) -> None:
         """Forget every publisher; messages that wait stay."""
