@@ -343,7 +343,7 @@ class Node(NodeGraph, NodeParameters):
         Args:
             msg_type: A message class; may be None with `raw=True`.
             topic: As for `create_publisher`.
-            callback: `(msg)` or `(msg, info)`, `def` or `async def`. Without one, iterate with `async for`.
+            callback: `(msg)` or `(msg, info)`, `def` or `async def`. Without one, iterate or `take`.
             qos_profile: A profile or a depth.
             qos: The same by keyword, for subscriptions without a callback.
             concurrent: Do not wait for the node's other callbacks, nor for this one.

@@ -7,6 +7,7 @@ publisher sets a lifespan, messages that expire while they wait are dropped when
 from __future__ import annotations
 
 import math
+import threading
 from collections import deque
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -149,3 +150,61 @@ class Backlog:
         """Drop everything."""
         self.batches.clear()
         self.pending = 0
+
+
+class SharedBacklog(Backlog):
+    """A backlog that any thread takes from; messages are added and dropped in the loop's thread.
+
+    Whoever calls `take`, `expire` or `finish` holds the lock.
+
+    Args:
+        finished: As for `Backlog`; called in the loop's thread.
+        call_in_loop: Calls a function in the loop's thread, at once if this is the one.
+
+    Attributes:
+        lock: Held while the backlog changes.
+    """
+
+    __slots__ = ("_call_in_loop", "_done", "_report", "lock")
+
+    def __init__(
+        self,
+        finished: Callable[[QueuedBatch], None] | None,
+        call_in_loop: Callable[[Callable[[], None]], None],
+    ) -> None:
+        super().__init__(None if finished is None else self._defer)
+        self.lock = threading.Lock()
+        self._call_in_loop = call_in_loop
+        self._report = finished
+        self._done: deque[QueuedBatch] = deque()
+
+    def _defer(self, queued_batch: QueuedBatch) -> None:
+        self._done.append(queued_batch)
+        if len(self._done) == 1:  # else a call is on its way
+            self._call_in_loop(self._report_done)
+
+    def _report_done(self) -> None:
+        assert self._report is not None
+        while self._done:
+            self._report(self._done.popleft())
+
+    @property
+    def newest(self) -> QueuedBatch | None:
+        """The batch received last, if it still waits."""
+        with self.lock:
+            return self.batches[-1] if self.batches else None
+
+    def put(self, queued_batch: QueuedBatch) -> None:
+        """Add a batch."""
+        with self.lock:
+            super().put(queued_batch)
+
+    def trim(self, depth: int) -> int:
+        """Drop the oldest messages beyond the depth; return how many."""
+        with self.lock:
+            return super().trim(depth)
+
+    def clear(self) -> None:
+        """Drop everything."""
+        with self.lock:
+            super().clear()

@@ -1,19 +1,21 @@
-"""Hands a subscription's messages to its callback, through the node's mailbox, or to `async for`.
+"""Hands a subscription's messages to its callback, through the node's mailbox, to `async for` or to `take`.
 
 An idle consumer takes a whole batch. A busy one keeps its backlog to the depth: the oldest messages are
 dropped and counted, as well as what the callback has not taken when the callback budget is exhausted.
+`take` may be called in any thread; at most the depth waits for it.
 """
 
 from __future__ import annotations
 
 import asyncio
 import math
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.callbacks.budget import SHARE_SEC
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
-from actors.endpoints.subscription.backlog import Backlog, QueuedBatch
+from actors.endpoints.subscription.backlog import Backlog, MessageInfo, QueuedBatch, SharedBacklog
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable, Coroutine
@@ -67,7 +69,8 @@ class Consumer:
     ) -> None:
         self._with_info = callback is not None and takes(callback, (1, 2), "subscription") == 2
         self.context = context
-        self.backlog = Backlog(finished)
+        self._shared = SharedBacklog(finished, self._call_in_loop) if callback is None else None
+        self.backlog: Backlog = self._shared or Backlog(finished)
         self.calls = self.dropped = self.expired = 0
         self.running = 0
         self.waiter: asyncio.Future[None] | None = None
@@ -79,6 +82,8 @@ class Consumer:
         self._concurrent = concurrent
         self._most = MAX_CONCURRENT if concurrent else 1
         """Callbacks that may be suspended at the same time."""
+        self._on_ready: Callable[[], object] | None = None
+        self._ready_due = False
         self._closed = False
 
     @property
@@ -102,6 +107,32 @@ class Consumer:
                 asyncio.get_running_loop().call_soon(self._trim)
             return
         self._trim()
+        if self._on_ready is not None:
+            self._report_ready()
+
+    def set_on_ready(self, on_ready: Callable[[], object] | None) -> None:
+        """Set what is called when messages wait for `take`."""
+        self._require_no_callback("take")
+        self._on_ready = on_ready
+        if self.backlog.batches and on_ready is not None:
+            self._report_ready()
+
+    def _report_ready(self) -> None:
+        """Call the hook in the next loop turn, once for all batches of this one."""
+        if not self._ready_due:
+            self._ready_due = True
+            self.context.require_loop().call_soon(self._ready)
+
+    def _ready(self) -> None:
+        self._ready_due = False
+        if self._on_ready is None or self._closed:
+            return
+        try:
+            self._on_ready()
+        except ENDS_PROGRAM:
+            raise
+        except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, the node lives on
+            self.context.callback_failed(f"on_ready of {self.timing.what}", error)
 
     def drop(self, count: int) -> None:
         """Count messages that are dropped."""
@@ -180,13 +211,25 @@ class Consumer:
 
     async def iterate(self) -> AsyncGenerator[Any, None]:
         """Iterate over messages as they arrive, until the consumer is closed."""
-        if self.callback is not None:
-            raise TypeError("This subscription has a callback; make one without to iterate")
-        loop = self.context.require_loop()
+        shared = self._require_no_callback("iterate")
+        loop, batches = self.context.require_loop(), shared.batches
+        acquire, release, inf = shared.lock.acquire, shared.lock.release, math.inf
         while not self._closed:
-            while self._next_is_fresh():
-                self.calls += 1
-                yield self.backlog.take()
+            while True:
+                acquire()  # `with` costs twice as much
+                try:
+                    if not batches or (batches[0].expires_at < inf and not self._next_is_fresh()):
+                        break
+                    self.calls += 1
+                    queued_batch = batches[0]  # as in `Backlog.take`, without the call
+                    message = queued_batch.messages[queued_batch.index]
+                    queued_batch.index += 1
+                    shared.pending -= 1
+                    if queued_batch.index == len(queued_batch.messages):
+                        shared.finish()
+                finally:
+                    release()
+                yield message
             if self._closed:
                 return
             if self.waiter is not None and not self.waiter.done():
@@ -196,6 +239,33 @@ class Consumer:
                 await self.waiter
             finally:
                 self.waiter = None
+
+    def take(self) -> tuple[Any, MessageInfo] | None:
+        """Return the oldest message that waits and its info, or None. Any thread may call it."""
+        shared = self._require_no_callback("take")
+        with shared.lock:
+            if not self._next_is_fresh():
+                return None
+            self.calls += 1
+            queued_batch = shared.batches[0]
+            return shared.take(), queued_batch.info()
+
+    def _require_no_callback(self, purpose: str) -> SharedBacklog:
+        if self._shared is None:
+            raise TypeError(f"This subscription has a callback; make one without to {purpose}")
+        return self._shared
+
+    def _call_in_loop(self, function: Callable[[], None]) -> None:
+        loop = self.context.link.loop
+        try:
+            if loop is asyncio.get_running_loop():
+                function()
+                return
+        except RuntimeError:  # a thread without a loop
+            pass
+        if loop is not None:
+            with suppress(RuntimeError):  # it has been closed: no publisher waits for credit
+                loop.call_soon_threadsafe(function)
 
     def _next_is_fresh(self) -> bool:
         """Drop expired messages; return whether there is a message to take."""

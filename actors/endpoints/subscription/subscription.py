@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.endpoints.endpoint import Handle
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
 
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import SubscriptionEventCallbacks
+    from actors.endpoints.subscription.backlog import MessageInfo
     from actors.interfaces.message import Message
     from actors.qos.profile import QoSProfile
 
@@ -21,7 +23,7 @@ M = TypeVar("M")
 class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
     """Receives the messages of one topic. Made by `Node.create_subscription`.
 
-    With a callback, messages go there. Without one, iterate: `async for msg in subscription`.
+    With a callback, messages go there. Without one, iterate: `async for msg in subscription`, or `take` them.
 
     Attributes:
         msg_type: The message class; None if the subscription takes every type as bytes.
@@ -66,7 +68,7 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
 
     @property
     def received(self) -> int:
-        """Messages handed to the callback or the iterator."""
+        """Messages handed to the callback, the iterator or `take`."""
         return self._endpoint.consumer.calls
 
     @property
@@ -96,7 +98,7 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
 
     @property
     def queued(self) -> int:
-        """Messages that have been received and wait for the callback or the iterator."""
+        """Messages that have been received and wait for the callback, the iterator or `take`."""
         return self._endpoint.consumer.backlog.pending
 
     def get_publisher_count(self) -> int:
@@ -118,6 +120,38 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
             RuntimeError: Another task is iterating, or the node does not run (at the first step).
         """
         return self._endpoint.consumer.iterate()
+
+    def take(self) -> tuple[M, MessageInfo] | None:
+        """Return the oldest message that waits, and remove it. Never blocks; any thread may call it.
+
+        At most as many messages wait as the profile's depth; older ones are dropped and counted. With
+        KEEP_ALL, none is dropped: publishers get credit for what has been taken.
+
+        Returns:
+            The message and its info; None if no message waits.
+
+        Raises:
+            TypeError: The subscription has a callback.
+            NodeDestroyed: The subscription or the node has been destroyed.
+        """
+        self._endpoint.require_alive()
+        return self._endpoint.consumer.take()
+
+    def set_on_ready(self, callback: Callable[[], object] | None) -> None:
+        """Set a function that is called when messages have arrived, once for all that came together.
+
+        It runs in the loop's thread and must not block: it calls `take` until that returns None, or wakes
+        another thread that does. If messages wait already, it is called soon. Call this in the loop's thread.
+
+        Args:
+            callback: A plain function without arguments; None for no further calls.
+
+        Raises:
+            TypeError: The subscription has a callback, or this is a coroutine function.
+        """
+        if inspect.iscoroutinefunction(callback):
+            raise TypeError("on_ready is a plain function: it runs between two turns of the loop")
+        self._endpoint.consumer.set_on_ready(callback)
 
     def destroy(self) -> None:
         """Take the subscription out of service; messages that wait are discarded."""
