@@ -37,7 +37,7 @@ class BatchBuilder:
         self._ends = array("I")
         self.length = 0
 
-    def add(self, message: bytes) -> bool:
+    def add(self, message: bytes | memoryview) -> bool:
         """Add an encoded message; return whether the batch is large enough to be sent now."""
         buffer = self._buffer
         buffer += message

@@ -110,7 +110,7 @@ class PublisherEndpoint(Endpoint):
         if self.refusal:
             raise PublisherRefused(f"The broker refused to publish on '{self._topic}': {self.refusal}")
 
-    def collect(self, data: bytes) -> None:
+    def collect(self, data: bytes | memoryview) -> None:
         """Put an encoded message into the batch of this loop turn."""
         if len(data) > limits.BATCH_FLUSH_BYTES:
             self.collect_large(bytearray(MAX_HEAD_BYTES) + data)

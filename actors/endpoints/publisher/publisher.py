@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from actors.endpoints.context import in_flight
 from actors.endpoints.endpoint import Handle
 from actors.endpoints.publisher.endpoint import PublisherEndpoint
 from actors.errors import WaitTimeout
 from actors.interfaces.codec import Codec, codec_for
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
 from proto import frames
 from proto.batches import MAX_HEAD_BYTES
 
 if TYPE_CHECKING:
+    from typing_extensions import Buffer
+
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import PublisherEventCallbacks
     from actors.qos.profile import QoSProfile
 
 T = TypeVar("T", bound=Message)
+
+FIXMAP: Final = 0x8
+"""The first four bits of a msgpack map of up to 15 fields."""
+MAPS: Final = (0xDE, 0xDF)
+"""The first byte of a larger one."""
 
 
 class Publisher(Handle[PublisherEndpoint], Generic[T]):
@@ -103,7 +111,8 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         """Send a message to every subscription of the topic. Never blocks.
 
         The message is encoded, checked and numbered at once; it leaves at the end of this loop turn, together
-        with what else was published. Bytes are taken as an already encoded message and are checked, too.
+        with what else was published. Bytes are taken as an already encoded message and are checked, too:
+        `publish_encoded` does not check them.
 
         Args:
             msg: The message.
@@ -126,6 +135,30 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
             endpoint.collect_large(self._codec.encode_behind(msg, MAX_HEAD_BYTES))
         else:
             endpoint.collect(self._codec.encode(msg))
+
+    def publish_encoded(self, data: Buffer) -> None:
+        """Send a message that is already encoded, as `publish` does, without decoding it.
+
+        For recorders and bridges, which have received the bytes from a subscription with `raw=True`. Bytes
+        that are not a message of this publisher's type are dropped by subscriptions, as `undecodable`.
+
+        Args:
+            data: One message as msgpack: a map. It is copied.
+
+        Raises:
+            TypeError: `data` is not bytes.
+            InvalidMessageError: It is no msgpack map, or larger than the broker takes; nothing was sent.
+            PublisherFull, NodeDestroyed: As for `publish`.
+        """
+        if not isinstance(data, bytes):
+            data = memoryview(data).cast("B")
+        if not data or not (data[0] >> 4 == FIXMAP or data[0] in MAPS):
+            raise InvalidMessageError("An encoded message begins with a msgpack map")
+        endpoint = self._endpoint
+        if endpoint.space <= 0:
+            endpoint.require_space()
+        endpoint.space -= 1
+        endpoint.collect(data)
 
     def assert_liveliness(self) -> None:
         """Assert that this publisher is alive, although it publishes nothing, so that its lease begins anew.
