@@ -18,7 +18,7 @@ import msgspec
 from actors.interfaces.arrays import ARRAY_BY_CODE, BIG_ENDIAN, NumericArray, pack
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.explain import explain_decoding, explain_encoding
-from actors.interfaces.fields import SequenceWire, wired
+from actors.interfaces.fields import BINARY, SequenceWire, fields_of, wired
 from actors.interfaces.message import Message, is_message_type, type_name
 
 if TYPE_CHECKING:
@@ -91,6 +91,24 @@ def _verify_hook(wire: type, value: Any) -> object:
     return None
 
 
+def _with_bytes(message: Any) -> Any:
+    """Return a copy of a message in which lists in `uint8[]`, `byte[]` and `char[]` fields are bytes."""
+    changed: dict[str, Any] = {}
+    for field in fields_of(cast("type[Message]", type(message))):
+        name, kind = field.name, field.type
+        value = getattr(message, name)
+        if not kind.is_array:
+            if isinstance(value, Message):
+                changed[name] = _with_bytes(value)
+        elif isinstance(value, list | tuple):
+            items = cast("list[Any]", value)
+            if kind.base in BINARY:
+                changed[name] = bytes(ord(each) if isinstance(each, bytes) else each for each in items)
+            elif kind.message is not None:
+                changed[name] = [_with_bytes(each) if isinstance(each, Message) else each for each in items]
+    return msgspec.structs.replace(message, **changed)
+
+
 # All errors that msgspec and the hooks raise for invalid messages and data.
 _ENCODING_ERRORS = (
     msgspec.MsgspecError, ValueError, TypeError, OverflowError, RecursionError, AttributeError,
@@ -153,6 +171,15 @@ class Codec(Generic[T]):
             data = self._encode(message)
             self._verify(data)
         except _ENCODING_ERRORS as error:
+            data = self._encode_lists(message, error)
+        return data
+
+    def _encode_lists(self, message: T, error: Exception) -> bytes:
+        """Encode a message again, with lists in `uint8[]` fields as bytes, or raise for `error`."""
+        try:
+            data = self._encode(_with_bytes(message))
+            self._verify(data)
+        except _ENCODING_ERRORS:
             raise InvalidMessageError(explain_encoding(message, error, self._encode)) from error
         return data
 
@@ -174,7 +201,7 @@ class Codec(Generic[T]):
             self._encode_into(message, data, offset)
             self._verify(memoryview(data)[offset:])
         except _ENCODING_ERRORS as error:
-            raise InvalidMessageError(explain_encoding(message, error, self._encode)) from error
+            data = bytearray(offset) + self._encode_lists(message, error)
         return data
 
     def decode(self, data: Buffer) -> T:

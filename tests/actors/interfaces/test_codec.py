@@ -4,10 +4,11 @@
 
 from __future__ import annotations
 
+import array
 import math
 import struct
 import tracemalloc
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import msgpack
 import msgspec
@@ -17,12 +18,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.interfaces import types
+from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from actors.interfaces.codec import Codec, codec_for, decode_untyped
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.geometry_msgs.msg import PoseWithCovariance
 from actors.interfaces.message import Message
 from actors.interfaces.sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan, NavSatStatus
-from actors.interfaces.std_msgs.msg import Header, String
+from actors.interfaces.std_msgs.msg import ByteMultiArray, Header, Int32MultiArray, String, UInt8MultiArray
+from actors.interfaces.unique_identifier_msgs.msg import UUID
 from proto.errors import CallboardError
 
 
@@ -185,7 +189,7 @@ def test_broken_messages_are_refused_cheaply(raw: bytes) -> None:
         ({"yes": 1}, ".yes: Expected bool, got int"),
         ({"one": b"ab"}, ".one: Expected bytes of length <= 1, got b'ab'"),
         ({"four": b"abc"}, ".four: Expected bytes of length >= 4, got b'abc'"),
-        ({"data": [1, 2]}, ".data: Expected bytes, got array"),
+        ({"data": [1, 256]}, ".data: Expected bytes, got array"),
         ({"doubles": ["x"]}, ".doubles: Expected float64[]: must be real number, not str"),
         (
             {"doubles": np.array([1, 2])},
@@ -350,3 +354,47 @@ def test_untyped_decoding_gives_plain_values() -> None:
 def test_the_wires_float_may_be_an_integer() -> None:
     """A writer in a language without the difference may send 1 for 1.0."""
     assert CODEC.decode(msgspec.msgpack.encode({"f": 1})).f == 1.0
+
+
+@pytest.mark.parametrize(
+    ("msg_type", "values", "expected"),
+    [
+        (UInt8MultiArray, [1, 255], b"\x01\xff"),
+        (UInt8MultiArray, (1, 2), b"\x01\x02"),
+        (UInt8MultiArray, array.array("B", [1, 2]), b"\x01\x02"),
+        (UInt8MultiArray, np.array([1, 2], dtype="u1"), b"\x01\x02"),
+        (ByteMultiArray, [b"a", b"b"], b"ab"),
+        (Int32MultiArray, [1, 2], [1, 2]),
+        (Int32MultiArray, (1, 2), [1, 2]),
+        (Int32MultiArray, array.array("i", [1, 2]), [1, 2]),
+        (Int32MultiArray, np.array([1, 2], dtype="i4"), [1, 2]),
+    ],
+)
+def test_numeric_sequences_take_what_rosidl_takes(msg_type: Any, values: Any, expected: Any) -> None:
+    """Lists, tuples, arrays and NumPy arrays, also of `uint8` and `byte`, of any size."""
+    codec = codec_for(msg_type)
+    data = codec.encode(msg_type(data=values))
+    assert codec.decode(data).data == expected
+    assert codec.encode_behind(msg_type(data=values), 4) == bytes(4) + data
+
+
+def test_fixed_arrays_take_what_rosidl_takes() -> None:
+    """The same for `uint8[16]` and `float64[36]`, in nested messages and sequences of messages, too."""
+    covariance = [float(number) for number in range(36)]
+    for values in (covariance, tuple(covariance), array.array("d", covariance), np.array(covariance)):
+        pose = PoseWithCovariance(covariance=cast("Any", values))
+        assert codec_for(PoseWithCovariance).decode(codec_for(PoseWithCovariance).encode(pose)) == (
+            PoseWithCovariance(covariance=cast("Any", covariance))
+        )
+    uuid = UUID(uuid=cast("Any", list(range(16))))
+    goals = GoalStatusArray(status_list=[GoalStatus(goal_info=GoalInfo(goal_id=uuid))])
+    decoded = codec_for(GoalStatusArray).decode(codec_for(GoalStatusArray).encode(goals))
+    assert bytes(decoded.status_list[0].goal_info.goal_id.uuid) == bytes(range(16))
+    assert cast("Any", uuid).uuid == list(range(16))
+
+
+@pytest.mark.parametrize("values", [[256], [-1], [1.5], [b"ab"], ["a"], [None]])
+def test_lists_that_are_no_bytes_are_refused(values: Any) -> None:
+    """An element out of range or of another type."""
+    with pytest.raises(InvalidMessageError, match=r"UInt8MultiArray\.data: Expected bytes"):
+        codec_for(UInt8MultiArray).encode(UInt8MultiArray(data=values))
