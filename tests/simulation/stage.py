@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import random
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -110,4 +111,9 @@ def play(
         assert not loop.network.open
         assert asyncio.all_tasks() == {asyncio.current_task()}
 
-    simulate(main, seed)
+    state = random.getstate()
+    random.seed(seed)  # of connectors: how long they wait
+    try:
+        simulate(main, seed)
+    finally:
+        random.setstate(state)
