@@ -117,9 +117,11 @@ def test_its_end_does_not_wait_for_who_is_left(tmp_path: Path, monkeypatch: pyte
 
 def test_ctrl_c_ends_it(tmp_path: Path) -> None:
     """At once, and nothing is left of it: what the signal's handler raises comes through."""
+    # More than a pipe holds: once all of it is written, the caller is reading, and Popen() has returned.
+    output = "head -c 500000 /dev/zero"
 
     def interrupt() -> None:
-        path.read_text()  # ends when it has begun
+        path.read_text()
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
 
     os.mkfifo(path := tmp_path / "begun")
@@ -128,7 +130,7 @@ def test_ctrl_c_ends_it(tmp_path: Path) -> None:
     try:
         thread.start()
         with outlived(tmp_path / "pipe") as pipe, pytest.raises(KeyboardInterrupt):
-            sh(f"{LASTING} echo > '{path}'; sleep 1000", pipe)
+            sh(f"{LASTING} {output}; echo > '{path}'; sleep 1000", pipe)
     finally:
         signal.signal(signal.SIGINT, before)
         thread.join()
