@@ -21,7 +21,7 @@ demo: $(READY)
 	@$(BIN)/callboard demo
 
 test: $(READY)
-	@$(BIN)/python -m pytest --numprocesses=auto --cov --cov-report=
+	@$(BIN)/python -m pytest --numprocesses=auto --cov --cov-report= $(PYTEST_FLAGS)
 
 lint: $(READY)
 	$(BIN)/ruff check .
