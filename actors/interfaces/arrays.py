@@ -34,19 +34,21 @@ _KIND_BY_CODE = {"n": "int", "N": "uint", "f": "float", "d": "float"}
 _KIND_BY_CODE.update(dict.fromkeys("bhilq", "int"), **dict.fromkeys("BHILQ", "uint"))
 
 
-def _element_name(typecode: str) -> str:
-    """Return "int64", "float32", … for an array or buffer format character, "" for anything else."""
-    kind = _KIND_BY_CODE.get(typecode, "")
-    if not kind:
-        return ""
-    return f"{kind}{8 * struct.calcsize(typecode)}"
+def element_of(view: memoryview[Any]) -> str:
+    """Return "int64", "float32", … for the elements of a buffer of any byte order, "" for anything else."""
+    kind = _KIND_BY_CODE.get(view.format.lstrip("@=<>!"), "")
+    return f"{kind}{8 * view.itemsize}" if kind else ""
+
+
+def _is_big_endian(view: memoryview[Any]) -> bool:
+    return view.format[0] in ">!" or (BIG_ENDIAN and view.format[0] != "<")
 
 
 class NumericArray(_Base):
     """An `array.array` with the element type of its class: base of `Float64Array` and the others.
 
-    A buffer of the same element type, such as a NumPy array, is copied without a loop. Arrays are equal to
-    lists of equal numbers.
+    A buffer of the same element type, such as a NumPy array of any byte order, is copied without a loop.
+    Arrays are equal to lists of equal numbers.
 
     Args:
         values: An iterable of numbers, or a buffer; bytes are numbers from 0 to 255.
@@ -83,8 +85,10 @@ class NumericArray(_Base):
         with view:
             if view.ndim != 1:
                 raise TypeError(f"Expected a one-dimensional sequence, got {view.ndim} dimensions")
-            if _element_name(view.format) == cls.element and view.c_contiguous:
-                made.frombytes(view.cast("B") if view.nbytes else b"")
+            if element_of(view) == cls.element:
+                made.frombytes(view.tobytes())
+                if _is_big_endian(view) != BIG_ENDIAN:
+                    made.byteswap()
                 return made
         made.extend(array.array(cls.format, list(cast("Iterable[Any]", values))))
         return made
@@ -208,15 +212,16 @@ def pack(value: object) -> tuple[int, memoryview] | memoryview | None:
         return None
     if view.ndim != 1:
         raise TypeError(f"Expected a one-dimensional sequence, got {view.ndim} dimensions")
-    element = _element_name(view.format)
+    element = element_of(view)
     if element == "uint8":
         return view if view.c_contiguous else memoryview(view.tobytes())
     found = ARRAY_BY_ELEMENT.get(element)
     if found is None:
         return None
-    if BIG_ENDIAN or not view.c_contiguous:
+    big_endian = _is_big_endian(view)
+    if big_endian or not view.c_contiguous or not view.format.isalpha():
         packed = array.array(found.format, view.tobytes())
-        if BIG_ENDIAN:
+        if big_endian:
             packed.byteswap()
         view = memoryview(packed)
     return found.code, view.cast("B")

@@ -9,6 +9,7 @@ Unknown fields are ignored when decoding; missing fields have their defaults.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from types import GenericAlias
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
@@ -20,6 +21,7 @@ from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.explain import explain_decoding, explain_encoding
 from actors.interfaces.fields import BINARY, SequenceWire, fields_of, wired
 from actors.interfaces.message import Message, is_message_type, type_name
+from actors.interfaces.values import bytes_of
 
 if TYPE_CHECKING:
     from typing_extensions import Buffer
@@ -39,7 +41,10 @@ def _encode_hook(value: object) -> object:
         return msgspec.msgpack.Ext(*packed)
     if packed is not None:
         return packed
-    raise TypeError(f"Expected a field value, got {type(value).__name__}")
+    if isinstance(value, Sequence):
+        return list(cast("Any", value))
+    dtype = getattr(value, "dtype", "")
+    raise TypeError(f"Expected a field value, got {type(value).__name__}{f' of {dtype}' if dtype else ''}")
 
 
 def _extension_hook(code: int, data: memoryview) -> object:
@@ -103,7 +108,7 @@ def _with_bytes(message: Any) -> Any:
         elif isinstance(value, list | tuple):
             items = cast("list[Any]", value)
             if kind.base in BINARY:
-                changed[name] = bytes(ord(each) if isinstance(each, bytes) else each for each in items)
+                changed[name] = bytes_of(items)
             elif kind.message is not None:
                 changed[name] = [_with_bytes(each) if isinstance(each, Message) else each for each in items]
     return msgspec.structs.replace(message, **changed)

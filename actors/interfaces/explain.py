@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import msgspec
 
-from actors.interfaces.fields import fields_of
+from actors.interfaces.arrays import element_of
+from actors.interfaces.fields import BINARY, fields_of
 from actors.interfaces.literals import INTEGER_RANGE
 from actors.interfaces.naming import message_name
+from actors.interfaces.values import bytes_of, sequences_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.interfaces.fields import FieldType
     from actors.interfaces.message import Message
 
 _AT: Final = re.compile(r" - at `\$?([^`]*)`$")
@@ -43,6 +46,29 @@ def _value_at(message: Message, path: str) -> object:
     return value
 
 
+def _sequence_type(message: Message, path: str) -> FieldType | None:
+    """Return the type of the field at the end of `path`, if it is a sequence of anything but messages."""
+    owner_path, _, name = path.rpartition(".")
+    return sequences_of(cast("Any", type(_value_at(message, owner_path)))).get(name)
+
+
+def _sequence_reason(kind: FieldType, value: Any) -> str:
+    """Return why a sequence's value does not fit, in ROS's terms; "" if msgspec's text says it well."""
+    if kind.base in BINARY and isinstance(value, list | tuple):
+        try:
+            value = bytes_of(cast("Any", value))
+        except (TypeError, ValueError) as error:
+            return f"Expected {kind}: {error}"
+    try:
+        view: memoryview[Any] = memoryview(value)
+    except TypeError:
+        return ""
+    element = element_of(view)
+    if kind.base in BINARY and element == "uint8":
+        return f"Expected {kind}, got {len(view)} elements"
+    return f"Expected {kind}, got {element}[]" if element else ""
+
+
 def _unencodable(message: Message, encode: Callable[[Any], bytes]) -> tuple[str, Any, Any]:
     """Return the path to the innermost value that cannot be encoded, the value, and its message."""
     path = ""
@@ -67,10 +93,12 @@ def _unencodable(message: Message, encode: Callable[[Any], bytes]) -> tuple[str,
 
 def _expected(owner: Any, path: str, value: object, error: BaseException) -> str:
     """Return the expected type of the field at the end of `path`, whose `value` cannot be encoded."""
-    if not isinstance(value, int) or isinstance(value, bool):
-        return _split(error)[1]
     name = path.rpartition(".")[2].partition("[")[0]
-    base = {field.name: field.type.base for field in fields_of(cast("Any", type(owner)))}.get(name, "")
+    kind = {field.name: field.type for field in fields_of(cast("Any", type(owner)))}.get(name)
+    if not isinstance(value, int) or isinstance(value, bool):
+        reason = _split(error)[1]
+        return reason if path.endswith("]") else reason.replace("a field value", str(kind))
+    base = kind.base if kind else ""
     if base not in INTEGER_RANGE:
         return f"Expected {base}"
     low, high = INTEGER_RANGE[base]
@@ -84,11 +112,14 @@ def explain_encoding(message: Message, error: BaseException, encode: Callable[[A
         return f"{name}: the message contains itself, or is nested too deeply"
     if isinstance(error, msgspec.ValidationError):
         path, reason = _split(error)
-        if ", got " in reason:
-            return f"{name}{path}: {reason}"
         try:
             value = _value_at(message, path)
+            kind = _sequence_type(message, path)
         except (AttributeError, IndexError, KeyError, TypeError):
+            return f"{name}{path}: {reason}"
+        if kind is not None and (kind.base in BINARY or reason.endswith(", got ext")):
+            reason = _sequence_reason(kind, value) or reason
+        if ", got " in reason:
             return f"{name}{path}: {reason}"
     else:
         path, value, owner = _unencodable(message, encode)

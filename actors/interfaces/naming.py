@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import copy
 import sys
+from array import array
 from functools import partial
 from pathlib import PurePath
 from typing import Any, Final, dataclass_transform
 
 import msgspec
-
-from actors.interfaces.arrays import NumericArray
 
 TYPE_NAME: Final = "__ros_type_name__"
 """The attribute, in the class's own dict, with a declared or derived name."""
@@ -52,7 +51,7 @@ class MessageType(msgspec.StructMeta):
         namespace[TYPE_NAME] = type_name
         # `pose: Pose = Pose()` would be one Pose for all messages.
         for field, value in namespace.items():
-            if isinstance(value, NumericArray) or isinstance(type(value), MessageType):
+            if isinstance(value, array) or hasattr(value, "dtype") or isinstance(type(value), MessageType):
                 namespace[field] = msgspec.field(default_factory=partial(copy.deepcopy, value))
         return super().__new__(mcls, name, bases, namespace, **options)
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import array
 import copy
 import importlib.machinery
 import pickle
 import sys
 import types as python_types
-from typing import ClassVar
+from typing import Any, ClassVar, cast
 
+import numpy as np
 import pytest
 
 from actors.interfaces import types
@@ -107,15 +109,19 @@ def test_defaults_are_not_shared() -> None:
 class Shared(Message):
     pose: PoseStamped = PoseStamped()
     path: types.Float64Sequence = types.Float64Array([1])
+    grid: types.Float64Sequence = array.array("d", [1])
+    weights: types.Float64Sequence = cast("Any", np.ones(1))
 
 
 def test_a_message_as_default_is_copied() -> None:
-    """`pose: PoseStamped = PoseStamped()` gives each message a pose of its own."""
+    """`pose: PoseStamped = PoseStamped()` gives each message a pose of its own; arrays are copied, too."""
     one, other = Shared(), Shared()
     one.pose.header.frame_id = "map"
     one.path.append(2)
+    one.grid[0] = one.weights[0] = 2
     assert other.pose.header.frame_id == ""
     assert other.path == [1]
+    assert (other.grid[0], other.weights[0]) == (1, 1)
 
 
 def test_messages_copy_and_pickle() -> None:
