@@ -27,20 +27,11 @@ import msgspec
 
 from actors.interfaces.definition import action_definition, message_definition, service_definition
 from actors.interfaces.naming import TYPE_NAME, MessageType, message_name, package_of
+from actors.interfaces.values import has_sequences, same, sequences_of, shown
 from proto.type_hash import hash_of
 
 if TYPE_CHECKING:
     from actors.interfaces.service_event import ServiceEvent
-
-_REPR_BYTES = 256
-"""A repr shows only the length of longer binary fields."""
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, bytes | bytearray | memoryview):
-        plain = bytes(cast("bytes", value))
-        return f"<{len(plain)} bytes>" if len(plain) > _REPR_BYTES else repr(plain)
-    return repr(value)
 
 
 def _plain(value: Any) -> Any:
@@ -60,8 +51,24 @@ class Message(msgspec.Struct, metaclass=MessageType):
 
     def __repr__(self) -> str:
         name = message_name(type(self)).replace("/", ".")
-        fields = (f"{field}={_shown(getattr(self, field))}" for field in self.__struct_fields__)
+        types = sequences_of(type(self))
+        fields = (
+            f"{field}={shown(types.get(field), getattr(self, field))}" for field in self.__struct_fields__
+        )
         return f"{name}({', '.join(fields)})"
+
+    def __eq__(self, other: object) -> bool:
+        cls = type(self)
+        if type(other) is not cls or not has_sequences(cls) or not cls.__struct_config__.eq:
+            return super().__eq__(other)
+        types = sequences_of(cls)
+        for name in self.__struct_fields__:
+            left, right = getattr(self, name), getattr(other, name)
+            if not (same(types[name], left, right) if name in types else left == right):
+                return False
+        return True
+
+    __hash__ = msgspec.Struct.__hash__
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A memoryview can be neither copied nor pickled.
