@@ -5,7 +5,6 @@ The lag is measured with timers that exist for other reasons; none is started fo
 
 from __future__ import annotations
 
-from collections import deque
 from typing import Final
 
 _BUCKET_SEC: Final = 10.0
@@ -22,8 +21,8 @@ class LoopLag:
 
     def __init__(self) -> None:
         self.last_sec = 0.0
-        self._buckets: deque[tuple[int, float]] = deque(maxlen=_BUCKETS)
-        """By bucket number, the longest delay in it."""
+        self._buckets: list[tuple[int, float]] = []
+        """The last `_BUCKETS` buckets: each one's number, and the longest delay in it."""
 
     def record(self, now: float, late_sec: float) -> None:
         """Record that a timer ran `late_sec` seconds late."""
@@ -32,6 +31,7 @@ class LoopLag:
         if self._buckets and self._buckets[-1][0] == number:
             late_sec = max(late_sec, self._buckets.pop()[1])
         self._buckets.append((number, late_sec))
+        del self._buckets[:-_BUCKETS]
 
     def longest_sec(self, now: float) -> float:
         """Return the longest delay of the last minute, to ten seconds; 0 if there is none."""

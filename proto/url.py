@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from typing import Final, NamedTuple
 from urllib.parse import urlsplit
 
@@ -69,6 +70,7 @@ def parse_url(text: str) -> BrokerUrl:
     return BrokerUrl(parts.hostname, port, tls=parts.scheme == "callboards")
 
 
+@lru_cache(maxsize=16)
 def parse_urls(text: str) -> tuple[BrokerUrl, ...]:
     """Parse a comma-separated list of broker URLs, in the order in which to try them.
 

@@ -115,7 +115,7 @@ class Mailbox:
     Attributes:
         workers: Asyncio tasks that run callback tasks, or wait for one.
         running: The callback tasks that have begun, or are about to.
-        budget: The callback budget of the loop that the node runs on.
+        budget: The callback budget of the loop that the node runs on; set by `open`.
         cancelling: Whether all callback tasks are cancelled, so that CancelledError in them is no error.
         on_exit: Called with a callback's SystemExit, after which no callback begins. With None, SystemExit is
             raised where the callback runs, and ends the program.
@@ -129,20 +129,20 @@ class Mailbox:
         self._on_drained: Callable[[], None] | None = None
         """Set by `drain`: called when the last callback task ends."""
         self._ready: deque[CallbackSource] = deque()
-        self._resuming: deque[tuple[CallbackTask, asyncio.Future[None]]] = deque()
-        self._assigned: deque[CallbackTask] = deque()
+        self._resuming: deque[tuple[CallbackTask, asyncio.Future[None]]] | None = None
+        self._assigned: list[CallbackTask] = []  # at most one: it holds the mailbox
         self._not_begun: dict[CallbackTask, None] = {}
         """Concurrent callback tasks that have not begun yet, oldest first."""
-        self._to_start: deque[CallbackTask] = deque()
+        self._to_start: deque[CallbackTask] | None = None
         """Those of them that have no asyncio task yet."""
         self._start_deferred = False
         """Whether they wait for the callback budget."""
-        self._idle: deque[asyncio.Future[None]] = deque()
+        self._idle: list[asyncio.Future[None]] = []
         self._busy = self._running_ready = self._returning = False
         self._deferred = False
         """Whether the mailbox waits for the callback budget."""
-        self.budget = CallbackBudget()
-        self._share = Share(self.budget.clock, Context())
+        self.budget: CallbackBudget
+        self._share: Share
         self._spawn: Callable[[Coroutine[Any, Any, None]], object] | None = None
 
     def open(self, spawn: Callable[[Coroutine[Any, Any, None]], object], budget: CallbackBudget) -> None:
@@ -194,8 +194,8 @@ class Mailbox:
         self._spawn = None
         self._ready.clear()
         while self._assigned:
-            self._assigned.popleft().discard()
-        self._to_start.clear()
+            self._assigned.pop().discard()
+        self._to_start = None
         while self._not_begun:
             self._not_begun.popitem()[0].discard()
 
@@ -227,8 +227,8 @@ class Mailbox:
     @property
     def free(self) -> bool:
         """Whether a callback posted now would run at once."""
-        waits = self._busy or self._running_ready or self._ready or self.budget.exhausted
-        return not waits and self._spawn is not None
+        waits = self._busy or self._running_ready or self._ready
+        return self._spawn is not None and not waits and not self.budget.exhausted
 
     def post(self, source: CallbackSource) -> None:
         """Run the source's callbacks as soon as the mailbox is free: now, if it is."""
@@ -246,7 +246,7 @@ class Mailbox:
         try:
             while not self._busy and self._spawn is not None:
                 if self._resuming:
-                    self._resume_next()
+                    self._resume(*self._resuming.popleft())
                     continue
                 if not self._ready:
                     return
@@ -270,8 +270,7 @@ class Mailbox:
         finally:
             self._running_ready = False
 
-    def _resume_next(self) -> None:
-        callback_task, waiter = self._resuming.popleft()
+    def _resume(self, callback_task: CallbackTask, waiter: asyncio.Future[None]) -> None:
         if not waiter.done():
             self._busy = callback_task.holding = True
             waiter.set_result(None)
@@ -311,7 +310,7 @@ class Mailbox:
         if self._returning:
             return
         while self._idle:
-            waiter = self._idle.popleft()
+            waiter = self._idle.pop(0)
             if not waiter.done():
                 waiter.set_result(None)
                 return
@@ -331,7 +330,7 @@ class Mailbox:
         assert task is not None
         while True:
             while self._assigned:
-                callback_task = self._assigned.popleft()
+                callback_task = self._assigned.pop()
                 await callback_task.run(task)
                 if callback_task.holding:
                     callback_task.holding = False
@@ -357,6 +356,7 @@ class Mailbox:
         else:
             callback_task.concurrent = True
             self.running[callback_task] = self._not_begun[callback_task] = None
+            self._to_start = self._to_start or deque()
             self._to_start.append(callback_task)
             self._start_concurrent()
 
@@ -395,5 +395,6 @@ class Mailbox:
             self._busy = callback_task.holding = True
             return
         waiter: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self._resuming = self._resuming or deque()
         self._resuming.append((callback_task, waiter))
         await waiter

@@ -48,15 +48,16 @@ class Stopwatch:
         self.clock = clock or time.perf_counter
         self._began = self.clock()
 
-    def of(self, callback: Callable[..., Any] | None, whose: str) -> CallbackTiming:
+    def of(self, callback: Callable[..., Any] | None, whose: str, named: str = "") -> CallbackTiming:
         """Return a timing for a callback.
 
         Args:
             callback: The callback; None if the owner has none.
-            whose: Its owner, for messages, such as "the service '/add'".
+            whose: What its owner is, for messages, such as "the service".
+            named: The owner's name, such as "/add".
         """
         name = "" if callback is None else name_of(callback)
-        return CallbackTiming(self, name, whose, only_steps=inspect.iscoroutinefunction(callback))
+        return CallbackTiming(self, name, whose, named, only_steps=inspect.iscoroutinefunction(callback))
 
     @property
     def elapsed_sec(self) -> float:
@@ -69,7 +70,6 @@ class CallbackTiming:
 
     Attributes:
         name: The callback's name.
-        what: The callback and its owner, for messages.
         only_steps: Whether it is an `async def`: then its steps are measured, not the call that creates it.
         busy_sec: Seconds for which it has blocked the loop, in total.
         longest_sec: The longest step.
@@ -79,26 +79,34 @@ class CallbackTiming:
 
     __slots__ = (
         "_calls",
+        "_named",
         "_quiet_until",
         "_watch",
+        "_whose",
         "busy_sec",
         "longest_elapsed_sec",
         "longest_sec",
         "name",
         "only_steps",
         "slow",
-        "what",
     )
 
-    def __init__(self, watch: Stopwatch, name: str, whose: str, *, only_steps: bool) -> None:
+    def __init__(self, watch: Stopwatch, name: str, whose: str, named: str = "", *, only_steps: bool) -> None:
         self.name = name
-        self.what = f"Callback {name} of {whose}"
+        self._whose = whose
+        self._named = named
         self.only_steps = only_steps
         self.slow = 0
         self._calls = 0
         self.busy_sec = self.longest_sec = self.longest_elapsed_sec = 0.0
         self._watch = watch
         self._quiet_until = -math.inf
+
+    @property
+    def what(self) -> str:
+        """The callback and its owner, for messages."""
+        named = f" '{self._named}'" if self._named else ""
+        return f"Callback {self.name} of {self._whose}{named}"
 
     def dispatched(self, seconds: float, calls: int) -> None:
         """Count a dispatch after which the callback has been called `calls` times in total."""

@@ -88,12 +88,17 @@ def timer(period_sec: float) -> Callable[[F], F]:
     return _mark(lambda node, callback: node.create_timer(period_sec, callback))
 
 
-def declared(cls: type) -> Iterator[tuple[str, Declaration]]:
+def declared(cls: type, root: type) -> Iterator[tuple[str, Declaration]]:
     """Return (method name, declaration) for everything declared on a class, in the order of definition.
 
     A method that a subclass overrides counts only as the subclass has it.
+
+    Args:
+        cls: The class.
+        root: A base class of it that declares nothing, nor do its own bases.
     """
-    names = dict.fromkeys(name for base in reversed(cls.__mro__) for name in vars(base))
+    bases = [base for base in reversed(cls.__mro__) if base not in root.__mro__]
+    names = dict.fromkeys(name for base in bases for name in vars(base))
     for name in names:
         for declare in getattr(getattr(cls, name, None), _MARKS, ()):
             yield name, declare

@@ -164,7 +164,7 @@ class Node(NodeGraph, NodeParameters):
             connect_timeout_sec=connect_timeout_sec,
             stop_timeout_sec=stop_timeout_sec,
         )
-        for method, declare in declared(type(self)):
+        for method, declare in declared(type(self), Node):
             declare(self, getattr(self, method))
 
     # Identity and state

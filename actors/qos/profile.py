@@ -10,6 +10,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from enum import Enum, IntEnum, unique
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.time.types import INFINITE, Duration
@@ -181,6 +182,7 @@ class QoSProfile:
         lease = _time("liveliness_lease_duration", liveliness_lease_duration)
         object.__setattr__(self, "liveliness_lease_duration", lease)
 
+    @lru_cache(maxsize=64)  # noqa: B019 - each endpoint asks twice, and programs have few profiles
     def resolved(self) -> QoSProfile:
         """Return the effective profile, without open policies.
 

@@ -126,7 +126,9 @@ def test_what_is_destroyed_counts_no_lease_and_no_deadline(*, whole_node: bool) 
         both = await stage.enter("both")
         profile = qos(deadline=2, liveliness=MANUAL, liveliness_lease_duration=2.0)
         subscription = both.create_subscription(Note, "red", ignore, profile)
-        publisher = both.create_publisher(Note, "red", profile)
+        publisher = both.create_publisher(
+            Note, "red", profile, event_callbacks=actors.PublisherEventCallbacks(deadline=ignore)
+        )
         await matched(stage, publisher)
         publisher.publish(Note())
         await asyncio.sleep(1)
@@ -136,7 +138,8 @@ def test_what_is_destroyed_counts_no_lease_and_no_deadline(*, whole_node: bool) 
             both.destroy_subscription(subscription)
             both.destroy_publisher(publisher)
         subscription_events = endpoint_of(subscription)._events
-        publisher_events = endpoint_of(publisher)._events
+        publisher_events = endpoint_of(publisher).events
+        assert publisher_events is not None
         before = [list(event.counts) for event in (*subscription_events._all(), *publisher_events._all())]
         await asyncio.sleep(10)
         assert [

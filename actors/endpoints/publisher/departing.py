@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ class DepartingQueues:
     def __init__(self, link: Link, log: Logger) -> None:
         self._link = link
         self._log = log
-        self._queues: deque[PublisherQueue] = deque()
+        self._queues: list[PublisherQueue] = []
         self._most = DEPARTING_SLACK
 
     def __len__(self) -> int:
@@ -46,9 +45,9 @@ class DepartingQueues:
     def add(self, queue: PublisherQueue) -> None:
         """Add a destroyed publisher's queue, and remove those that have become empty."""
         while self._queues and self._queues[0].empty:
-            self._forget(self._queues.popleft())
+            self._forget(self._queues.pop(0))
         if len(self._queues) >= self._most:
-            queues, self._queues = self._queues, deque()
+            queues, self._queues = self._queues, []
             for known in queues:
                 if known.empty:
                     self._forget(known)
@@ -66,7 +65,7 @@ class DepartingQueues:
         A destroyed publisher that the broker had not accepted yet is declared again and sends then.
         """
         self.report_unsent(queue for queue in self._queues if queue.publisher)
-        self._queues = deque(queue for queue in self._queues if not queue.publisher)
+        self._queues = [queue for queue in self._queues if not queue.publisher]
 
     def report_unsent(self, queues: Iterable[PublisherQueue] | None = None) -> None:
         """Warn of messages that were never sent, those dropped beyond the depth included."""

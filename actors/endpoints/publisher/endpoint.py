@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from actors.diagnostics.records import PublisherDiagnostics
 from actors.endpoints.endpoint import Endpoint
-from actors.endpoints.events import PublisherEventCallbacks, PublisherEvents
+from actors.endpoints.events import PublisherEvents
 from actors.endpoints.flow_control import queue_limits
 from actors.endpoints.publisher.qos_monitor import QoSMonitor
 from actors.endpoints.publisher.retained import Retained
 from actors.errors import PublisherFull, PublisherRefused
 from actors.interfaces.message import definition, type_hash, type_name
-from actors.qos.profile import DurabilityPolicy, HistoryPolicy
+from actors.qos.profile import DurabilityPolicy, HistoryPolicy, LivelinessPolicy
 from proto import frames, limits
 from proto.batches import MAX_HEAD_BYTES, BatchBuilder
 from proto.codec import encode
@@ -27,6 +27,7 @@ from proto.publisher_queue import PublisherQueue
 
 if TYPE_CHECKING:
     from actors.endpoints.context import NodeContext
+    from actors.endpoints.events import PublisherEventCallbacks
     from actors.qos.profile import QoSProfile
 
 LATCHED_MESSAGES: Final = 1000
@@ -43,7 +44,8 @@ class PublisherEndpoint(Endpoint):
         large: Whether the last message was large.
         accepted_now: Whether the broker of this session has accepted the publisher.
         refusal: Why the broker of this session has refused it.
-        qos_monitor: Checks that it keeps its deadline and its lease.
+        manual: Whether readers expect it to assert its liveliness.
+        qos_monitor: Checks that it keeps its deadline and its lease; None if there are no callbacks to tell.
     """
 
     kind: ClassVar = "publisher"
@@ -56,7 +58,8 @@ class PublisherEndpoint(Endpoint):
         qos: QoSProfile,
         event_callbacks: PublisherEventCallbacks | None,
     ) -> None:
-        events = PublisherEvents(context, topic, event_callbacks or PublisherEventCallbacks())
+        # Without callbacks nobody sees the counts.
+        events = None if event_callbacks is None else PublisherEvents(context, topic, event_callbacks)
         super().__init__(context, events)
         self._declared_gid = secrets.token_bytes(limits.INSTANCE_BYTES)
         self.gid = public_gid(context.link.token, self._declared_gid)
@@ -64,7 +67,6 @@ class PublisherEndpoint(Endpoint):
         self.large = False
         self.accepted_now = False
         self.refusal = ""
-        self._events = events
         self.interface = msg_type
         self._topic = topic
         self._qos = qos
@@ -73,12 +75,15 @@ class PublisherEndpoint(Endpoint):
         depth = max(1, resolved.depth)
         self.queue = PublisherQueue(0, None if keep_all else depth)
         self._batch = BatchBuilder(0)
-        self._latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
-        self._retained = Retained(LATCHED_MESSAGES if keep_all else depth)
+        latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        self._keep = (LATCHED_MESSAGES if keep_all else depth) if latched else 0
+        self._retained: Retained | None = None
+        """The last `_keep` messages; None before the first one."""
         self._unlimited = True
         self._declared = 0
         """The number of the next message in the last declaration."""
-        self.qos_monitor = QoSMonitor(context, resolved, events)
+        self.manual = resolved.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC
+        self.qos_monitor = None if events is None else QoSMonitor(context, resolved, events)
         context.link.add(self)
 
     @property
@@ -144,9 +149,11 @@ class PublisherEndpoint(Endpoint):
             self._put(self._batch.take(self.queue.publisher, time.time_ns()))
 
     def _put(self, batch: frames.Batch) -> None:
-        if self._latched:
+        if self._keep:
+            if self._retained is None:
+                self._retained = Retained(self._keep)
             self._retained.add(batch)
-        if self.qos_monitor.active:
+        if self.qos_monitor is not None and self.qos_monitor.active:
             self.qos_monitor.published()
         channel = self.context.link.channel
         if self.accepted_now and channel is not None:
@@ -165,8 +172,10 @@ class PublisherEndpoint(Endpoint):
             return
         self.flush_turn()
         self.destroyed = True
-        self.qos_monitor.stop()
-        self._events.stop()
+        if self.events is not None:
+            self.events.stop()
+        if self.qos_monitor is not None:
+            self.qos_monitor.stop()
         self.space = 0
         context, link = self.context, self.context.link
         context.endpoints.pop(self, None)
@@ -196,7 +205,7 @@ class PublisherEndpoint(Endpoint):
 
         Everything in the queue is sent for the first time: repetitions were dropped with the earlier session.
         """
-        oldest = self._retained.first_sequence
+        oldest = None if self._retained is None else self._retained.first_sequence
         first = self.queue.first_sequence
         if first is None:
             first = self._batch.next_sequence
@@ -226,7 +235,8 @@ class PublisherEndpoint(Endpoint):
         self.space = 0
         self.accepted_now = True
         self._unlimited = True
-        self.qos_monitor.asserted()
+        if self.qos_monitor is not None:
+            self.qos_monitor.asserted()
         link.publishers[number] = self
         channel.outbox.schedule(self.queue)
         if self.destroyed:
@@ -251,10 +261,13 @@ class PublisherEndpoint(Endpoint):
             self.context.log.error(
                 f"'{self._topic}': dropped {dropped} messages over the limit of {largest} bytes"
             )
-        self._retained.drop_larger(largest)
+        if self._retained is not None:
+            self._retained.drop_larger(largest)
 
     def _resend_retained(self) -> None:
         """Queue latched messages that an earlier broker had received again, before the unsent ones."""
+        if self._retained is None:
+            return
         for batch in self._retained.newest_first(before=self.queue.first_sequence):
             self.queue.put_front(batch)
 
@@ -303,5 +316,5 @@ class PublisherEndpoint(Endpoint):
             queued_bytes=queue.pending_bytes,
             queue_limit=queue_limits.limit(queue),
             credit=credit,
-            events=self._events.diagnostics(),
+            events=() if self.events is None else self.events.diagnostics(),
         )

@@ -170,9 +170,10 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         """
         endpoint = self._endpoint
         endpoint.require_alive()
-        endpoint.qos_monitor.asserted()
+        if endpoint.qos_monitor is not None:
+            endpoint.qos_monitor.asserted()
         channel = endpoint.context.link.channel
-        if endpoint.qos_monitor.manual and endpoint.accepted_now and channel is not None:
+        if endpoint.manual and endpoint.accepted_now and channel is not None:
             channel.send(frames.Assert(endpoint.queue.publisher))
 
     async def ready(self, timeout_sec: float | None = None) -> None:

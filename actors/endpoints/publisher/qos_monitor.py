@@ -27,15 +27,14 @@ class QoSMonitor:
 
     Attributes:
         active: Whether there is something to check.
-        manual: Whether readers expect the publisher to assert its liveliness.
     """
 
     def __init__(self, context: NodeContext, qos: QoSProfile, events: PublisherEvents) -> None:
         self._context = context
         self._events = events
-        self.manual = qos.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
+        manual = qos.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
         self._deadline = Deadline(context, qos.deadline, events.deadline)
-        self._lease_s = qos.liveliness_lease_duration.nanoseconds / 1e9 if self.manual else 0.0
+        self._lease_s = qos.liveliness_lease_duration.nanoseconds / 1e9 if manual else 0.0
         self.active = self._deadline.wanted or self._lease_s > 0
         self._lease: Watchdog | None = None
         self._stopped = False

@@ -61,13 +61,13 @@ class ServiceEndpoint(IntrospectedEndpoint):
     ) -> None:
         self.standard = standard  # before it is declared; the callback takes the request
         self._requests = codec_for(request_type)
-        self.replies = Replies(self, context.link, response_type, f"A response of '{name}'")
+        self.replies = Replies(self, context.link, response_type, name)
         self._response_type = response_type
         self._with_response = not standard and takes(callback, (1, 2), "service") == 2
         super().__init__(context, srv_type, name)
         self.posted = False
         self.calls = 0
-        self.timing = context.watch.of(callback, f"the service '{name}'")
+        self.timing = context.watch.of(callback, "the service", name)
         self.waiting = RequestQueue()
         self.running: dict[int, CallbackTask] = {}
         self._callback = callback

@@ -26,19 +26,21 @@ class Replies:
         endpoint: The service's.
         link: The node's.
         response_type: The class of its responses.
-        what: Names a response in messages.
+        name: The service's, for messages.
 
     Attributes:
         sent: Requests answered so far, errors included.
         errors: Requests answered with an error so far.
     """
 
-    def __init__(self, endpoint: Endpoint, link: Link, response_type: type[Any], what: str) -> None:
+    __slots__ = ("_codec", "_endpoint", "_link", "_name", "_outgoing", "errors", "sent")
+
+    def __init__(self, endpoint: Endpoint, link: Link, response_type: type[Any], name: str) -> None:
         self.sent = self.errors = 0
         self._endpoint = endpoint
         self._link = link
         self._codec = codec_for(response_type)
-        self._what = what
+        self._name = name
         self._outgoing: EntryBatch[ReplyEntry] = EntryBatch()
 
     def send(self, call: int, response: Any) -> None:
@@ -49,7 +51,7 @@ class Replies:
         """
         body = self._codec.encode(response)
         if len(body) > self._link.largest:
-            self._link.require_fits(self._what, len(body))
+            self._link.require_fits(f"A response of '{self._name}'", len(body))
         self._send(call, Status.OK, body)
 
     def send_error(self, call: int, status: Status, error: BaseException) -> None:

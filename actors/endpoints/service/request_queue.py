@@ -15,6 +15,10 @@ MAX_QUEUED_BYTES: Final = 256 * 1024 * 1024
 """The same in bytes; a single request may have any size."""
 
 
+_NONE: Final[OrderedDict[int, RequestEntry]] = OrderedDict()
+"""The entries of all queues that have had none."""
+
+
 class RequestQueue:
     """The requests of one service that its handler has not begun.
 
@@ -27,10 +31,12 @@ class RequestQueue:
 
     def __init__(self) -> None:
         self.size = 0
-        self.entries: OrderedDict[int, RequestEntry] = OrderedDict()
+        self.entries: OrderedDict[int, RequestEntry] = _NONE
 
     def put(self, entry: RequestEntry) -> str | None:
         """Queue a request; return the reason if there is no space."""
+        if self.entries is _NONE:
+            self.entries = OrderedDict()
         entries, size = self.entries, self.size + len(entry.body)
         if len(entries) >= MAX_QUEUED:
             return f"{MAX_QUEUED} requests wait already"

@@ -75,7 +75,7 @@ class Consumer:
         self.running = 0
         self.waiter: asyncio.Future[None] | None = None
         self.posted = False
-        self.timing = context.watch.of(callback, f"the subscription to '{topic}'")
+        self.timing = context.watch.of(callback, "the subscription to", topic)
         self.depth = depth
         self.callback = callback
         self._message_lost = message_lost

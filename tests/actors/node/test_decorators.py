@@ -35,12 +35,12 @@ class Child(Base):
 
 def test_declarations_stand_in_order_of_definition() -> None:
     """Two decorators on one method are two declarations."""
-    assert [name for name, _ in declared(Base)] == ["on_message", "on_message", "add", "tick"]
+    assert [name for name, _ in declared(Base, actors.Node)] == ["on_message", "on_message", "add", "tick"]
 
 
 def test_an_overridden_method_counts_as_the_subclass_has_it() -> None:
     """An override without a decorator takes the declaration back; one with its own replaces it."""
-    assert [name for name, _ in declared(Child)] == ["on_message", "on_message", "tick"]
+    assert [name for name, _ in declared(Child, actors.Node)] == ["on_message", "on_message", "tick"]
 
 
 def test_a_node_has_what_its_class_declares() -> None:
