@@ -16,23 +16,27 @@ There is one point of interleaving. A callback task that is suspended while a ca
 flight (a service call, a wait for a peer) releases the mailbox and takes it again before it continues. So a
 callback may call any service, including those of its own node, in circles, through `gather` or in tasks it
 starts, and nothing can deadlock.
+
+Sources with `concurrent=True` do not wait for a taken mailbox: their plain functions run while the callback
+task that holds it is suspended, and their callback tasks run without it.
 """
 
 from __future__ import annotations
 
 import asyncio
 from collections import deque
-from contextvars import Context, copy_context
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from contextvars import copy_context
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.callbacks.budget import BUDGET_SEC, SHARE_SEC, CallbackBudget
 from actors.callbacks.callback_task import current_callback_task
+from actors.callbacks.source import Share, changed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
     from actors.callbacks.callback_task import CallbackTask
-    from actors.callbacks.timing import CallbackTiming
+    from actors.callbacks.source import CallbackSource
 
 IDLE_WORKERS: Final = 16
 """Workers kept for the next callback tasks; further ones end as soon as they have nothing to do."""
@@ -42,68 +46,6 @@ CONCURRENT_STARTS: Final = 16
 
 SHORT_STEP_SEC: Final = BUDGET_SEC / CONCURRENT_STARTS
 """A step shorter than this is short. While steps are longer, concurrent callback tasks start one by one."""
-
-
-class CallbackSource(Protocol):
-    """Something with callbacks to run."""
-
-    posted: bool
-    """Whether it is in the mailbox's queue; set by the mailbox."""
-    timing: CallbackTiming
-    """How long its callback takes; updated by the mailbox and by callback tasks."""
-    calls: int
-    """How often its callback has been called so far."""
-
-    def dispatch(self, share: Share) -> CallbackTask | None:
-        """Run queued callbacks until the share is used or one of them returns a coroutine.
-
-        Args:
-            share: Check `share.used` between two callbacks, and return when it is true.
-
-        Returns:
-            The coroutine as a callback task; None if there was none.
-        """
-        ...
-
-    def has_work(self) -> bool:
-        """Whether `dispatch` would run something now."""
-        ...
-
-
-class Share:
-    """What a source may do in one dispatch.
-
-    Attributes:
-        clock: The budget's.
-        until: The time on that clock after which the source must return.
-        context: The context that the callbacks run in.
-        original: What the context is a copy of. After a callback that has changed the context the source
-            must return.
-    """
-
-    __slots__ = ("clock", "context", "original", "until")
-
-    def __init__(self, clock: Callable[[], float], original: Context) -> None:
-        self.clock = clock
-        self.until = 0.0
-        self.original = original
-        self.context = original.copy()
-
-    @property
-    def used(self) -> bool:
-        """Whether the source must return."""
-        return self.clock() >= self.until or changed(self.context, self.original)
-
-
-def changed(context: Context, original: Context) -> bool:
-    """Return whether a copy of a context has been changed.
-
-    Cheap while it has not: both then share their contents. Values that cannot be compared count as changed.
-    """
-    try:
-        return context != original
-    except Exception:  # noqa: BLE001 - the __eq__ of a user's value; arrays have no truth value, for example
-        return True
 
 
 class Mailbox:
@@ -231,36 +173,39 @@ class Mailbox:
         return self._spawn is not None and not waits and not self.budget.exhausted
 
     def post(self, source: CallbackSource) -> None:
-        """Run the source's callbacks as soon as the mailbox is free: now, if it is."""
+        """Run the source's callbacks as soon as the mailbox is free: now, if it is.
+
+        Those of a concurrent source do not wait for a coroutine callback that is suspended.
+        """
         if not source.posted and self._on_drained is None:
             source.posted = True
             self._ready.append(source)
-            if not self._busy:
+            if not self._busy or source.concurrent:
                 self._run_ready()
 
     def _run_ready(self) -> None:
-        """Run what waits, until the mailbox is taken, empty or out of budget."""
+        """Run what waits, until out of budget; while the mailbox is taken, concurrent sources only."""
         if self._running_ready:
             return
         self._running_ready = True
+        ready = self._ready
         try:
-            while not self._busy and self._spawn is not None:
-                if self._resuming:
+            while self._spawn is not None:
+                if self._busy:
+                    source = next((each for each in ready if each.concurrent), None)
+                elif self._resuming:
                     self._resume(*self._resuming.popleft())
                     continue
-                if not self._ready:
+                else:
+                    source = ready[0] if ready else None
+                if source is None:
                     return
                 if self.budget.exhausted:
                     self._defer()
                     return
-                source = self._ready.popleft()
+                ready.remove(source)
                 source.posted = False
-                try:
-                    callback_task = self._dispatch(source)
-                except SystemExit as error:
-                    if not self.exited(error):
-                        raise
-                    return
+                callback_task = self._dispatch(source)
                 if callback_task is not None:
                     self._busy = True
                     self._assign(callback_task)
@@ -293,6 +238,9 @@ class Mailbox:
         callback_task: CallbackTask | None = None
         try:
             callback_task = context.run(source.dispatch, share)
+        except SystemExit as error:
+            if not self.exited(error):
+                raise
         finally:
             # Calling one `async def` takes no time worth measuring; its steps count.
             if callback_task is None or not timing.only_steps:

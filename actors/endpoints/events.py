@@ -18,7 +18,7 @@ from proto.codes import NoticeKind
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.callbacks.mailbox import Share
+    from actors.callbacks.source import Share
     from actors.diagnostics.records import CallbackDiagnostics
     from actors.endpoints.context import NodeContext
     from proto import frames
@@ -152,6 +152,8 @@ class Event:
         "posted",
         "timing",
     )
+
+    concurrent = False  # CallbackSource
 
     def __init__(
         self,

@@ -18,7 +18,7 @@ from actors.time.types import NANOSECONDS_PER_SECOND
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.callbacks.mailbox import Share
+    from actors.callbacks.source import Share
     from actors.endpoints.context import NodeContext
     from actors.time.clock import Cancellable, Clock
 
@@ -137,6 +137,8 @@ class TimerSource:
         canceled: Whether it does not tick.
         posted, timing: See `CallbackSource`.
     """
+
+    concurrent = False  # CallbackSource
 
     def __init__(
         self,

@@ -24,7 +24,7 @@ from proto.codes import Status
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.callbacks.mailbox import Share
+    from actors.callbacks.source import Share
     from actors.endpoints.context import NodeContext
     from proto.frames import RequestEntry
 
@@ -42,7 +42,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
         running: Suspended handlers whose callers wait, by call.
         replies: Sends the replies.
         calls: Requests handed to the callback so far.
-        posted, timing: See `CallbackSource`.
+        posted, timing, concurrent: See `CallbackSource`.
     """
 
     kind: ClassVar = "service"
@@ -71,7 +71,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
         self.waiting = RequestQueue()
         self.running: dict[int, CallbackTask] = {}
         self._callback = callback
-        self._concurrent = concurrent
+        self.concurrent = concurrent
         self._suspended = 0
         """Suspended handlers, including those whose callers have given up."""
         context.link.add(self)
@@ -106,7 +106,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
         while self.has_work():
             callback_task = self._handle(self.waiting.take())
             if callback_task is not None:
-                if not self._concurrent:
+                if not self.concurrent:
                     return callback_task
                 self.context.mailbox.run_concurrently(callback_task)
             if self.waiting.entries and share.used:

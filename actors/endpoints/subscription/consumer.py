@@ -20,7 +20,7 @@ from actors.endpoints.subscription.backlog import Backlog, MessageInfo, QueuedBa
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable, Coroutine
 
-    from actors.callbacks.mailbox import Share
+    from actors.callbacks.source import Share
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import Event
 
@@ -53,7 +53,7 @@ class Consumer:
         expired: Messages dropped because they were older than their publisher's lifespan.
         running: Callbacks that are suspended.
         waiter: Set while an idle iterator waits.
-        posted, timing: See `CallbackSource`.
+        posted, timing, concurrent: See `CallbackSource`.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Consumer:
         self.depth = depth
         self.callback = callback
         self._message_lost = message_lost
-        self._concurrent = concurrent
+        self.concurrent = concurrent
         self._most = MAX_CONCURRENT if concurrent else 1
         """Callbacks that may be suspended at the same time."""
         self._on_ready: Callable[[], object] | None = None
@@ -93,7 +93,7 @@ class Consumer:
             return self.waiter is not None  # it waits, or has been woken and takes what is there by then
         if self.backlog.pending:
             return False
-        return not self.running and (self._concurrent or self.context.mailbox.free)
+        return not self.running and (self.concurrent or self.context.mailbox.free)
 
     def wake(self) -> None:
         """Hand over what the backlog holds, now or as soon as the mailbox is free."""
@@ -156,7 +156,7 @@ class Consumer:
             if coroutine is not None:
                 self.running += 1
                 callback_task = CallbackTask(self.context.mailbox, coroutine, self._ended, self.timing)
-                if not self._concurrent:
+                if not self.concurrent:
                     return callback_task
                 self.context.mailbox.run_concurrently(callback_task)
             if not batches or share.used:

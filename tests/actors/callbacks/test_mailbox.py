@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.callbacks.budget import CallbackBudget
+from actors.callbacks.budget import BUDGET_SEC, CallbackBudget
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.mailbox import IDLE_WORKERS, Mailbox
 from actors.callbacks.timing import Stopwatch
@@ -19,7 +19,7 @@ from actors.endpoints.context import in_flight
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
-    from actors.callbacks.mailbox import Share
+    from actors.callbacks.source import Share
     from actors.callbacks.timing import CallbackTiming
 
 
@@ -31,8 +31,9 @@ def timing() -> CallbackTiming:
 class Recorder:
     """A source whose callbacks are given one by one, as a service's requests are."""
 
-    def __init__(self, mailbox: Mailbox, *, reentrant: bool = True) -> None:
+    def __init__(self, mailbox: Mailbox, *, reentrant: bool = True, concurrent: bool = False) -> None:
         self.mailbox = mailbox
+        self.concurrent = concurrent
         self.posted = False
         self.queue: deque[Callable[[], Any]] = deque()
         self.results: list[Any] = []
@@ -56,7 +57,10 @@ class Recorder:
             if asyncio.iscoroutine(result):
                 self.running += 1
                 self.callback_task = CallbackTask(self.mailbox, result, self.ended, self.timing)
-                return self.callback_task
+                if not self.concurrent:
+                    return self.callback_task
+                self.mailbox.run_concurrently(self.callback_task)
+                continue
             self.results.append(result)
             if share.used:
                 break
@@ -400,6 +404,72 @@ async def test_concurrent_callback_runs_while_the_mailbox_is_taken() -> None:
         assert not source.results
         gate.set()
         await until(lambda: source.results == [None])
+
+
+async def test_concurrent_sources_do_not_wait_for_a_suspended_callback() -> None:
+    """Functions and coroutines of a concurrent source run while a coroutine of another holds the mailbox."""
+    mailbox = Mailbox()
+    async with opened(mailbox):
+        source, other = Recorder(mailbox), Recorder(mailbox)
+        beside = Recorder(mailbox, concurrent=True)
+        gate = asyncio.Event()
+
+        async def say(text: str) -> str:
+            return text
+
+        source.add(gate.wait)
+        other.add(lambda: "other")
+        beside.add(lambda: "at once")
+        assert beside.results == ["at once"]
+        beside.add(lambda: say("soon"))
+        await until(lambda: beside.results == ["at once", "soon"])
+        assert not source.results
+        assert not other.results
+        gate.set()
+        await until(lambda: source.results == [True] and other.results == ["other"])
+
+
+async def test_concurrent_sources_that_wait_run_when_a_callback_takes_the_mailbox() -> None:
+    """They are not left behind a coroutine that was posted before them, and keep their order otherwise."""
+    mailbox = Mailbox()
+    order: list[str] = []
+    gate = asyncio.Event()
+
+    async def hold() -> None:
+        order.append("hold")
+        await gate.wait()
+
+    sources = [Recorder(mailbox), Recorder(mailbox), Recorder(mailbox, concurrent=True)]
+    sources[0].add(hold)
+    sources[1].add(lambda: order.append("after"))
+    sources[2].add(lambda: order.append("beside"))
+    async with opened(mailbox):
+        await until(lambda: len(order) == 2)
+        assert set(order) == {"hold", "beside"}
+        gate.set()
+        await until(lambda: order[2:] == ["after"])
+
+
+async def test_concurrent_sources_keep_to_the_budget() -> None:
+    """While another callback holds the mailbox, too, they leave time for the rest of the loop."""
+    mailbox, now = Mailbox(), 0.0
+    budget = CallbackBudget(lambda: now)
+    async with opened(mailbox, budget):
+        source, beside = Recorder(mailbox), Recorder(mailbox, concurrent=True)
+        gate = asyncio.Event()
+        source.add(gate.wait)
+        await asyncio.sleep(0)
+
+        def slow() -> None:
+            nonlocal now
+            now += BUDGET_SEC
+
+        beside.queue.extend([slow] * 3)
+        beside.add(slow)
+        assert len(beside.results) == 1
+        await until(lambda: len(beside.results) == 4)
+        gate.set()
+        await until(lambda: source.results == [True])
 
 
 async def test_timeout_inside_a_callback_works() -> None:

@@ -14,6 +14,7 @@ from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_srvs.srv import Empty
 from proto.frames import RequestEntry
 from tests.actors.meeting import MIB, Blow, turns, until
 
@@ -249,6 +250,35 @@ async def test_handlers_run_one_at_a_time_unless_concurrent(adder: Adder) -> Non
     await adder.serve(alone)
     assert await asyncio.gather(*(adder.add(i, 1) for i in range(3))) == [1, 2, 3]
     assert most == 1
+
+
+@pytest.mark.parametrize("kind", ["def", "async def"])
+async def test_a_concurrent_service_answers_while_another_callback_is_suspended(
+    adder: Adder, kind: str
+) -> None:
+    """A coroutine callback of the node that waits for anything does not hold it up, as it does others."""
+    entered, gate = asyncio.Event(), asyncio.Event()
+
+    async def hold() -> None:
+        timer.cancel()
+        entered.set()
+        await gate.wait()
+
+    async def later(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        await turns()
+        return one(request)
+
+    timer = adder.server.create_timer(0.001, hold)
+    adder.server.create_service(Empty, "other", lambda request: Empty.Response())
+    other = adder.caller.create_client(Empty, "other")
+    await adder.serve(one if kind == "def" else later, concurrent=True)
+    await other.wait_for_service()
+    await entered.wait()
+    call = other.call_async(Empty.Request())
+    assert await asyncio.gather(*(adder.add(i, 1) for i in range(3))) == [1, 2, 3]
+    assert not call.done()
+    gate.set()
+    await call
 
 
 async def test_a_destroyed_service_fails_its_callers(adder: Adder) -> None:

@@ -525,6 +525,30 @@ async def test_concurrent_callbacks_meet(meeting: Meeting) -> None:
     assert most == 1
 
 
+async def test_a_concurrent_subscription_receives_while_another_callback_is_suspended(
+    meeting: Meeting,
+) -> None:
+    """Its callback, a plain function, runs for each message meanwhile."""
+    both = await meeting.node("both")
+    entered, gate = asyncio.Event(), asyncio.Event()
+    received: list[int] = []
+
+    async def hold() -> None:
+        timer.cancel()
+        entered.set()
+        await gate.wait()
+
+    timer = both.create_timer(0.001, hold)
+    both.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data), 10, concurrent=True)
+    publisher = both.create_publisher(Int64, "numbers", 10)
+    await matched(publisher)
+    await entered.wait()
+    for number in range(10):
+        publisher.publish(Int64(data=number))
+    await until(lambda: received == list(range(10)))
+    gate.set()
+
+
 async def test_so_many_callbacks_run_concurrently_and_no_more(meeting: Meeting) -> None:
     """The rest waits in the queue, and has its turn as others end."""
     both = await meeting.node("both")
