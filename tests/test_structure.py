@@ -25,6 +25,7 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "actors.node.node": "rclpy's surface, mostly docstrings",
     "actors.node.node.Node": "has rclpy's surface; its methods delegate",
     "actors.node.node.Node.__init__": "wires the node's parts",
+    "actors.node.parameters.NodeParameters": "has rclpy's parameter methods; the store does the work",
     "proto.frames": "one table of all frames",
 }
 """Modules, functions and classes beyond a limit, by qualified name, and why."""

@@ -618,6 +618,18 @@ class Node(NodeGraph, NodeParameters):
             timer.destroy()
         return mine
 
+    def destroy_rate(self, rate: Rate) -> bool:
+        """Take a rate out of service; whoever sleeps by it wakes.
+
+        Args:
+            rate: The rate.
+
+        Returns:
+            True.
+        """
+        rate.destroy()
+        return True
+
     # Lifecycle
 
     async def __aenter__(self) -> Self:

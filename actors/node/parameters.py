@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from actors.parameters.errors import ParameterUninitializedError
+from actors.parameters.types import ParameterType
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
@@ -14,7 +17,6 @@ if TYPE_CHECKING:
         ListParametersResult,
         Parameter,
         ParameterDescriptor,
-        ParameterType,
         ParameterValue,
         SetParametersResult,
     )
@@ -135,6 +137,37 @@ class NodeParameters:
             ParameterUninitializedError: One was declared with only a type and has no value yet.
         """
         return [self._parameters.get(name) for name in names]
+
+    def get_parameter_type(self, name: str) -> ParameterType:
+        """Return the type of a parameter's value.
+
+        Args:
+            name: The parameter's name.
+
+        Returns:
+            The type; NOT_SET if it has no value, or is not declared and undeclared ones are allowed.
+
+        Raises:
+            ParameterNotDeclaredError: It is not declared.
+        """
+        try:
+            return self._parameters.get(name).type_
+        except ParameterUninitializedError:
+            return ParameterType.NOT_SET
+
+    def get_parameter_types(self, names: Sequence[str]) -> list[ParameterType]:
+        """Return the types of several parameters.
+
+        Args:
+            names: Their names.
+
+        Returns:
+            The types, in the same order.
+
+        Raises:
+            ParameterNotDeclaredError: One is not declared.
+        """
+        return [self.get_parameter_type(name) for name in names]
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
         """Return a parameter, or the alternative if it is not declared.

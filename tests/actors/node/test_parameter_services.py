@@ -11,7 +11,7 @@ import actors
 from actors import LoggingSeverity
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.node.parameter_services import MAX_ITEMS
-from actors.parameters.errors import ParameterModifiedInCallbackError
+from actors.parameters.errors import ParameterModifiedInCallbackError, ParameterNotDeclaredError
 from actors.parameters.types import (
     FloatingPointRange,
     IntegerRange,
@@ -231,6 +231,19 @@ async def test_changes_before_the_first_session_are_published(meeting: Meeting, 
     async with node:
         await until(lambda: len(remote.events) == 2)
     assert [named(event.new_parameters) for event in remote.events] == [{"b": 2}, {"a": 1}]
+
+
+def test_a_nodes_own_types() -> None:
+    """As the service gives them: NOT_SET without a value. An undeclared one is an error, unless allowed."""
+    node = actors.Node("n", start_parameter_services=False, use_global_arguments=False)
+    node.declare_parameters("", [("a", 1), ("b", [1.0]), ("typed", ParameterType.STRING), ("empty",)])
+    types = [ParameterType.INTEGER, ParameterType.DOUBLE_ARRAY, ParameterType.NOT_SET, ParameterType.NOT_SET]
+    assert node.get_parameter_types(["a", "b", "typed", "empty"]) == types
+    assert node.get_parameter_type("a") is Parameter.Type.INTEGER
+    with pytest.raises(ParameterNotDeclaredError):
+        node.get_parameter_type("other")
+    open_node = actors.Node("m", allow_undeclared_parameters=True, use_global_arguments=False)
+    assert open_node.get_parameter_types(["other"]) == [ParameterType.NOT_SET]
 
 
 async def test_a_destroyed_node_can_still_be_set(meeting: Meeting) -> None:

@@ -77,7 +77,7 @@ def test_destroying_a_rate_wakes_its_sleepers() -> None:
         start = loop.time()
         sleepers = [asyncio.ensure_future(rate.sleep()) for _ in range(2)]
         await asyncio.sleep(1)
-        rate.destroy()
+        assert node.destroy_rate(rate)
         await asyncio.gather(*sleepers)
         assert loop.time() - start == pytest.approx(1)
         with pytest.raises(RuntimeError, match="destroyed rate"):
