@@ -27,7 +27,8 @@ class Endpoint(LinkEndpoint):
         interface: Its message or service class; None for one of every type.
         peers: How many counterparts it has now.
         destroyed: Whether it is out of service.
-        standard: Whether every node has it. The broker may refuse it, and needs no definition of its type.
+        standard: Whether every node, or every lifecycle node, has it. The broker may refuse it, and needs no
+            definition of its type.
     """
 
     kind: ClassVar = "endpoint"

@@ -11,11 +11,11 @@ from actors.lifecycle.publisher import LifecyclePublisher
 from actors.lifecycle.states import TransitionCallbackReturn
 from actors.lifecycle.transitions import Transitions
 from actors.node.node import Node
-from actors.qos.profile import qos_from
 
 if TYPE_CHECKING:
     from actors.endpoints.events import PublisherEventCallbacks
     from actors.lifecycle.states import LifecycleState
+    from actors.node.qos_overrides import QoSOverridingOptions
     from actors.qos.profile import QoSProfile
 
 MessageT = TypeVar("MessageT", bound=Message)
@@ -61,6 +61,7 @@ class LifecycleNode(Node):
         qos_profile: QoSProfile | int = 10,
         *,
         event_callbacks: PublisherEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
     ) -> LifecyclePublisher[MessageT]:
         """Make a publisher that is silent unless the node is active.
 
@@ -69,14 +70,15 @@ class LifecycleNode(Node):
             topic: As for `create_publisher`.
             qos_profile: As for `create_publisher`.
             event_callbacks: As for `create_publisher`.
+            qos_overriding_options: As for `create_publisher`.
 
         Returns:
             The publisher; `destroy_publisher` destroys it.
 
         Raises:
-            InvalidTopicNameError, TypeError, ValueError, NodeDestroyed: As `create_publisher`.
+            CallboardError, TypeError, ValueError: As `create_publisher`.
         """
-        qos, name = qos_from(qos_profile), self.resolve_topic_name(topic)
+        name, qos = self._topic_and_qos(topic, qos_profile, qos_overriding_options, "publisher")
         return LifecyclePublisher(
             self._context, msg_type, name, qos, event_callbacks, activation=self._transitions.activation
         )

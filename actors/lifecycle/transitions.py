@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM
 from actors.endpoints.context import in_flight
+from actors.endpoints.endpoint import endpoint_of
+from actors.endpoints.service.endpoint import ServiceEndpoint
 from actors.errors import NodeDestroyed
 from actors.interfaces.lifecycle_msgs import msg, srv
 from actors.lifecycle.errors import InvalidTransitionError
@@ -60,15 +62,19 @@ class Transitions:
         """Let other nodes request transitions and watch them."""
         node = self._node
         self._events = node.create_publisher(msg.TransitionEvent, "~/transition_event")
-        node.create_service(srv.ChangeState, "~/change_state", self._change_state, concurrent=True)
+        endpoint_of(self._events).standard = True
         for name, kind, callback in (
+            ("change_state", srv.ChangeState, self._change_state),
             ("get_state", srv.GetState, self._get_state),
             ("get_available_states", srv.GetAvailableStates, self._get_available_states),
             ("get_available_transitions", srv.GetAvailableTransitions, self._get_available_transitions),
             ("get_transition_graph", srv.GetAvailableTransitions, self._get_transition_graph),
         ):
             srv_type: Any = kind
-            node.create_service(srv_type, f"~/{name}", callback)
+            ServiceEndpoint(
+                self._context, srv_type, srv_type.Request, srv_type.Response,
+                node.resolve_service_name(f"~/{name}"), callback=callback, concurrent=True, standard=True,
+            )  # fmt: skip
 
     async def request(self, wanted: int | str) -> TransitionCallbackReturn:
         """Begin a transition, and wait for its end.

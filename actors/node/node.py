@@ -288,9 +288,19 @@ class Node(NodeGraph, NodeParameters):
             TypeError, ValueError: No message class, or no QoS.
             NodeDestroyed: The node has been destroyed.
         """
-        name = self._names.resolve_topic(topic)
-        qos = overridden(qos_from(qos_profile), qos_overriding_options, self._parameters, name, "publisher")
+        name, qos = self._topic_and_qos(topic, qos_profile, qos_overriding_options, "publisher")
         return Publisher(self._context, msg_type, name, qos, event_callbacks)
+
+    def _topic_and_qos(
+        self,
+        topic: str,
+        qos_profile: QoSProfile | int,
+        options: QoSOverridingOptions | None,
+        kind: Literal["publisher", "subscription"],
+    ) -> tuple[str, QoSProfile]:
+        """Return the full name of an endpoint's topic, and its QoS with the overrides."""
+        name = self._names.resolve_topic(topic)
+        return name, overridden(qos_from(qos_profile), options, self._parameters, name, kind)
 
     @overload
     def create_subscription(
@@ -364,11 +374,10 @@ class Node(NodeGraph, NodeParameters):
             TypeError, ValueError: No message class, or no QoS.
             NodeDestroyed: The node has been destroyed.
         """
-        profile = qos_from(qos_profile if qos is None else qos)
         if msg_type is None and not raw:
             raise TypeError("create_subscription needs a message class, unless raw=True")
-        name = self._names.resolve_topic(topic)
-        profile = overridden(profile, qos_overriding_options, self._parameters, name, "subscription")
+        wanted = qos_profile if qos is None else qos
+        name, profile = self._topic_and_qos(topic, wanted, qos_overriding_options, "subscription")
         return Subscription(
             self._context,
             msg_type,

@@ -266,6 +266,38 @@ async def test_a_callback_may_trigger_and_call(meeting: Meeting, managed: Manage
     assert done == ["cleaningup", "unconfigured"]
 
 
+async def test_its_services_are_standard_endpoints(meeting: Meeting) -> None:
+    """They are declared without definitions, and answer while a callback of the node is suspended."""
+    gate, entered = asyncio.Event(), asyncio.Event()
+
+    async def hold() -> None:
+        timer.cancel()
+        entered.set()
+        await gate.wait()
+
+    url = meeting.broker.url
+    async with actors.LifecycleNode("managed", **BARE, url=url, use_global_arguments=False) as node:
+        assert meeting.broker.stats().definitions == 0
+        timer = node.create_timer(0.001, hold)
+        caller = Remote(await meeting.node("caller"))
+        await entered.wait()
+        assert await caller.change("configure")
+        assert await caller.state() == "inactive"
+        gate.set()
+
+
+async def test_a_lifecycle_publishers_qos_can_be_overridden() -> None:
+    """By parameters, as any publisher's."""
+    node = actors.LifecycleNode(
+        "n", parameter_overrides={"qos_overrides./chatter.publisher.depth": 3}, use_global_arguments=False
+    )
+    options = actors.QoSOverridingOptions.with_default_policies()
+    assert node.create_lifecycle_publisher(String, "chatter").qos_profile.depth == 10
+    made = node.create_lifecycle_publisher(String, "chatter", qos_overriding_options=options)
+    assert made.qos_profile.depth == 3
+    node.destroy_node()
+
+
 async def test_without_services(meeting: Meeting) -> None:
     """`enable_communication_interface=False`: only the node itself changes its state."""
     async with Managed(url=meeting.url, enable_communication_interface=False) as node:
