@@ -6,6 +6,7 @@ import asyncio
 import math
 import uuid
 from contextvars import copy_context
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Generic
 
 from actors.actions.client_goal import (
@@ -16,6 +17,7 @@ from actors.actions.client_goal import (
     ResultT,
     goal_result,
 )
+from actors.actions.feedback_order import HeldResults
 from actors.actions.names import ActionNames
 from actors.actions.server_goal import GoalT
 from actors.actions.states import GoalState
@@ -24,7 +26,7 @@ from actors.callbacks.functions import takes
 from actors.callbacks.must_await import must_await
 from actors.endpoints.client.client import Client
 from actors.endpoints.context import in_flight
-from actors.endpoints.endpoint import Endpoint, Handle
+from actors.endpoints.endpoint import Endpoint, Handle, endpoint_of
 from actors.endpoints.subscription.subscription import Subscription
 from actors.interfaces.action import action_types, require_action
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
@@ -35,6 +37,7 @@ from actors.qos.profile import qos_profile_action_status_default, qos_profile_de
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.endpoints.client.endpoint import CallFuture
     from actors.endpoints.context import NodeContext
 
 
@@ -63,6 +66,7 @@ class ActionClientEndpoint(Endpoint):
                 GoalStatusArray, names.status, self._status_received, qos_profile_action_status_default
             ),
         ]
+        self._held = HeldResults(endpoint_of(subscriptions[0]))
         self._send = self._client(types.send_goal, names.send_goal)
         self._cancel: Client[CancelGoal.Request, CancelGoal.Response]
         self._cancel = self._client(CancelGoal, names.cancel_goal)
@@ -94,16 +98,19 @@ class ActionClientEndpoint(Endpoint):
             receiver.decided(accepted=response.accepted, stamp=response.stamp)
             if response.accepted:
                 reply = self._request_result(receiver.goal_id)
-                reply.add_done_callback(lambda reply: self._ended(key, receiver, reply))
+                reply.add_done_callback(partial(self._result_replied, key, receiver))
         finally:
             if not receiver.accepted:
                 del self.goals[key]
 
-    def _ended(self, key: bytes, receiver: GoalReceiver, reply: asyncio.Future[Any]) -> None:
+    def _result_replied(self, key: bytes, receiver: GoalReceiver, reply: CallFuture) -> None:
+        self._held.hold(reply.attributes, partial(self._ended, key, receiver, reply))
+
+    def _ended(self, key: bytes, receiver: GoalReceiver, reply: CallFuture) -> None:
         del self.goals[key]
         receiver.result_received(reply)
 
-    def _request_result(self, goal_id: UUID) -> asyncio.Future[Any]:
+    def _request_result(self, goal_id: UUID) -> Any:
         """Ask for the result, however long the goal takes; no call of the callback that sends the goal."""
         request = self._types.get_result.Request(goal_id=goal_id)
         context = copy_context()
@@ -123,7 +130,10 @@ class ActionClientEndpoint(Endpoint):
 
     def _feedback_received(self, message: Any) -> Any:
         receiver = self.goals.get(bytes(message.goal_id.uuid))
-        return None if receiver is None else receiver.feedback_received(message)
+        try:
+            return None if receiver is None else receiver.feedback_received(message)
+        finally:
+            self._held.check()
 
     def _status_received(self, message: GoalStatusArray) -> None:
         self.statuses = message.status_list
@@ -138,6 +148,7 @@ class ActionClientEndpoint(Endpoint):
         if self.destroyed:
             return
         super().destroy()
+        self._held.release_all()
         for part in self._parts:
             part.destroy()
 

@@ -6,8 +6,10 @@ import asyncio
 import inspect
 import math
 from dataclasses import fields
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
+from actors.actions.feedback_order import attributes_after
 from actors.actions.names import ActionNames
 from actors.actions.results import KeptResults
 from actors.actions.server_callbacks import CancelResponse, GoalResponse, ServerCallbacks, awaited
@@ -15,7 +17,7 @@ from actors.actions.server_goal import GoalProgress
 from actors.actions.states import GoalEvent, GoalState
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import takes
-from actors.endpoints.endpoint import Endpoint, Handle
+from actors.endpoints.endpoint import Endpoint, Handle, endpoint_of
 from actors.endpoints.publisher.publisher import Publisher
 from actors.endpoints.service.service import Service
 from actors.interfaces.action import action_types
@@ -28,7 +30,7 @@ from actors.qos.profile import qos_profile_action_status_default, qos_profile_de
 from actors.time.clock import Clock
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from actors.endpoints.context import NodeContext
 
@@ -96,14 +98,25 @@ class ActionServerEndpoint(Endpoint):
         # The publishers come first, so that they are matched when the first goal arrives.
         self._parts: list[Handle[Any]] = [self._feedback, self._status, *self._serve(names)]
 
-    def _serve(self, names: ActionNames) -> Iterator[Service[Any, Any]]:
-        for srv_type, name, callback in (
-            (self._types.send_goal, names.send_goal, self._goal_requested),
-            (CancelGoal, names.cancel_goal, self._cancel_requested),
-            (self._types.get_result, names.get_result, self._result_requested),
-        ):
-            request, response = srv_type.Request, srv_type.Response
-            yield Service(self.context, srv_type, request, response, name, callback=callback, concurrent=True)
+    def _serve(self, names: ActionNames) -> list[Service[Any, Any]]:
+        services = [
+            Service[Any, Any](
+                self.context,
+                srv_type,
+                srv_type.Request,
+                srv_type.Response,
+                name,
+                callback=callback,
+                concurrent=True,
+            )
+            for srv_type, name, callback in (
+                (self._types.send_goal, names.send_goal, self._goal_requested),
+                (CancelGoal, names.cancel_goal, self._cancel_requested),
+                (self._types.get_result, names.get_result, self._result_requested),
+            )
+        ]
+        endpoint_of(services[-1]).reply_attributes = partial(attributes_after, self._feedback)
+        return services
 
     # Requests
 

@@ -50,6 +50,8 @@ class CallFuture(asyncio.Future[Any]):
 
     request: RequestEntry | None = None
     """What was sent, for as long as it may have to be sent again."""
+    attributes: frames.Options | None = None
+    """Those of the response."""
 
     def __init__(self, client: ClientEndpoint, call: int, callback_task: CallbackTask | None) -> None:
         super().__init__(loop=client.context.link.loop)
@@ -213,6 +215,8 @@ class ClientEndpoint(IntrospectedEndpoint):
                 self.service_events.response(EventKind.RESPONSE_RECEIVED, identity, reply)
             future.ended()
             if not future.done():
+                if entry.attributes is not None:
+                    future.attributes = entry.attributes
                 future.set_result(reply)
 
     def _failure(self, entry: ReplyEntry) -> CallFailed:

@@ -41,11 +41,13 @@ class ServiceEndpoint(IntrospectedEndpoint):
         waiting: Requests that have not been handed to the callback.
         running: Suspended handlers whose callers wait, by call.
         replies: Sends the replies.
+        reply_attributes: Returns the attributes of the response that is about to be sent.
         calls: Requests handed to the callback so far.
         posted, timing, concurrent: See `CallbackSource`.
     """
 
     kind: ClassVar = "service"
+    reply_attributes: Callable[[], frames.Options | None] | None = None
 
     def __init__(
         self,
@@ -172,7 +174,7 @@ class ServiceEndpoint(IntrospectedEndpoint):
 
     def _reply(self, call: int, response: object, attributes: frames.Options | None) -> None:
         try:
-            self.replies.send(call, response)
+            self.replies.send(call, response, self.reply_attributes and self.reply_attributes())
         except (TypeError, InvalidMessageError) as error:
             self.replies.send_error(call, Status.INVALID_REPLY, error)
             self.context.callback_failed(

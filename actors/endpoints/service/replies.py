@@ -43,8 +43,8 @@ class Replies:
         self._name = name
         self._outgoing: EntryBatch[ReplyEntry] = EntryBatch()
 
-    def send(self, call: int, response: Any) -> None:
-        """Send a response.
+    def send(self, call: int, response: Any, attributes: frames.Options | None = None) -> None:
+        """Send a response, with attributes for the client's runtime.
 
         Raises:
             TypeError, InvalidMessageError: It is not a valid response, or too large; nothing was sent.
@@ -52,7 +52,7 @@ class Replies:
         body = self._codec.encode(response)
         if len(body) > self._link.largest:
             self._link.require_fits(f"A response of '{self._name}'", len(body))
-        self._send(call, Status.OK, body)
+        self._send(call, Status.OK, body, attributes)
 
     def send_error(self, call: int, status: Status, error: BaseException) -> None:
         """Send an exception's type and text."""
@@ -65,9 +65,9 @@ class Replies:
         self.errors += 1
         self._send(call, status, text.encode())
 
-    def _send(self, call: int, status: Status, body: bytes) -> None:
+    def _send(self, call: int, status: Status, body: bytes, attributes: frames.Options | None = None) -> None:
         self.sent += 1
-        entry = ReplyEntry(call, status, more=False, attributes=None, body=body)
+        entry = ReplyEntry(call, status, more=False, attributes=attributes, body=body)
         self._outgoing.send(entry, self, self._link)
 
     def flush_turn(self) -> None:

@@ -14,10 +14,11 @@ from actors import CancelResponse, GoalResponse, GoalState
 from actors.interfaces.action_msgs.msg import GoalInfo
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.qos.profile import qos_profile_action_status_default
 from proto.names import is_hidden
-from tests.actors.meeting import DEADLINE_SEC, until
+from tests.actors.meeting import DEADLINE_SEC, MIB, matched, until
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
@@ -122,6 +123,92 @@ async def test_feedback_before_the_acceptance_is_kept(meeting: Meeting) -> None:
     both = await pair(meeting, succeed, handle_accepted_callback=accepted)
     handle = await both.send()
     assert [list(each.sequence) async for each in handle] == [[7], [0, 1, 1], [0, 1, 1, 2], [0, 1, 1, 2, 3]]
+
+
+def five(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
+    """Publish five feedback messages, and succeed at once."""
+    for number in range(5):
+        goal.publish_feedback(Fibonacci.Feedback(sequence=[number]))
+    goal.succeed()
+    return Fibonacci.Result()
+
+
+async def test_a_result_waits_for_feedback_on_a_congested_link(meeting: Meeting) -> None:
+    """Replies overtake messages, but no result ends a goal before feedback that was published earlier."""
+    go = asyncio.Event()
+
+    async def execute(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
+        await go.wait()
+        return five(goal)
+
+    both = await pair(meeting, execute)
+    bulk = both.server_node.create_publisher(String, "bulk", 1000)
+    subscription = both.client_node.create_subscription(String, "bulk", lambda msg: None, 1000)
+    await matched(bulk)
+    text = String(data="x" * (MIB // 5))
+
+    async def flood() -> None:
+        while True:
+            for _ in range(20):
+                bulk.publish(text)
+            await asyncio.sleep(0)
+
+    flooding = asyncio.ensure_future(flood())
+    try:
+        await until(lambda: subscription.received > 100)
+        for kind in ("callback", "iterator") * 10:
+            taken: list[Any] = []
+            handle = await both.send(feedback_callback=taken.append if kind == "callback" else None)
+            await handle.cancel()  # the server has the request for the result when it answers this one
+            go.set()
+            if kind == "iterator":
+                taken += [feedback async for feedback in handle]
+            await handle.result(DEADLINE_SEC)
+            assert len(taken) == 5
+            go.clear()
+    finally:
+        flooding.cancel()
+
+
+async def test_a_result_waits_for_feedback_that_waits_for_the_mailbox(meeting: Meeting) -> None:
+    """Feedback waits while a callback of the client's node runs; the goal ends after it was handed over."""
+    both = await pair(meeting, five)
+    entered, gate, taken = asyncio.Event(), asyncio.Event(), list[Any]()
+
+    async def hold() -> None:
+        timer.cancel()
+        entered.set()
+        await gate.wait()
+
+    timer = both.client_node.create_timer(0, hold)
+    await entered.wait()
+    handle = await both.send(feedback_callback=taken.append)
+    await meeting.settled(both.server_node, both.client_node)
+    assert both.client.pending == 1
+    gate.set()
+    await handle.result(DEADLINE_SEC)
+    assert len(taken) == 5
+
+
+async def test_a_result_does_not_wait_for_feedback_for_long(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A callback that waits for the result elsewhere, and so keeps the feedback waiting, only delays it."""
+    monkeypatch.setattr("actors.actions.feedback_order.MAX_WAIT_SEC", 0.05)
+    both = await pair(meeting, five)
+    entered, gate, taken = asyncio.Event(), asyncio.Event(), list[Any]()
+
+    async def hold() -> None:
+        timer.cancel()
+        entered.set()
+        await gate.wait()
+
+    timer = both.client_node.create_timer(0, hold)
+    await entered.wait()
+    handle = await both.send(feedback_callback=taken.append)
+    assert await both.status(handle) is GoalState.SUCCEEDED
+    assert not taken
+    gate.set()
 
 
 async def test_feedback_that_nobody_takes_is_bounded_and_counted(

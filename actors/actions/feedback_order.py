@@ -1,0 +1,95 @@
+"""Results that have overtaken feedback: they wait for it.
+
+Replies overtake messages on a link that is congested. So the reply with a result says how far the server's
+feedback had come, and the client holds the result back until that feedback has been handed over.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import Callable
+
+    from actors.endpoints.publisher.publisher import Publisher
+    from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
+    from proto.frames import Options
+
+MAX_WAIT_SEC: Final = 1.0
+"""How long a result waits for feedback: it may wait for the node's other callbacks, or never arrive."""
+
+GID: Final = "after_gid"
+SEQUENCE: Final = "after_sequence"
+
+
+class FeedbackEnd(NamedTuple):
+    """How far the feedback of a server had come when it replied."""
+
+    gid: bytes
+    """Identifies the publisher of the feedback."""
+    sequence: int
+    """The number after its last message."""
+
+    @classmethod
+    def of(cls, attributes: Options | None) -> FeedbackEnd | None:
+        """Return what the attributes of a reply say; None if they do not, or are not valid."""
+        values: Options = attributes or {}
+        gid, sequence = values.get(GID), values.get(SEQUENCE)
+        if isinstance(gid, bytes) and isinstance(sequence, int):
+            return cls(gid, sequence)
+        return None
+
+
+def attributes_after(feedback: Publisher[Any]) -> Options | None:
+    """Return the attributes of a reply that follows what was published so far."""
+    return {GID: feedback.gid, SEQUENCE: feedback.published} if feedback.published else None
+
+
+class HeldResults:
+    """The results of one action client that wait for feedback.
+
+    Args:
+        subscription: To the feedback.
+    """
+
+    def __init__(self, subscription: SubscriptionEndpoint) -> None:
+        self._subscription = subscription
+        self._held: dict[Callable[[], None], tuple[FeedbackEnd, asyncio.TimerHandle]] = {}
+
+    def hold(self, attributes: Options | None, release: Callable[[], None]) -> None:
+        """Call `release` when the feedback has been handed over, or lost, that a reply's attributes name."""
+        end = FeedbackEnd.of(attributes)
+        if end is None or self._arrived(end):
+            release()
+            return
+        loop = self._subscription.context.require_loop()
+        self._held[release] = end, loop.call_later(MAX_WAIT_SEC, self._release, release)
+
+    def check(self) -> None:
+        """Release results, after feedback has been handed over."""
+        for release, (end, _) in tuple(self._held.items()):
+            if self._arrived(end):
+                self._release(release)
+
+    def release_all(self) -> None:
+        """Release all results: no more feedback is handed over."""
+        for release in tuple(self._held):
+            self._release(release)
+
+    def _release(self, release: Callable[[], None]) -> None:
+        _, timer = self._held.pop(release)
+        timer.cancel()
+        release()
+
+    def _arrived(self, end: FeedbackEnd) -> bool:
+        subscription = self._subscription
+        attachment = subscription.tracker.attachments.get(end.gid)
+        if attachment is None:  # it is still to come, has gone, or is not matched
+            return not subscription.peers or end.gid in subscription.tracker.known
+        if attachment.expected < end.sequence:
+            return False
+        return not any(
+            batch.attachment.gid == end.gid and batch.numbers[batch.index] < end.sequence
+            for batch in subscription.consumer.backlog.batches
+        )
