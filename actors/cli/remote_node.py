@@ -32,15 +32,25 @@ def add_remote_options(parser: Parser, *, timeout_sec: float = TIMEOUT_SEC) -> N
     """Add the options that all such verbs have."""
     parser.add_flag("--include-hidden-nodes", help="also a node with a leading _")
     parser.add_argument(
-        "--timeout", type=positive, metavar="SEC", default=timeout_sec,
-        help=f"end with 124 if there is no answer within this time; default: {timeout_sec:g}",
+        "--timeout", type=positive, metavar="SEC",
+        help="wait this long for the node to appear and to answer, then end with 124; "
+        f"default: {timeout_sec:g} for the answer of a node that is there",
     )  # fmt: skip
+    parser.set_defaults(default_timeout_sec=timeout_sec)
     add_broker_options(parser)
+
+
+def time_limit(options: Options) -> float:
+    """Return how many seconds the verb may take."""
+    seconds: float = options.timeout or options.default_timeout_sec
+    return seconds
 
 
 @asynccontextmanager
 async def remote_node(options: Options, what: str) -> AsyncGenerator[tuple[Node, str]]:
     """Yield a hidden node, and the full name of the node that the options name, until the options' timeout.
+
+    With --timeout the node may be yet to come; without, as in ROS 2, an unknown one is an error at once.
 
     Args:
         options: The command line.
@@ -56,15 +66,22 @@ async def remote_node(options: Options, what: str) -> AsyncGenerator[tuple[Node,
 
     if not options.node.strip("/"):
         raise CommandError("Which node? Write its full name, such as /talker", USAGE)
-    name = absolute(options.node)
+    name, limit = absolute(options.node), time_limit(options)
+    failure = f"Node '{name}' has not answered within {limit:g} s"
     try:
-        async with asyncio.timeout(options.timeout), hidden_node(options) as node:
-            nodes = visible_nodes(await graph_of(node), hidden=options.include_hidden_nodes)
+        async with asyncio.timeout(limit), hidden_node(options) as node:
+            snapshot = await graph_of(node)
+            nodes = visible_nodes(snapshot, hidden=options.include_hidden_nodes)
             if name not in nodes:
-                raise unknown(f"Node not found: '{name}'", name, nodes)
+                missing = unknown(f"Node not found: '{name}'", name, nodes)
+                if not options.timeout or name in snapshot.nodes():  # the latter: it is hidden
+                    raise missing
+                unanswered, failure = failure, str(missing)
+                await node.wait_for_node(name)
+                failure = unanswered
             yield node, name
     except TimeoutError:
-        raise CommandError(f"Node '{name}' has not answered within {options.timeout:g} s", TIMEOUT) from None
+        raise CommandError(failure, TIMEOUT) from None
     except RemoteError as error:
         raise CommandError(f"Node '{name}' failed: {error}") from None
     except ServiceUnavailable as error:
@@ -98,15 +115,16 @@ async def ask_all(
         except CallFailed as error:
             return error
 
+    limit = time_limit(options)
     try:
-        async with asyncio.timeout(options.timeout), hidden_node(options) as node:
+        async with asyncio.timeout(limit), hidden_node(options) as node:
             snapshot = await graph_of(node)
             served = {name for name, _ in snapshot.names_and_types(EntryKind.SERVICE)}
             visible = visible_nodes(snapshot, hidden=options.include_hidden_nodes)
             wanted = sorted(name for name in visible if f"{name}/{service}" in served)
             found = await asyncio.gather(*(answer(node, name) for name in wanted))
     except TimeoutError:
-        raise CommandError(f"The graph was not received within {options.timeout:g} s", TIMEOUT) from None
+        raise CommandError(f"The graph was not received within {limit:g} s", TIMEOUT) from None
     return dict(zip(wanted, found, strict=True))
 
 

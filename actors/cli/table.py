@@ -62,7 +62,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "info": Verb("print the servers and clients of an action"),
             "type": Verb("print the type of an action"),
             "find": Verb("list the actions of a type"),
-            "send_goal": Verb("send a goal, and print its result"),
+            "send_goal": Verb("send a goal, and print its result; exit with 1 unless it succeeds"),
             "echo": Verb("print the feedback and the states of an action's goals"),
         },
     ),

@@ -35,7 +35,8 @@ def add_arguments(parser: Parser) -> None:
     parser.add_flag("-f", "--feedback", help="also print feedback")
     parser.add_argument(
         "--timeout", type=positive, metavar="SEC",
-        help="cancel the goal and end with 124 when it has not ended within this time; default: no limit",
+        help="wait this long for a server and the goal's end, then cancel the goal and end with 124; "
+        "default: no limit",
     )  # fmt: skip
     add_json_option(
         parser,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.parsing import Options, Parser, add_json_option
-from actors.cli.remote_node import add_remote_options
+from actors.cli.remote_node import add_remote_options, time_limit
 
 if TYPE_CHECKING:
     from actors.errors import CallFailed
@@ -45,13 +45,13 @@ async def _of_one(options: Options) -> dict[str, State | CallFailed]:
     from actors.cli.remote_node import remote_node
 
     async with remote_node(options, "state") as (node, name):
-        return {name: await _state(node, name, options.timeout)}
+        return {name: await _state(node, name, time_limit(options))}
 
 
 async def _of_all(options: Options) -> dict[str, State | CallFailed]:
     from actors.cli.remote_node import ask_all
 
-    return await ask_all(options, "get_state", lambda node, name: _state(node, name, options.timeout / 2))
+    return await ask_all(options, "get_state", lambda node, name: _state(node, name, time_limit(options) / 2))
 
 
 async def _state(node: Node, name: str, limit: float) -> State:

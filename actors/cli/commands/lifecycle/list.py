@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.parsing import Options, Parser, add_json_option
-from actors.cli.remote_node import add_node_argument, add_remote_options
+from actors.cli.remote_node import add_node_argument, add_remote_options, time_limit
 
 if TYPE_CHECKING:
     from actors.interfaces.lifecycle_msgs.msg import TransitionDescription
@@ -57,5 +57,5 @@ async def _transitions(options: Options) -> list[TransitionDescription]:
     async with remote_node(options, "transitions") as (node, name):
         service = "get_transition_graph" if options.all else "get_available_transitions"
         client = node.create_client(GetAvailableTransitions, f"{name}/{service}")
-        response = await client.call(GetAvailableTransitions.Request(), options.timeout)
+        response = await client.call(GetAvailableTransitions.Request(), time_limit(options))
         return response.available_transitions

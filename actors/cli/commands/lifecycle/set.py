@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from actors.cli.parsing import Options, Parser, add_json_option
-from actors.cli.remote_node import add_node_argument, add_remote_options
+from actors.cli.remote_node import add_node_argument, add_remote_options, time_limit
 
 EXAMPLES: Final = {"callboard lifecycle set /driver configure": "the node's on_configure runs"}
 
@@ -46,12 +46,12 @@ async def _set(options: Options) -> bool:
     wanted = options.transition
     async with remote_node(options, "transitions") as (node, name):
         asked = node.create_client(GetAvailableTransitions, f"{name}/get_available_transitions")
-        response = await asked.call(GetAvailableTransitions.Request(), options.timeout)
+        response = await asked.call(GetAvailableTransitions.Request(), time_limit(options))
         available = [each.transition for each in response.available_transitions]
         for transition in available:
             if wanted in {transition.label, str(transition.id)}:
                 client = node.create_client(ChangeState, f"{name}/change_state")
                 request = ChangeState.Request(transition=transition)
-                return (await client.call(request, options.timeout)).success
+                return (await client.call(request, time_limit(options))).success
     lines = "".join(f"\n- {each.label} [{each.id}]" for each in available)
     raise CommandError(f"Unknown transition requested, available ones are:{lines}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.cli.parameters import TYPE_NAMES, parameter_client
 from actors.cli.parsing import Options, Parser, add_json_option
-from actors.cli.remote_node import add_remote_options
+from actors.cli.remote_node import add_remote_options, time_limit
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable
@@ -91,7 +91,7 @@ async def _of_all(options: Options) -> dict[str, dict[str, str] | CallFailed]:
     from actors.parameter_client.client import ParameterClient
 
     def ask(node: Node, name: str) -> Awaitable[dict[str, str]]:
-        return _types(options, ParameterClient(node, name), options.timeout / 2)
+        return _types(options, ParameterClient(node, name), time_limit(options) / 2)
 
     return await ask_all(options, "list_parameters", ask)
 

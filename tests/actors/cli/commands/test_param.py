@@ -289,6 +289,18 @@ async def test_a_node_that_does_not_answer(desk: Desk) -> None:
         assert (code, err) == (124, "Node '/frozen' has not answered within 0.5 s\n")
 
 
+async def test_a_node_that_is_yet_to_come(desk: Desk) -> None:
+    """With --timeout a command waits for it; if it does not appear, it ends with ROS 2's text and 124."""
+    async with desk.node("watch") as watch:
+        getting = desk.start("param", "get", "/driver", "speed", "--hide-type", "--timeout", "20")
+        while not any("_callboard_cli" in name for name in (await watch.get_graph()).nodes()):
+            assert not getting.done()
+        async with driver(desk):
+            assert await getting == (0, "1.5\n", "")
+            code, _, err = await desk.callboard("param", "get", "/drivr", "speed", "--timeout", "0.3")
+            assert (code, err) == (124, "Node not found: '/drivr'; did you mean '/driver'?\n")
+
+
 async def test_a_callback_that_raises(desk: Desk) -> None:
     """The error is named; the exit code is 1."""
     async with driver(desk) as node:
