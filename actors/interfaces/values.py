@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from actors.interfaces.arrays import ARRAY_BY_ELEMENT, NumericArray
+from actors.interfaces.arrays import ARRAY_BY_ELEMENT, NumericArray, pack
 from actors.interfaces.fields import BINARY, fields_of, nested_classes
 
 if TYPE_CHECKING:
@@ -62,7 +62,8 @@ def _held(field_type: FieldType, value: Any) -> Any:
     if array is not None:
         return value if type(value) is array else array(value)
     if field_type.base in BINARY:
-        return cast("Any", value) if isinstance(value, _BYTES) else bytes_of(value)
+        packed = pack(value)
+        return packed if isinstance(packed, memoryview) else bytes_of(value)
     return value.tolist() if hasattr(value, "dtype") else list(value)
 
 
@@ -95,6 +96,7 @@ def shown(field_type: FieldType | None, value: Any) -> str:
             return _fixed(held, "uint8" if base == "char" else base)
         if isinstance(held, NumericArray):
             return repr(held.tolist())
+        value = held
     if isinstance(value, _BYTES):
         plain = bytes(cast("bytes", value))
         return f"<{len(plain)} bytes>" if len(plain) > _MAX_BYTES else repr(plain)

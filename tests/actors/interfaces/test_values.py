@@ -9,14 +9,16 @@ from typing import Annotated, Any, cast
 import msgspec
 import numpy as np
 import pytest
+import yaml
 
 from actors.interfaces import types
 from actors.interfaces.codec import codec_for
+from actors.interfaces.convert import message_from_fields, message_to_yaml
 from actors.interfaces.geometry_msgs.msg import Pose, PoseWithCovariance, PoseWithCovarianceStamped
 from actors.interfaces.message import Message
 from actors.interfaces.sensor_msgs.msg import CameraInfo, Image, JointState
 from actors.interfaces.std_msgs.msg import ByteMultiArray, Float32MultiArray, String, UInt8MultiArray
-from actors.interfaces.test_msgs.msg import Arrays
+from actors.interfaces.test_msgs.msg import Arrays, BoundedSequences, UnboundedSequences
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 
 
@@ -66,6 +68,33 @@ def test_messages_are_equal_however_their_arrays_were_given(left: Any, right: An
         assert _pose(left) != _pose(other)
     assert _pose(left) != _pose(left[:1])
     assert _pose(left) != _pose(np.array(COVARIANCE).reshape(6, 6))
+
+
+@pytest.mark.parametrize("msg_type", [Arrays, UnboundedSequences, BoundedSequences])
+@pytest.mark.parametrize(
+    "element", ["float32", "float64", *(f"{u}int{8 << n}" for n in range(4) for u in ("", "u"))]
+)
+def test_every_numeric_sequence_takes_every_form(msg_type: Any, element: str) -> None:
+    """Fixed, bounded and unbounded ones are sent, received, printed as YAML and read from YAML alike."""
+    codec, name, numbers = codec_for(msg_type), f"{element}_values", np.array([1, 0, 2], element)
+    plain = numbers.tolist()
+    expected = msg_type(**{name: plain})
+    text = message_to_yaml(expected)
+    for given in (
+        plain,
+        tuple(plain),
+        array.array(numbers.dtype.char, plain),
+        numbers,
+        numbers.astype(numbers.dtype.newbyteorder()),
+        np.repeat(numbers, 2)[::2],
+    ):
+        message = msg_type(**{name: given})
+        received = codec.decode(codec.encode(message))
+        assert received == message == expected == message_from_fields(msg_type, {name: given})
+        assert list(getattr(received, name)) == plain
+        assert repr(received) == repr(message)
+        assert message_to_yaml(message) == message_to_yaml(received) == text
+    assert message_from_fields(msg_type, {name: yaml.safe_load(text)[name]}) == expected
 
 
 def test_elements_compare_as_their_fields_type() -> None:
