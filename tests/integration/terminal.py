@@ -8,7 +8,7 @@ import os
 import struct
 import sys
 import termios
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from tests.integration.conftest import DEADLINE_SEC, ROOT
@@ -58,7 +58,8 @@ class Terminal:
                 while wanted.encode() not in drawn:
                     await more.wait()
                     more.clear()
-                    drawn += os.read(self._window, 65536)
+                    with suppress(BlockingIOError):  # the loop may report once more what has been read
+                        drawn += os.read(self._window, 65536)
         except TimeoutError:
             raise AssertionError(f"The terminal did not show {wanted!r}: {drawn!r}") from None
         finally:
@@ -73,6 +74,7 @@ async def on_terminal(*arguments: str, term: str, **environment: str) -> AsyncGe
     """
     window, inside = os.openpty()
     try:
+        os.set_blocking(window, False)
         fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 100, 0, 0))
         before = termios.tcgetattr(inside)
         environ = {key: value for key, value in os.environ.items() if key != "NO_COLOR"}
