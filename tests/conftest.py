@@ -10,12 +10,18 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import hypothesis
 import pytest
 
 from actors.config import environment
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+hypothesis.settings.register_profile(
+    "shared machine", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
+hypothesis.settings.load_profile("shared machine")
 
 MEASURED = tuple(Path(__file__).parent / name for name in ("proto", "broker", "actors", "hostile"))
 """Tests that run the code in this process: `make test` measures what they cover."""
