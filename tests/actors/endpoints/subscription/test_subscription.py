@@ -36,6 +36,7 @@ GID = bytes(16)
 @pytest.fixture
 async def node(tmp_path: Path) -> AsyncIterator[actors.Node]:
     """A running node that never finds a broker."""
+    CallbackBudget.of(asyncio.get_running_loop()).clock = lambda: 0.0  # callbacks run where a batch arrives
     async with actors.Node("hearer", url=f"callboard+unix://{tmp_path}/none") as running:
         yield running
 
