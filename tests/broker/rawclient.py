@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from proto import frames, limits
 from proto.aio.channel import Channel
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from proto.errors import ProtocolError
 
 F = TypeVar("F")
+
+DEADLINE_SEC: Final = 30.0
+"""For any single event, on a machine that is busy. Nothing waits this long in vain."""
 
 
 class RawClient:
@@ -75,7 +78,7 @@ class RawClient:
 
     async def next(self, kind: type[F]) -> F:
         """Return the next frame of one kind; earlier others are forgotten."""
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(DEADLINE_SEC):
             while True:
                 frame = await self._received.get()
                 if isinstance(frame, kind):
@@ -83,7 +86,7 @@ class RawClient:
 
     async def answer(self) -> frames.Error | None:
         """Return the ERROR that answers a HELLO; None for WELCOME."""
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(DEADLINE_SEC):
             while True:
                 frame = await self._received.get()
                 if isinstance(frame, frames.Error):
@@ -109,7 +112,7 @@ class RawClient:
 
     async def gone(self) -> None:
         """Return when the connection has ended."""
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(DEADLINE_SEC):
             await asyncio.shield(self.ended)
 
     def stop_reading(self) -> None:
@@ -139,7 +142,7 @@ class RawClient:
 
 async def until(true: Callable[[], object]) -> None:
     """Return when something holds that sends no event: what the broker has forgotten, a file."""
-    async with asyncio.timeout(20):
+    async with asyncio.timeout(DEADLINE_SEC):
         while not true():
             await asyncio.sleep(0.002)
 
@@ -165,7 +168,7 @@ async def link(broker: Broker, node: str | None = None, **options: frames.Scalar
 async def read_error(reader: asyncio.StreamReader) -> frames.Error | None:
     """Read until the broker closes; return the ERROR it sent, None if it just closed."""
     data = b""
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(DEADLINE_SEC):
         with contextlib.suppress(ConnectionError):
             while chunk := await reader.read(65536):
                 data += chunk
@@ -196,6 +199,6 @@ GREETING_BYTES = encode(frames.Hello(limits.PROTOCOL_VERSION, {"instance": b"i" 
 
 async def read_frame(reader: asyncio.StreamReader) -> frames.Frame:
     """Read one frame from a stream."""
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(DEADLINE_SEC):
         head = await reader.readexactly(limits.PREFIX_BYTES)
         return decode(head + await reader.readexactly(int.from_bytes(head[1:], "big")))

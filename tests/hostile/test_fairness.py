@@ -79,7 +79,7 @@ async def test_a_flooded_broker_stops_in_time(broker: Broker) -> None:
         loop = asyncio.get_running_loop()
         began = loop.time()
         await broker.stop()
-        assert loop.time() - began < DRAIN_SEC + 2
+        assert loop.time() - began < DRAIN_SEC + 10
         await asyncio.gather(*floods)
 
 

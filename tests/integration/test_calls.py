@@ -86,7 +86,7 @@ async def test_a_deadline_cancels_the_handler(system: System) -> None:
         await client.wait_for_service()
         for _ in range(2):
             with pytest.raises(actors.ServiceTimeout):
-                await client.call(Request(), timeout_sec=0.2)
+                await client.call(Request(), timeout_sec=1.0)  # so that it reaches the server
             await server.wait_for_line("cancelled")
         assert client.pending == 0
 

@@ -57,8 +57,8 @@ class RemoteCounter:
 
 @pytest.fixture
 async def far(system: System) -> AsyncIterator[RemoteCounter]:
-    """A counter and a broker (keepalive limit 0.6 s), each a process."""
-    await system.broker("--keepalive-sec", "0.6")
+    """A counter and a broker (keepalive limit 1.5 s), each a process."""
+    await system.broker("--keepalive-sec", "1.5")
     near = system.url
     async with FaultProxy(near) as proxy, actors.Node("talker", url=near) as node:
         system.url = proxy.url

@@ -17,7 +17,7 @@ from tests.integration.conftest import DEADLINE_SEC, NO_KEEPALIVE, wait_for_subs
 if TYPE_CHECKING:
     from tests.integration.conftest import System
 
-KEEPALIVE = ("--keepalive-sec", "0.6")
+KEEPALIVE = ("--keepalive-sec", "1.5")
 
 SLEEPER = """
 import asyncio

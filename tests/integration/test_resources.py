@@ -65,7 +65,8 @@ actors.run(Counting)
 @pytest.mark.parametrize("loop", ["uvloop", "asyncio"])
 async def test_a_broker_out_of_descriptors_serves_its_connections(system: System, loop: str) -> None:
     """Case 8: it refuses others with a reason, does not spin, and accepts again when descriptors are free."""
-    daemon = await system.python("-c", CRAMPED_BROKER, loop, "--port", str(system.port))
+    options = ("--port", str(system.port), "--handshake-timeout-sec", "1000")  # callers say nothing
+    daemon = await system.python("-c", CRAMPED_BROKER, loop, *options)
     await daemon.wait_for_line("listening on")
     loop_now = asyncio.get_running_loop()
     async with actors.Node("inside", url=system.url) as inside, asyncio.timeout(DEADLINE_SEC):

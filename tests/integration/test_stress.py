@@ -113,8 +113,7 @@ async def test_many_nodes_join_and_leave(hub: broker.Broker) -> None:
                 async with actors.Node(f"visitor_{i}", url=hub.url) as node:
                     publisher = node.create_publisher(String, "visits", 100)
                     messages = aiter(node.create_subscription(String, "visits", qos=100))
-                    while not publisher.get_subscription_count():
-                        await node.get_graph()
+                    await publisher.wait_for_subscriptions(1, timeout_sec=DEADLINE_SEC)
                     publisher.publish(String(data=f"visitor {i}"))
                     await anext(messages)
 

@@ -24,6 +24,7 @@ from broker import Broker, BrokerOptions, connection
 from proto import frames, limits
 from proto.codec import encode
 from proto.errors import ErrorCode, InvalidUrlError, ProtocolError
+from tests.actors.meeting import DEADLINE_SEC, until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Iterator
@@ -67,6 +68,7 @@ async def test_a_graph_of_many_pieces_is_whole(broker: Broker) -> None:
     async with actors.Node("talker", url=broker.url) as node:
         for number in range(3000):
             node.create_publisher(String, f"topic_number_{number}", 1)
+        await until(lambda: broker.stats().endpoints > 3000)  # which takes longer than a query may
         seen = await node.get_graph()
         assert len((await look(broker.url, Inspector.graph)).entries) == len(seen.entries) > 3000
 
@@ -108,7 +110,7 @@ async def test_who_the_broker_is(broker: Broker) -> None:
     """The greeting says it, and takes a measurable time."""
     options, took = await look(broker.url, lambda inspector: (inspector.welcome, inspector.round_trip_sec))
     assert options["broker"] == broker.instance
-    assert 0 < took < 2
+    assert 0 < took < DEADLINE_SEC
 
 
 async def test_the_first_broker_that_answers(broker: Broker, tmp_path: Path) -> None:
@@ -132,8 +134,8 @@ async def test_a_broker_that_is_silent_leaves_time_for_the_next(
     with socket.create_server(("127.0.0.1", 0)) as mute:
         url = f"callboard://127.0.0.1:{mute.getsockname()[1]},{broker.url}"
         assert str(await look(url, lambda inspector: inspector.url, timeout_sec=4.0)) == broker.url
-    assert granted[0] == pytest.approx(2.0, abs=0.5)
-    assert granted[1] > 0.5
+    assert 0 < granted[0] <= 2.0
+    assert granted[1] > 0
 
 
 async def test_over_a_unix_socket(tmp_path: Path) -> None:
@@ -207,7 +209,7 @@ def test_something_else_listens_there(answer: bytes) -> None:
 )
 def test_a_broker_that_does_not_answer(answer: bytes, text: str) -> None:
     """Every question ends in time, also when the broker says something else meanwhile."""
-    with listener(WELCOME, answer) as url, Inspector(url, timeout_sec=0.2) as inspector:
+    with listener(WELCOME, answer) as url, Inspector(url, timeout_sec=1.0) as inspector:
         with pytest.raises(BrokerUnreachable, match=text):
             inspector.graph()
         inspector.close()
@@ -215,7 +217,7 @@ def test_a_broker_that_does_not_answer(answer: bytes, text: str) -> None:
 
 def test_a_late_answer_is_not_taken_for_the_next_ones() -> None:
     """After a question without an answer in time the inspector asks nothing more."""
-    with listener(WELCOME, b"") as url, Inspector(url, timeout_sec=0.2) as inspector:
+    with listener(WELCOME, b"") as url, Inspector(url, timeout_sec=1.0) as inspector:
         with pytest.raises(BrokerUnreachable, match="No answer"):
             inspector.report()
         with pytest.raises(BrokerUnreachable, match="not connected"):
@@ -226,7 +228,7 @@ def test_a_late_answer_is_not_taken_for_the_next_ones() -> None:
 def test_what_takes_the_connection_and_does_not_greet(stays: bool, text: str) -> None:
     """The error differs from that of a free port: another program has the port, or a broker that hangs."""
     with listener(stays=stays) as url:
-        inspector = Inspector(url, timeout_sec=0.2 if stays else 50.0)
+        inspector = Inspector(url, timeout_sec=1.0 if stays else 50.0)
         with pytest.raises(BrokerUnreachable, match=f"What listens at {url} {text}"):
             inspector.connect()
         assert str(inspector.listening) == url
