@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.integration.conftest import DEADLINE_SEC, ROOT
+from tests.integration.conftest import ROOT
 from tests.integration.guides import Reader
 
 if TYPE_CHECKING:
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from tests.integration.conftest import System
 
 
-@pytest.mark.timeout(3 * DEADLINE_SEC)
 @pytest.mark.parametrize("name", ["actions", "interfaces", "lifecycle", "parameters", "rclpy", "time"])
 async def test_the_guide_can_be_followed(name: str, system: System, tmp_path: Path) -> None:
     """Each command succeeds and prints what is shown."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
     from pathlib import Path
 
-DEADLINE_SEC = 10
+DEADLINE_SEC = 30
 
 
 class End(asyncio.BufferedProtocol):
