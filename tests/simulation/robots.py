@@ -117,6 +117,7 @@ class Operator(actors.Node):
 
     Attributes:
         goals: The goals that were accepted.
+        watched: The states in which goals have ended that others may have sent, by id.
         sets: The values whose setting succeeded.
         changes: Transitions that succeeded.
         seen: Values of the first parameter that events have reported.
@@ -127,6 +128,7 @@ class Operator(actors.Node):
             f"operator{number}", url=history.url, use_global_arguments=False, start_parameter_services=False
         )
         self.goals: list[Goal] = []
+        self.watched: dict[bytes, GoalState] = {}
         self.sets: list[int] = []
         self.changes = 0
         self.seen: list[int] = []
@@ -145,7 +147,7 @@ class Operator(actors.Node):
 
     def work(self) -> list[asyncio.Task[None]]:
         """Begin to do things, until the faults are over."""
-        doing = (self._send_goal, self._send_goal, self._send_goal, self._set, self._set, self._change)
+        doing = (*(self._send_goal,) * 3, *(self._watch,) * 2, *(self._set,) * 2, self._change)
         return [asyncio.create_task(self._keep(do)) for do in doing]
 
     async def _keep(self, do: Callable[[], Coroutine[Any, Any, None]]) -> None:
@@ -153,7 +155,7 @@ class Operator(actors.Node):
             await asyncio.sleep(self._random.expovariate(3))
             try:
                 await do()
-            except (actors.ServiceUnavailable, actors.ServiceTimeout):
+            except (actors.ServiceUnavailable, actors.ServiceTimeout, actors.GoalUnknown):
                 continue
             except actors.NodeDestroyed:
                 return
@@ -176,6 +178,13 @@ class Operator(actors.Node):
         for end in goal.ends:
             assert end == goal.ends[0] or type(end) is type(goal.ends[0]), ends
             assert isinstance(end, GoalState | actors.CallFailed | actors.NodeDestroyed), ends
+
+    async def _watch(self) -> None:
+        if await self._in_time(self.actions.wait_for_server(CALL_SEC)) and self.actions.statuses:
+            goal_id = self._random.choice(self.actions.statuses).goal_info.goal_id
+            result = await self._in_time(self.actions.get_result(goal_id, CALL_SEC))
+            state = self.watched.setdefault(bytes(goal_id.uuid), result.status)
+            assert state is result.status
 
     async def _result(self, handle: actors.ClientGoalHandle[Any, Any]) -> GoalState:
         state = (await handle.result()).status
@@ -220,6 +229,8 @@ class Operator(actors.Node):
             if goal.key in robot.executed:
                 result = await self._in_time(self.actions.get_result(UUID(uuid=goal.key), CALL_SEC))
                 assert [result.status] == executed
+        for key, watched in self.watched.items():
+            assert [each.executed[key] for each in robots if key in each.executed] == [watched]
         handle = await self._in_time(self.actions.send_goal(Fibonacci.Goal(order=1), timeout_sec=CALL_SEC))
         assert (await self._in_time(handle.result())).status is GoalState.SUCCEEDED
         await self._set()

@@ -63,6 +63,16 @@ class Guest:
             self.tasks.append(asyncio.create_task(self._await(handle)))
             self.tasks.append(asyncio.create_task(self._iterate(handle)))
 
+    def watch(self, handles: list[actors.ClientGoalHandle[Any, Any]]) -> None:
+        """Wait for the results of another client's goals, too."""
+        self.tasks += [asyncio.create_task(self._ask(handle)) for handle in handles]
+
+    async def _ask(self, handle: actors.ClientGoalHandle[Any, Any]) -> None:
+        try:
+            self.results[(await self.client.get_result(handle.goal_id)).status] += 1
+        except actors.CallFailed as error:
+            self.results[type(error)] += 1
+
     async def _await(self, handle: actors.ClientGoalHandle[Any, Any]) -> None:
         try:
             self.results[(await handle.result()).status] += 1
@@ -165,5 +175,37 @@ def test_cancellations_and_results_may_cross(seed: int) -> None:
         assert await late.client.wait_for_server(5)
         for handle in guest.handles:
             assert await late.client.get_result(handle.goal_id, 5) == await handle.result()
+
+    play(scene, seed)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("slow", [BROKER, "server", "watcher", "owner", None])
+@pytest.mark.parametrize("cut", ["watcher", "owner", None])
+def test_all_who_wait_for_a_goal_learn_its_end_once(cut: str | None, slow: str | None, seed: int) -> None:
+    """Whoever has sent it, over slow links, too; a client whose link breaks is told, and may ask again."""
+
+    async def scene(stage: Stage) -> None:
+        kitchen = Kitchen(await stage.enter("server"))
+        guests = {name: Guest(await stage.enter(name)) for name in ("owner", "watcher", "other")}
+        await guests["owner"].order()
+        for name in ("watcher", "other"):
+            assert await guests[name].client.wait_for_server(5)
+            guests[name].watch(guests["owner"].handles)
+        await asyncio.sleep(SOON_SEC)
+        if slow is not None:
+            stage.network.slow_down(slow, read=4000, pause=0.02)
+        if cut is not None:
+            stage.network.drop(cut)
+            await stage.until(guests[cut].ended, 5)
+            assert guests[cut].results == {actors.ServiceUnavailable: GOALS}
+            guests[cut].results.clear()
+            assert await guests[cut].client.wait_for_server(20)
+            guests[cut].watch(guests["owner"].handles)
+            await asyncio.sleep(SOON_SEC)
+        kitchen.leave.set()
+        for guest in guests.values():
+            await stage.until(guest.ended, 60)
+            assert guest.results == {GoalState.SUCCEEDED: GOALS}
 
     play(scene, seed)
