@@ -108,12 +108,6 @@ def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple
         while selector.get_map():
             ready = selector.select(POLL_INTERVAL_SEC)
             now = _checked(name)
-            if not ended and process.poll() is not None:
-                ended, deadline = True, now + REST_TIMEOUT_SEC
-            if now >= deadline:
-                if ended:
-                    break
-                raise _too_slow(name)
             for key, _ in ready:
                 data = os.read(key.fd, _READ_BYTES)
                 if not data:
@@ -122,6 +116,13 @@ def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple
             del complaint[_KEPT_ERROR_BYTES:]
             if len(output) > MAX_OUTPUT_BYTES:
                 raise LaunchError(f"Command '{name}' has written more than {MAX_OUTPUT_BYTES} bytes")
+            if not ended and process.poll() is not None:
+                # What it has written fits one more read of each pipe, which follows even if that is late.
+                ended, deadline = True, now + REST_TIMEOUT_SEC
+            elif now >= deadline:
+                if ended:
+                    break
+                raise _too_slow(name)
     return bytes(output), bytes(complaint)
 
 

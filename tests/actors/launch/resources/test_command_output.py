@@ -106,10 +106,13 @@ def test_nothing_is_left_of_a_command_that_has_ended(tmp_path: Path) -> None:
         assert sh(f"{LASTING} echo done", pipe) == "done\n"
 
 
-def test_its_end_does_not_wait_for_who_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nor for all that they write: its output is what has come until a little after its end."""
+@pytest.mark.parametrize("rest_timeout_sec", [0.0, 0.05])
+def test_its_end_does_not_wait_for_who_is_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rest_timeout_sec: float
+) -> None:
+    """Nor for all that they write: its output is what has come by its end, however late that is seen."""
     monkeypatch.setattr(module, "COMMAND_TIMEOUT_SEC", 1000)
-    monkeypatch.setattr(module, "REST_TIMEOUT_SEC", 0.05)
+    monkeypatch.setattr(module, "REST_TIMEOUT_SEC", rest_timeout_sec)
     for rest in ("sleep 1000", "while :; do echo more >&2; done"):
         with outlived(tmp_path / rest[:5]) as pipe:
             assert sh(f"{LASTING} ({rest}) & echo done", pipe) == "done\n"
