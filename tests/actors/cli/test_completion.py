@@ -27,7 +27,8 @@ ROOT = Path(__file__).resolve().parents[3]
 
 @pytest.fixture(autouse=True)
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No broker but one that a test names, and no contexts but its own."""
+    """No broker but one that a test names, with time for its answer, and no contexts but its own."""
+    monkeypatch.setattr("actors.cli.completion.BROKER_TIMEOUT_SEC", 20.0)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     monkeypatch.setenv("CALLBOARD_URL", "callboard+unix:///nowhere")
     for name in ("CALLBOARD_DOMAIN", "CALLBOARD_CONTEXT"):

@@ -313,8 +313,10 @@ async def test_a_callback_that_raises(desk: Desk) -> None:
         assert ended == (1, "", "Node '/driver' failed: OSError: no disk\n")
 
 
-async def test_names_are_completed(desk: Desk) -> None:
+async def test_names_are_completed(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes, then the parameters of the node; of `param set` each second word."""
+    monkeypatch.setattr("actors.cli.completion.BROKER_TIMEOUT_SEC", 20.0)
+    monkeypatch.setattr("actors.cli.completion.PARAMETERS_TIMEOUT_SEC", 3.0)
     place = ("--url", desk.url)
     async with driver(desk):
 
