@@ -146,13 +146,13 @@ async def test_a_topic_without_messages(desk: Desk, verb: str, options: tuple[st
         node.create_publisher(String, "addison", 10)
         await node.get_graph()
         ended = await desk.callboard("topic", verb, "/adison", *options, "--timeout", "1.5", "--json")
-        quiet = await desk.callboard("topic", verb, "/addison", *options, "--timeout", "1.5")
+        quiet = await desk.callboard("topic", verb, "/addison", *options, "--timeout", "3")
     assert ended.code == quiet.code == 124
     assert ended.err.startswith(
         "WARNING: topic [/adison] does not appear to be published yet; did you mean '/addison'?\n"
     )
     assert quiet.err.startswith("no new messages\n")
-    assert quiet.err.endswith("No message on /addison within 1.5 s\n")
+    assert quiet.err.endswith("No message on /addison within 3 s\n")
     assert all(document["topic"] == "/adison" for document in ended.documents)
 
 
