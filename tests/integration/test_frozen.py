@@ -157,6 +157,7 @@ async def test_a_frozen_broker_loses_only_what_is_counted(system: System) -> Non
         for number in range(100):
             publisher.publish(Int64(data=number))
         await publisher.flush()
+        await node.get_graph()  # the broker has routed them
         daemon.send_signal(signal.SIGSTOP)
         call = client.call_async(AddTwoInts.Request(a=1), timeout_sec=1000)
         for number in range(100, 1000):
