@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from broker.access.rules import Action
 from broker.definitions import Definitions
-from broker.deliveries import Send
-from broker.graph import Graph, is_type_text
+from broker.deliveries import Send, SendEncoded
+from broker.graph import Graph, check_type
 from broker.latched import latched_depth
 from broker.records import (
+    NO_QOS,
     ClientRecord,
     Endpoint,
     NodeRecord,
@@ -21,6 +23,7 @@ from broker.records import (
 )
 from broker.topics import Topics, subscription_depth
 from proto import frames
+from proto.codec import encode
 from proto.codes import EntryKind
 from proto.errors import ErrorCode, InvalidNameError, ProtocolError
 from proto.identity import public_gid
@@ -52,6 +55,11 @@ _ACTIONS: Final = {
 }
 """What an endpoint needs the right to."""
 
+# Tuples: to build a union takes longer than isinstance.
+_ON_TOPIC: Final = (PublisherRecord, SubscriptionRecord)
+_OF_SERVICE: Final = (ServiceRecord, ClientRecord)
+_ON_TOPIC_FRAMES: Final = (frames.Publisher, frames.Subscription)
+
 _WORDS: Final = {
     Action.NODE: "take the node name",
     Action.PUBLISH: "publish on",
@@ -71,6 +79,12 @@ def check_right(peer: Peer, action: Action, name: str) -> None:
         assert peer.principal is not None
         text = f"the access rules do not allow '{peer.principal.user}' to {_WORDS[action]} '{name}'"
         raise Refusal(ErrorCode.DENIED, text)
+
+
+@lru_cache(maxsize=1000)
+def _accepted(number: int, key: int) -> bytes:
+    """Return an encoded ACCEPTED: clients number their endpoints from 1, so that it is often the same."""
+    return encode(frames.Accepted(number, key))
 
 
 class Declarations:
@@ -131,7 +145,7 @@ class Declarations:
             check_right(peer, _ACTIONS[endpoint.kind], endpoint.name)
             if not self.fits(endpoint):
                 raise Refusal(ErrorCode.LIMIT, self.too_many_matches)
-            if isinstance(frame, frames.Publisher | frames.Service) and frame.type_hash and frame.definition:
+            if getattr(frame, "definition", None) and frame.type_hash:
                 endpoint.described = self.definitions.add(peer, frame.type_hash, frame.definition)
         except (Refusal, InvalidNameError) as error:
             code = error.code if isinstance(error, Refusal) else ErrorCode.INVALID_NAME
@@ -143,7 +157,7 @@ class Declarations:
         if endpoint.node is not None:
             endpoint.node.endpoints[endpoint.id] = endpoint
         number = endpoint.key if isinstance(endpoint, PublisherRecord) else 0
-        self._emit(Send(peer.id, frames.Accepted(endpoint.id, number)))
+        self._emit(SendEncoded(peer.id, _accepted(endpoint.id, number)))
         self._report(endpoint, None)
         if not peer.suspended:
             self.join(endpoint)
@@ -162,16 +176,14 @@ class Declarations:
             "type_name": frame.type_name or "",
             "type_hash": frame.type_hash or "",
         }
-        if not (is_type_text(common["type_name"]) and is_type_text(common["type_hash"])):
-            text = "a type's name and hash are at most 255 letters, digits and /_.-"
-            raise Refusal(ErrorCode.MALFORMED, text)
-        if isinstance(frame, frames.Publisher | frames.Subscription):
+        check_type(common["type_name"], common["type_hash"])
+        if isinstance(frame, _ON_TOPIC_FRAMES):
             validate_full_topic_name(frame.topic)
             return self._make_on_topic(frame, common)
         validate_full_service_name(frame.name)
         if isinstance(frame, frames.Service):
-            return ServiceRecord(kind=EntryKind.SERVICE, name=frame.name, **common)
-        return ClientRecord(kind=EntryKind.CLIENT, name=frame.name, **common)
+            return ServiceRecord(kind=EntryKind.SERVICE, name=frame.name, qos=NO_QOS, pending={}, **common)
+        return ClientRecord(kind=EntryKind.CLIENT, name=frame.name, qos=NO_QOS, pending={}, **common)
 
     def _make_node(self, peer: Peer, frame: frames.Node) -> NodeRecord:
         namespace, name = split_node_name(frame.name)
@@ -232,9 +244,9 @@ class Declarations:
 
     def fits(self, endpoint: Endpoint) -> bool:
         """Return whether an endpoint that has not joined leaves its peer within the limit of matches."""
-        if isinstance(endpoint, PublisherRecord | SubscriptionRecord):
+        if isinstance(endpoint, _ON_TOPIC):
             return not self._topics.exceeds(endpoint, self._max_matches)
-        if isinstance(endpoint, ServiceRecord | ClientRecord):
+        if isinstance(endpoint, _OF_SERVICE):
             return not self._services.exceeds(endpoint, self._max_matches)
         return True
 
@@ -247,7 +259,7 @@ class Declarations:
             self._topics.join_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):
             self._topics.join_subscription(endpoint)
-        elif isinstance(endpoint, ServiceRecord | ClientRecord):
+        elif isinstance(endpoint, _OF_SERVICE):
             self._services.join(endpoint)
 
     def leave(self, endpoint: Endpoint) -> None:
@@ -259,7 +271,7 @@ class Declarations:
             self._topics.leave_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):
             self._topics.leave_subscription(endpoint)
-        elif isinstance(endpoint, ServiceRecord | ClientRecord):
+        elif isinstance(endpoint, _OF_SERVICE):
             self._services.leave(endpoint)
 
     def revoke(self, peer: Peer) -> None:

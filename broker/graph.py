@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from functools import lru_cache
 from itertools import islice
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -12,6 +13,7 @@ from broker.deliveries import Send, SendEncoded
 from proto import frames, limits
 from proto.codec import encode_graph, encode_graph_changes, encode_graph_entry
 from proto.errors import ErrorCode, ProtocolError
+from proto.qos import Refusal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -289,6 +291,13 @@ def is_visible(rights: Rights | None, entry: GraphEntry) -> bool:
     )
 
 
-def is_type_text(text: str) -> bool:
-    """Return whether a type's name or hash is valid; "" means any type."""
-    return _TYPE_TEXT.fullmatch(text) is not None
+@lru_cache(maxsize=1000)
+def check_type(name: str, type_hash: str) -> None:
+    """Check a type's name and hash; "" means any type. Pairs that were valid are kept, which are small.
+
+    Raises:
+        Refusal: They are invalid.
+    """
+    if not (_TYPE_TEXT.fullmatch(name) and _TYPE_TEXT.fullmatch(type_hash)):
+        text = "a type's name and hash are at most 255 letters, digits and /_.-"
+        raise Refusal(ErrorCode.MALFORMED, text)

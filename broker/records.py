@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from broker.flow_control import CreditLimits, PublisherCredit
 from proto.fragments import ByteTotal
-from proto.frames import GraphEntry, Matched, Options, Scalar
+from proto.frames import GraphEntry, Matched, Options
 from proto.qos import KEEP_ALL
 
 if TYPE_CHECKING:
@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from proto.publisher_queue import PublisherQueue
     from proto.qos import Qos
     from proto.queued_calls import QueuedCalls
+
+
+NO_QOS: Final[Options] = {}
+"""What nodes, services and clients have."""
 
 
 @dataclass(slots=True, eq=False)
@@ -88,7 +92,7 @@ class Endpoint:
     name: str
     type_name: str = ""
     type_hash: str = ""
-    qos: Options = field(default_factory=dict[str, Scalar])
+    qos: Options = field(default_factory=lambda: NO_QOS)
     peers: int = 0
     total: int = 0
     """Number of counterparts it has had since its declaration."""
@@ -279,7 +283,7 @@ class ServiceRecord(Endpoint):
 
     pending: dict[int, PendingCall] = field(default_factory=dict["int", "PendingCall"])
     pool: Pool[ServiceRecord] | None = None
-    """The servers with which it shares requests; None if it gets none."""
+    """The servers with which it shares requests; None while there are no clients, and when it is retired."""
     retired: bool = False
     """Whether it gets no more requests and only answers pending ones."""
 
@@ -300,14 +304,13 @@ class PendingCall(NamedTuple):
     server: ServiceRecord
 
 
-@dataclass(slots=True, eq=False)
 class ServiceGroup:
     """All endpoints of one service name."""
 
-    name: str
-    servers: dict[int, ServiceRecord] = field(default_factory=dict["int", "ServiceRecord"])
-    clients: dict[int, ClientRecord] = field(default_factory=dict["int", "ClientRecord"])
-    pools: dict[tuple[str, str], Pool[ServiceRecord]] = field(
-        default_factory=dict["tuple[str, str]", "Pool[ServiceRecord]"]
-    )
-    """The servers of each type name and hash."""
+    __slots__ = ("clients", "pools", "servers")
+
+    def __init__(self) -> None:
+        self.servers: dict[int, ServiceRecord] = {}
+        self.clients: dict[int, ClientRecord] = {}
+        self.pools: dict[tuple[str, str], Pool[ServiceRecord]] = {}
+        """The servers of each type name and hash, while there are clients."""

@@ -44,14 +44,19 @@ class Services:
 
     def join(self, endpoint: ClientRecord | ServiceRecord) -> None:
         """Match a client or server that is new or back."""
-        group = self._groups.setdefault(endpoint.name, ServiceGroup(endpoint.name))
+        group = self._groups.get(endpoint.name)
+        if group is None:
+            group = self._groups[endpoint.name] = ServiceGroup()
         if isinstance(endpoint, ClientRecord):
             group.clients[endpoint.key] = endpoint
+            if len(group.clients) == 1:
+                for server in group.servers.values():
+                    _join_pool(group, server)
             pairs = [(endpoint, server) for server in group.servers.values()]
         else:
             group.servers[endpoint.key] = endpoint
-            endpoint.pool = group.pools.setdefault((endpoint.type_name, endpoint.type_hash), Pool())
-            endpoint.pool.add(endpoint)
+            if group.clients:
+                _join_pool(group, endpoint)
             pairs = [(client, endpoint) for client in group.clients.values()]
         self._notices.begin(endpoint)
         for client, server in pairs:
@@ -83,6 +88,9 @@ class Services:
         counterparts: Iterable[ClientRecord | ServiceRecord]
         if isinstance(endpoint, ClientRecord):
             del group.clients[endpoint.key]
+            if not group.clients:
+                for server in group.servers.values():
+                    _leave_pool(group, server)
             counterparts = group.servers.values()
         else:
             del group.servers[endpoint.key]
@@ -96,12 +104,17 @@ class Services:
             del self._groups[endpoint.name]
 
 
+def _join_pool(group: ServiceGroup, server: ServiceRecord) -> None:
+    server.pool = group.pools.setdefault((server.type_name, server.type_hash), Pool())
+    server.pool.add(server)
+
+
 def _leave_pool(group: ServiceGroup, server: ServiceRecord) -> None:
     pool, server.pool = server.pool, None
-    assert pool is not None
-    pool.remove(server)
-    if not pool:
-        del group.pools[server.type_name, server.type_hash]
+    if pool is not None:
+        pool.remove(server)
+        if not pool:
+            del group.pools[server.type_name, server.type_hash]
 
 
 def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:

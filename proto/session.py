@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import TypeAlias, get_args
+from typing import Final, TypeAlias, get_args
 
 from proto import frames
 from proto.errors import ErrorCode, ProtocolError
@@ -87,6 +87,8 @@ SENT: Mapping[Role, Mapping[tuple[State, FrameType], State]] = {
 }
 """The sent frames that change the sender's own state. A sent ERROR always leads to CLOSED."""
 
+_SENT_KINDS: Final = frozenset(kind for moves in SENT.values() for _, kind in moves)
+
 
 class Session:
     """One end's state of one session.
@@ -130,10 +132,8 @@ class Session:
         """Apply a session frame (HELLO, WELCOME, GOODBYE, ERROR) sent to the peer to the state."""
         if type(frame) is frames.Error:
             self._enter(State.CLOSED)
-            return
-        state = SENT[self.role].get((self.state, type(frame)))
-        if state is not None:
-            self._enter(state)
+        elif type(frame) in _SENT_KINDS:
+            self._enter(SENT[self.role].get((self.state, type(frame)), self.state))
 
 
 def diagram() -> str:
