@@ -44,13 +44,6 @@ ENTRIES_PER_REPORT: Final = 20_000
 _TYPE_TEXT: Final = re.compile(rf"[A-Za-z0-9_/.-]{{0,{limits.MAX_TYPE_NAME}}}")
 
 
-class _Entry(NamedTuple):
-    """An entry, and how it is encoded in GRAPH frames."""
-
-    entry: GraphEntry
-    encoded: bytes
-
-
 class _Watch(NamedTuple):
     """A watch without an answer yet: what its user may see (None: everything), and whether to keep it."""
 
@@ -74,8 +67,9 @@ class WatchCount:
 class Graph:
     """The entries of one graph, by key.
 
-    Changes and answers to WATCH are collected until `flush`. Entries are encoded once, and changes once for
-    all watches whose users may see the same: only the head of a frame depends on the watch.
+    Changes and answers to WATCH are collected until `flush`. Entries are encoded once, when somebody first
+    asks, and changes once for all watches whose users may see the same: only the head of a frame depends on
+    the watch.
 
     Args:
         emit: Takes each delivery.
@@ -87,13 +81,15 @@ class Graph:
         self._emit = emit
         self._count = count
         self._refusals = refusals
-        self._entries: dict[int, _Entry] = {}
+        self._entries: dict[int, GraphEntry] = {}
+        self._encoded: dict[int, bytes] = {}
+        """By key, the entries that have been sent, as they are encoded in GRAPH frames."""
         self._watches: dict[tuple[int, int], Rights | None] = {}
         """Kept watches that have been answered, by peer and id: what the peer's user may see."""
         self._unanswered: dict[tuple[int, int], _Watch] = {}
         self._unanswered_of: Counter[int] = Counter()
         """How many of them each peer has."""
-        self._added: dict[int, _Entry] = {}
+        self._added: dict[int, GraphEntry] = {}
         self._removed: dict[int, GraphEntry] = {}
         self._types: dict[str, dict[int, GraphEntry]] = {}
         """The entries of each type hash, by key."""
@@ -117,23 +113,23 @@ class Graph:
 
     def add(self, endpoint: Endpoint) -> None:
         """Add an endpoint that is new or back."""
-        entry = endpoint.entry()
-        shown = self._entries[endpoint.key] = _Entry(entry, encode_graph_entry(entry))
+        entry = self._entries[endpoint.key] = endpoint.entry()
         self._suspended.pop(endpoint.key, None)
         if entry.type_hash:
             self._types.setdefault(entry.type_hash, {})[entry.key] = entry
             self._visible_types.clear()
         if self._watches:
-            self._added[endpoint.key] = shown
+            self._added[endpoint.key] = entry
             self._removed.pop(endpoint.key, None)
 
     def remove(self, endpoint: Endpoint, *, suspended: bool = False) -> None:
         """Remove an endpoint that is gone, or suspended and may come back."""
         key = endpoint.key
         shown = self._entries.pop(key, None)
-        if shown is not None and shown.entry.type_hash:
-            self._forget_type(shown.entry)
-        known = self._suspended.pop(key, None) or (shown and shown.entry)
+        self._encoded.pop(key, None)
+        if shown is not None and shown.type_hash:
+            self._forget_type(shown)
+        known = self._suspended.pop(key, None) or shown
         if suspended:
             self._suspended[key] = endpoint.entry()
         if known is not None and self._watches:
@@ -244,18 +240,18 @@ class Graph:
             return
         self.flush()
         shown = self._entries.values()
-        known = [*(each.entry for each in shown), *self._suspended.values()]
-        gained = [each for each in shown if not is_visible(before, each.entry)]
+        known = [*shown, *self._suspended.values()]
+        gained = [entry for entry in shown if not is_visible(before, entry)]
         lost = [entry for entry in known if not is_visible(peer.rights, entry)]
         self._watches.update(dict.fromkeys(watches, peer.rights))
         self._send(watches, self._encode(peer.rights, gained, ()))
         self._send(watches, self._encode(before, (), lost))
 
     def _encode(
-        self, rights: Rights | None, added: Iterable[_Entry], removed: Iterable[GraphEntry]
+        self, rights: Rights | None, added: Iterable[GraphEntry], removed: Iterable[GraphEntry]
     ) -> list[bytes]:
         """Return what of these changes somebody may see, in pieces; each is a GRAPH frame of a watch."""
-        new = [encoded for entry, encoded in added if is_visible(rights, entry)]
+        new = [self._encode_entry(entry) for entry in added if is_visible(rights, entry)]
         gone = [entry.key for entry in removed if is_visible(rights, entry)]
         pieces = [
             encode_graph_changes(new[start : start + ENTRIES_PER_FRAME], (), ())
@@ -265,6 +261,12 @@ class Graph:
             part = gone[start : start + REMOVED_PER_FRAME]
             pieces.append(encode_graph_changes((), part, [key for key in part if key in self._suspended]))
         return pieces
+
+    def _encode_entry(self, entry: GraphEntry) -> bytes:
+        encoded = self._encoded.get(entry.key)
+        if encoded is None:
+            encoded = self._encoded[entry.key] = encode_graph_entry(entry)
+        return encoded
 
     def _send(self, watches: Iterable[tuple[int, int]], pieces: list[bytes]) -> None:
         last = len(pieces) - 1

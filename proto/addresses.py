@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from ipaddress import IPv4Address, IPv6Address, ip_address
 from typing import TypeAlias
 
 Address: TypeAlias = IPv4Address | IPv6Address
 
 
+@lru_cache(maxsize=1000)
 def parse_address(text: str) -> Address:
     """Return the address in a text; that of an IPv4 client of an IPv6 socket as IPv4.
 

@@ -187,9 +187,14 @@ def expand_topic_name(
         InvalidTopicNameError: `topic` is invalid, or has an unknown substitution
             (`InvalidServiceNameError` if `is_service`).
     """
-    validate_topic_name(topic, is_service=is_service)
     validate_node_name(node_name)
     validate_namespace(namespace)
+    return expand_for_node(topic, node_name, namespace, is_service=is_service, validate=validate)
+
+
+def expand_for_node(topic: str, node_name: str, namespace: str, *, is_service: bool, validate: bool) -> str:
+    """Return what `expand_topic_name` returns, without checking the node's own names."""
+    validate_topic_name(topic, is_service=is_service)
     full = topic
     if full.startswith("~"):
         full = full_node_name(namespace, node_name) + full[1:]

@@ -12,10 +12,12 @@ its own buffer, which becomes the frame.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from proto import frames, limits
-from proto.codec import BIN_32
+from proto.codec import BIN_32, decode
+from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import ByteTotal
 
@@ -39,6 +41,12 @@ allocates nothing."""
 _BEHIND_BYTES: Final = 4 * 1024
 """Space after a large frame in its buffer, since the read that completes it may also get later bytes."""
 
+_REPEATED: Final = frozenset({Op.ACCEPTED, Op.MATCHED, Op.UNDECLARE})
+"""Frames that are often the same, whatever the link."""
+
+_TINY: Final = range(limits.PREFIX_BYTES + 2, limits.PREFIX_BYTES + 12)
+"""The sizes of usual ones."""
+
 PARTS: Final = frozenset({frames.Fragment, frames.Abort})
 """Frames about parts of others, which the receiver itself handles."""
 
@@ -46,6 +54,11 @@ _TLS_HANDSHAKE: Final = 0x16
 """First byte of a connection with TLS."""
 
 _FRAGMENTABLE: Final = (frames.Batch, frames.Replay, frames.Request, frames.Reply)
+
+
+@lru_cache(maxsize=1000)
+def _decode_repeated(raw: bytes) -> Frame:
+    return decode(raw)
 
 
 class Receiver:
@@ -164,7 +177,10 @@ class Receiver:
         raw = self._next_raw()
         if raw is None:
             return None
-        frame = self._decoder.decode_content(raw)
+        if len(raw) in _TINY and raw[limits.PREFIX_BYTES + 1] in _REPEATED:
+            frame = _decode_repeated(bytes(raw))
+        else:
+            frame = self._decoder.decode_content(raw)
         self._session.received(frame)
         return frame if type(frame) not in PARTS else self._reassemble(frame)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Final
 
-from proto.names import expand_topic_name, validate_namespace, validate_node_name, validate_topic_name
+from proto.names import expand_for_node, validate_namespace, validate_node_name, validate_topic_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -123,7 +123,7 @@ class Remapper:
         Raises:
             InvalidTopicNameError: `name` is invalid, or its expansion is.
         """
-        full = expand_topic_name(name, self.name, self.namespace, validate=True)
+        full = expand_for_node(name, self.name, self.namespace, is_service=False, validate=True)
         return full if only_expand else self._topics.get(full, full)
 
     def resolve_service(self, name: str, *, only_expand: bool = False) -> str:
@@ -136,7 +136,7 @@ class Remapper:
         Raises:
             InvalidServiceNameError: `name` is invalid, or its expansion is.
         """
-        full = expand_topic_name(name, self.name, self.namespace, is_service=True, validate=True)
+        full = expand_for_node(name, self.name, self.namespace, is_service=True, validate=True)
         return full if only_expand else self._services.get(full, full)
 
     def _table(self, rules: list[RemapRule], kind: RemapKind) -> dict[str, str]:
@@ -144,8 +144,10 @@ class Remapper:
         service = kind is RemapKind.SERVICE
         for rule in rules:
             if rule.kind in {kind, RemapKind.TOPIC_OR_SERVICE}:
-                match = expand_topic_name(rule.match, self.name, self.namespace, is_service=service)
-                replacement = expand_topic_name(
+                match = expand_for_node(
+                    rule.match, self.name, self.namespace, is_service=service, validate=False
+                )
+                replacement = expand_for_node(
                     rule.replacement, self.name, self.namespace, is_service=service, validate=True
                 )
                 table.setdefault(match, replacement)

@@ -212,14 +212,25 @@ def type_name(cls: object) -> str:
     Raises:
         TypeError: `cls` is not such a class.
     """
+    return _name(_hashable(cls))
+
+
+def _hashable(cls: object) -> Any:
+    """Return a class; raise TypeError for anything else, which may have no hash."""
+    if not isinstance(cls, type):
+        _check_type(cls)
+    return cls
+
+
+@cache
+def _name(cls: Any) -> str:
     _check_type(cls)
-    if isinstance(cls, MessageType):
-        return message_name(cls)
-    return str(getattr(cls, TYPE_NAME))
+    return message_name(cls) if isinstance(cls, MessageType) else str(getattr(cls, TYPE_NAME))
 
 
 @cache
 def _definition(cls: Any) -> bytes:
+    _check_type(cls)
     if isinstance(cls, MessageType):
         return message_definition(cls)
     name = type_name(cls)
@@ -239,8 +250,7 @@ def definition(cls: object) -> bytes:
     Raises:
         TypeError: `cls` is not such a class, or one of its fields has no ROS type.
     """
-    _check_type(cls)
-    return _definition(cls)
+    return _definition(_hashable(cls))
 
 
 def type_hash(cls: object) -> str:
@@ -249,5 +259,4 @@ def type_hash(cls: object) -> str:
     Raises:
         TypeError: `cls` is not such a class, or one of its fields has no ROS type.
     """
-    _check_type(cls)
-    return _hash(cls)
+    return _hash(_hashable(cls))
