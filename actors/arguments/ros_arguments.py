@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.arguments.remapping import RemapRule
 from actors.logging.logger import LoggingSeverity, severity_from_name
-from actors.parameters.overrides import ParameterOverride, load_parameter_file, overrides_for
 from proto.errors import CallboardError, escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from actors.parameters.overrides import ParameterOverride
     from actors.parameters.types import ParameterValue
 
 
@@ -69,6 +69,10 @@ class RosArguments:
         Args:
             full_node_name: Such as "/ns/talker".
         """
+        if not self.parameter_overrides:
+            return {}
+        from actors.parameters.overrides import overrides_for  # noqa: PLC0415 - only with parameters
+
         return overrides_for(self.parameter_overrides, full_node_name)
 
 
@@ -121,9 +125,13 @@ class _Builder:
         self.rules.append(RemapRule.parse(text))
 
     def param(self, text: str) -> None:
+        from actors.parameters.overrides import ParameterOverride  # noqa: PLC0415 - only with parameters
+
         self.overrides.append(ParameterOverride.parse(text))
 
     def params_file(self, path: str) -> None:
+        from actors.parameters.overrides import load_parameter_file  # noqa: PLC0415 - only with files
+
         self.overrides.extend(load_parameter_file(path))
 
     def log_level(self, text: str) -> None:

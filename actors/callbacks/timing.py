@@ -13,10 +13,11 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.callbacks.functions import name_of
-from actors.diagnostics.records import CallbackDiagnostics
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from actors.diagnostics.records import CallbackDiagnostics
 
 SLOW_CALLBACK_SEC: Final = 0.1
 """Default duration above which a step is reported, because everything else on the loop waits for it."""
@@ -131,6 +132,8 @@ class CallbackTiming:
 
     def diagnostics(self, calls: int) -> CallbackDiagnostics:
         """Return the measurements; the callback has been called `calls` times in total."""
+        from actors.diagnostics.records import CallbackDiagnostics  # noqa: PLC0415 - seldom needed
+
         return CallbackDiagnostics(
             name=self.name,
             calls=calls,

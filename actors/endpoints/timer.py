@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
-from actors.diagnostics.records import TimerDiagnostics
 from actors.errors import NodeDestroyed
 from actors.time.clock import ros_time_of
 from actors.time.jumps import ClockChange
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.callbacks.source import Share
+    from actors.diagnostics.records import TimerDiagnostics
     from actors.endpoints.context import NodeContext
     from actors.time.clock import Cancellable, Clock
 
@@ -307,6 +307,8 @@ class TimerSource:
 
     def diagnostics(self) -> TimerDiagnostics:
         """Return its state and counts."""
+        from actors.diagnostics.records import TimerDiagnostics  # noqa: PLC0415 - seldom needed
+
         return TimerDiagnostics(
             id=self.id,
             period_sec=self._period_sec,

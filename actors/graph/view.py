@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 
 from actors.endpoints.context import NodeContext, in_flight
 from actors.errors import BrokerUnreachable
-from actors.graph.broker_report import ReportParts
 from actors.graph.queries import QUERY_TIMEOUT_SEC, answered, connected
 from actors.graph.snapshot import GraphSnapshot
 from proto import frames
@@ -109,6 +108,8 @@ class BrokerView:
 
     async def report(self, timeout_sec: float = QUERY_TIMEOUT_SEC) -> BrokerReport:
         """Return the broker's numbers."""
+        from actors.graph.broker_report import ReportParts  # noqa: PLC0415 - seldom needed
+
         link, parts = self._context.link, ReportParts()
         left = await connected(self._context, timeout_sec)
         assert link.channel is not None

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class Holder(Protocol):
     """A part of a node that holds maps or queues."""
 
-    def sizes(self) -> Iterable[Size]:
-        """Return how full they are."""
+    def sizes(self) -> Iterable[tuple[str, int]]:
+        """Return their names, and how full they are."""
         ...
 
 
@@ -52,7 +52,10 @@ def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
         services=tuple(each.diagnostics() for each in endpoints if isinstance(each, ServiceEndpoint)),
         clients=tuple(each.diagnostics() for each in endpoints if isinstance(each, ClientEndpoint)),
         timers=tuple(timer.diagnostics() for timer in context.timers),
-        sizes=(*_own(context), *(size for holder in (link, *holders) for size in holder.sizes())),
+        sizes=(
+            *_own(context),
+            *(Size(name=name, size=size) for holder in (link, *holders) for name, size in holder.sizes()),
+        ),
     )
 
 

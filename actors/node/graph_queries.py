@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.callbacks.must_await import must_await
-from actors.graph.changes import GraphWatch
 from actors.graph.snapshot import actions_among
 from proto.codes import EntryKind
 from proto.names import expand_topic_name, full_node_name, split_node_name
@@ -13,6 +12,7 @@ from proto.names import expand_topic_name, full_node_name, split_node_name
 if TYPE_CHECKING:
     from actors.endpoints.context import NodeContext
     from actors.graph.broker_report import BrokerReport
+    from actors.graph.changes import GraphWatch
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes
     from actors.graph.view import BrokerView
 
@@ -369,6 +369,8 @@ class NodeGraph:
         Raises:
             NodeDestroyed: The node has been destroyed.
         """
+        from actors.graph.changes import GraphWatch  # noqa: PLC0415 - seldom needed
+
         return GraphWatch(self._context)
 
     @must_await

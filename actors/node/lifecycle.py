@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.callbacks.budget import CallbackBudget
 from actors.callbacks.functions import exit_ends_node
-from actors.diagnostics.records import Size
 from actors.errors import BrokerUnreachable, NodeAlreadyRunning
 from proto.errors import CallboardError
 
@@ -147,9 +146,9 @@ class Lifecycle:
         except CallboardError as error:
             self.fail(error)
 
-    def sizes(self) -> Iterator[Size]:
+    def sizes(self) -> Iterator[tuple[str, int]]:
         """Return how many tasks it holds."""
-        yield Size(name="tasks", size=len(self._tasks))
+        yield "tasks", len(self._tasks)
 
     def fail(self, error: BaseException) -> None:
         """End the node with an error, which is raised where the node runs."""

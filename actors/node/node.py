@@ -21,7 +21,6 @@ from actors.endpoints.timer import Timer
 from actors.graph.view import BrokerView
 from actors.logging.logger import Logger, get_logger, node_logger_name
 from actors.node.decorators import declared
-from actors.node.diagnostics import diagnose
 from actors.node.graph_queries import NodeGraph
 from actors.node.lifecycle import STOP_TIMEOUT_SEC, Lifecycle
 from actors.node.parameters import NodeParameters
@@ -225,6 +224,8 @@ class Node(NodeGraph, NodeParameters):
         Returns:
             The state and counts of now. Two give rates: `later.rates_since(earlier)`.
         """
+        from actors.node.diagnostics import diagnose  # noqa: PLC0415 - seldom needed
+
         return diagnose(self._context, self._lifecycle)
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:

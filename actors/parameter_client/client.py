@@ -9,7 +9,6 @@ from actors.callbacks.must_await import must_await
 from actors.errors import RemoteError
 from actors.interfaces.rcl_interfaces import srv
 from actors.parameters.errors import InvalidParameterFileError
-from actors.parameters.overrides import load_parameter_file, overrides_for
 from actors.parameters.types import (
     ListParametersResult,
     Parameter,
@@ -246,6 +245,8 @@ class ParameterClient:
             InvalidParameterFileError: The file cannot be used, or has nothing for the node.
             CallFailed: There is no reply, or an invalid one; some may have been set.
         """
+        from actors.parameters.overrides import load_parameter_file, overrides_for  # noqa: PLC0415 - only with files
+
         entries = await asyncio.to_thread(load_parameter_file, parameter_file)
         wanted = (entry for entry in entries if use_wildcard or "*" not in entry.pattern)
         values = overrides_for(wanted, self.remote_node_name)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import secrets
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from actors.diagnostics.records import Size
 from actors.errors import BrokerUnreachable
 from actors.interfaces.errors import InvalidMessageError
 from actors.session.attachments import Attachments
@@ -215,14 +214,14 @@ class Link:
                 waiter.set_exception(BrokerUnreachable("The link broke before the broker answered"))
         self.flush()  # what was collected goes into the publisher queues, which drop beyond their depth
 
-    def sizes(self) -> Iterator[Size]:
+    def sizes(self) -> Iterator[tuple[str, int]]:
         """Return how full its maps are."""
-        yield Size(name="endpoints", size=len(self.endpoints))
-        yield Size(name="publishers with credit", size=len(self.publishers))
-        yield Size(name="publishers heard", size=len(self.attachments))
-        yield Size(name="waits", size=len(self._changed))
-        yield Size(name="round trips", size=len(self._pongs))
-        yield Size(name="queries", size=len(self.answers))
+        yield "endpoints", len(self.endpoints)
+        yield "publishers with credit", len(self.publishers)
+        yield "publishers heard", len(self.attachments)
+        yield "waits", len(self._changed)
+        yield "round trips", len(self._pongs)
+        yield "queries", len(self.answers)
 
 
 def _largest(max_message_bytes: int) -> int:

@@ -11,7 +11,6 @@ import msgpack
 
 from actors.callbacks.callback_task import CallbackTask, current_callback_task
 from actors.callbacks.deadlines import Deadlines
-from actors.diagnostics.records import ClientDiagnostics
 from actors.endpoints.client.refused_calls import RefusedCalls, overloaded
 from actors.endpoints.entries import EntryBatch, remaining_ms
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
@@ -27,6 +26,7 @@ from proto.fragments import is_large
 from proto.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
+    from actors.diagnostics.records import ClientDiagnostics
     from actors.endpoints.context import NodeContext
 
 MAX_PENDING: Final = 200_000
@@ -305,6 +305,8 @@ class ClientEndpoint(IntrospectedEndpoint):
 
     def diagnostics(self) -> ClientDiagnostics:
         """Return its state and counts."""
+        from actors.diagnostics.records import ClientDiagnostics  # noqa: PLC0415 - seldom needed
+
         return ClientDiagnostics(
             id=self.id,
             service=self.srv_name,

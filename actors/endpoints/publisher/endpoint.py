@@ -10,7 +10,6 @@ import secrets
 import time
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from actors.diagnostics.records import PublisherDiagnostics
 from actors.endpoints.endpoint import Endpoint
 from actors.endpoints.events import PublisherEvents
 from actors.endpoints.flow_control import queue_limits
@@ -26,6 +25,7 @@ from proto.identity import public_gid
 from proto.publisher_queue import PublisherQueue
 
 if TYPE_CHECKING:
+    from actors.diagnostics.records import PublisherDiagnostics
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import PublisherEventCallbacks
     from actors.qos.profile import QoSProfile
@@ -301,6 +301,8 @@ class PublisherEndpoint(Endpoint):
 
     def diagnostics(self) -> PublisherDiagnostics:
         """Return its state and counts."""
+        from actors.diagnostics.records import PublisherDiagnostics  # noqa: PLC0415 - seldom needed
+
         queue = self.queue
         credit = queue.sequence_limit
         if credit is not None:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
 
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
-from actors.diagnostics.records import ServiceDiagnostics
 from actors.endpoints.service.replies import Replies
 from actors.endpoints.service.request_queue import MAX_QUEUED, RequestQueue
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.callbacks.source import Share
+    from actors.diagnostics.records import ServiceDiagnostics
     from actors.endpoints.context import NodeContext
     from proto.frames import RequestEntry
 
@@ -243,6 +243,8 @@ class ServiceEndpoint(IntrospectedEndpoint):
 
     def diagnostics(self) -> ServiceDiagnostics:
         """Return its state and counts."""
+        from actors.diagnostics.records import ServiceDiagnostics  # noqa: PLC0415 - seldom needed
+
         return ServiceDiagnostics(
             id=self.id,
             service=self.srv_name,

@@ -10,7 +10,6 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from actors.diagnostics.records import SubscriptionDiagnostics
 from actors.endpoints.deadline import Deadline
 from actors.endpoints.endpoint import Endpoint
 from actors.endpoints.events import SubscriptionEventCallbacks, SubscriptionEvents
@@ -31,6 +30,7 @@ from proto.frames import Batch, Replay
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.diagnostics.records import SubscriptionDiagnostics
     from actors.endpoints.context import NodeContext
     from actors.qos.profile import QoSProfile
     from actors.session.attachments import Attachment
@@ -242,6 +242,8 @@ class SubscriptionEndpoint(Endpoint):
 
     def diagnostics(self) -> SubscriptionDiagnostics:
         """Return its state and counts."""
+        from actors.diagnostics.records import SubscriptionDiagnostics  # noqa: PLC0415 - seldom needed
+
         consumer = self.consumer
         return SubscriptionDiagnostics(
             id=self.id,
