@@ -75,6 +75,24 @@ def test_servers_share_by_fewest_pending_and_ties_rotate() -> None:
     assert [len(calls_of(switch, server)) for server in servers] == [0, 3, 0]
 
 
+def test_servers_share_whether_they_come_before_or_after_a_client() -> None:
+    """Pools exist only while there are clients; a later client finds the servers that are left."""
+    switch = Switch()
+    servers = [switch.join(f"/server{n}") for n in range(3)]
+    asker = switch.join("/asker")
+    switch.send(servers[0], make.service(1))
+    switch.send(servers[1], make.service(1))
+    switch.send(asker, make.client(1))
+    switch.send(servers[2], make.service(1))
+    switch.send(asker, make.request(1, *range(6)))
+    assert [len(calls_of(switch, server)) for server in servers] == [2, 2, 2]
+    switch.send(asker, frames.Undeclare(1))
+    switch.send(servers[0], frames.Undeclare(1))
+    switch.send(asker, make.client(2), make.request(2, *range(6)))
+    assert [len(calls_of(switch, server)) for server in servers] == [0, 3, 3]
+    assert switch.router.calls.pending == 6
+
+
 def test_ties_rotate_when_every_call_is_answered_at_once() -> None:
     """A quick caller does not always meet the same server."""
     switch = Switch()
