@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from functools import lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
@@ -12,7 +13,7 @@ from broker.deliveries import Send, SendEncoded
 from broker.graph import Graph, check_type
 from broker.latched import latched_depth
 from broker.records import (
-    NO_QOS,
+    NOT_LATCHED,
     ClientRecord,
     Endpoint,
     NodeRecord,
@@ -182,8 +183,8 @@ class Declarations:
             return self._make_on_topic(frame, common)
         validate_full_service_name(frame.name)
         if isinstance(frame, frames.Service):
-            return ServiceRecord(kind=EntryKind.SERVICE, name=frame.name, qos=NO_QOS, pending={}, **common)
-        return ClientRecord(kind=EntryKind.CLIENT, name=frame.name, qos=NO_QOS, pending={}, **common)
+            return ServiceRecord(kind=EntryKind.SERVICE, name=frame.name, **common)
+        return ClientRecord(kind=EntryKind.CLIENT, name=frame.name, **common)
 
     def _make_node(self, peer: Peer, frame: frames.Node) -> NodeRecord:
         namespace, name = split_node_name(frame.name)
@@ -220,12 +221,14 @@ class Declarations:
         qos = parse_qos(frame.qos)
         common |= {"name": frame.topic, "qos": qos.to_map(), "wants": qos}
         if isinstance(frame, frames.Publisher):
+            keep = latched_depth(qos)
             return PublisherRecord(
                 kind=EntryKind.PUBLISHER,
                 gid=public_gid(common["peer"].token, frame.gid),
                 next_sequence=frame.next_sequence,
                 live_sequence=frame.live_sequence,
-                keep=latched_depth(qos),
+                keep=keep,
+                latched=deque() if keep else NOT_LATCHED,
                 **common,
             )
         return SubscriptionRecord(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from broker.flow_control import CreditLimits, PublisherCredit
 from proto.fragments import ByteTotal
@@ -12,6 +12,8 @@ from proto.frames import GraphEntry, Matched, Options
 from proto.qos import KEEP_ALL
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from broker.access.rules import Action, Principal, Rights
     from broker.pool import Pool
     from proto.codes import EntryKind
@@ -24,6 +26,12 @@ if TYPE_CHECKING:
 NO_QOS: Final[Options] = {}
 """What nodes, services and clients have."""
 
+NOT_LATCHED: Final[deque[Batch]] = deque(maxlen=0)
+"""The latched messages of VOLATILE publishers."""
+
+_new_dict = cast("Callable[[], dict[Any, Any]]", dict)
+"""Takes a fifth of the time of calling an alias such as dict[int, str]."""
+
 
 @dataclass(slots=True, eq=False)
 class Peer:
@@ -32,7 +40,7 @@ class Peer:
     id: int
     instance: bytes = b""
     token: bytes = b""
-    endpoints: dict[int, Endpoint] = field(default_factory=dict["int", "Endpoint"])
+    endpoints: dict[int, Endpoint] = field(default_factory=_new_dict)
     suspended: bool = False
     names_released: bool = False
     """Whether it has been suspended for so long that other nodes may take its names."""
@@ -46,7 +54,7 @@ class Peer:
     """Bytes kept for late joiners of its publishers."""
     all_latched: ByteTotal = field(default_factory=ByteTotal)
     """The same of all peers of the broker."""
-    definitions: dict[str, int] = field(default_factory=dict[str, int])
+    definitions: dict[str, int] = field(default_factory=_new_dict)
     """By the hash of each type that it has defined, its endpoints that declared the definition."""
     definition_bytes: int = 0
     """Size of these definitions."""
@@ -130,7 +138,7 @@ class Endpoint:
 class NodeRecord(Endpoint):
     """A node."""
 
-    endpoints: dict[int, Endpoint] = field(default_factory=dict["int", "Endpoint"])
+    endpoints: dict[int, Endpoint] = field(default_factory=_new_dict)
 
     def entry(self) -> GraphEntry:
         """Return its entry in the graph."""
@@ -150,13 +158,13 @@ class PublisherRecord(Endpoint):
     credit: PublisherCredit = field(default_factory=PublisherCredit)
     topic: TopicRecord = field(init=False, repr=False)
     """Its topic; set when it is first matched."""
-    routes: dict[int, Route] = field(default_factory=dict["int", "Route"])
-    matched: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
-    awaited_by: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
+    routes: dict[int, Route] = field(default_factory=_new_dict)
+    matched: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
+    awaited_by: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
     """Subscriptions that know that it is suspended, and must learn how that ends."""
     keep: int = 0
     """Messages kept for late joiners; 0 for a VOLATILE publisher."""
-    latched: deque[Batch] = field(default_factory=deque["Batch"])
+    latched: deque[Batch] = field(default_factory=lambda: NOT_LATCHED)
     latched_messages: int = 0
     latched_bytes: int = 0
     unlatched: int = 0
@@ -187,8 +195,8 @@ class SubscriptionRecord(Endpoint):
     """How long it may take nothing, if that is longer than the broker's own limit."""
     stalled: bool = False
     """Whether its credit is suspended: KEEP_ALL publishers neither wait for it nor send it anything."""
-    matched: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
-    awaits: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
+    matched: dict[int, PublisherRecord] = field(default_factory=_new_dict)
+    awaits: dict[int, PublisherRecord] = field(default_factory=_new_dict)
     """Publishers whose `awaited_by` contains it."""
 
 
@@ -203,7 +211,7 @@ class Route:
     """The depth of a KEEP_LAST publisher, which holds for subscriptions that grant credit."""
     limits: CreditLimits | None = None
     """Credit of these subscriptions for a KEEP_LAST publisher, in bytes of the queue."""
-    subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
+    subscriptions: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
     depths: Counter[int | None] = field(default_factory=Counter["int | None"])
     """How many of the subscriptions have which depth: the queue has the greatest."""
     earlier_ids: tuple[int, ...] = ()
@@ -273,15 +281,15 @@ class TopicRecord:
     """What became of the messages of forgotten queues."""
     latched_dropped: int = 0
     """Messages that late joiners do not get, because more bytes were latched than allowed."""
-    publishers: dict[int, PublisherRecord] = field(default_factory=dict["int", "PublisherRecord"])
-    subscriptions: dict[int, SubscriptionRecord] = field(default_factory=dict["int", "SubscriptionRecord"])
+    publishers: dict[int, PublisherRecord] = field(default_factory=_new_dict)
+    subscriptions: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
 
 
 @dataclass(slots=True, eq=False, kw_only=True)
 class ServiceRecord(Endpoint):
     """A server of a service; `pending` are the calls that it has not answered, by the broker's call ids."""
 
-    pending: dict[int, PendingCall] = field(default_factory=dict["int", "PendingCall"])
+    pending: dict[int, PendingCall] = field(default_factory=_new_dict)
     pool: Pool[ServiceRecord] | None = None
     """The servers with which it shares requests; None while there are no clients, and when it is retired."""
     retired: bool = False
@@ -292,7 +300,7 @@ class ServiceRecord(Endpoint):
 class ClientRecord(Endpoint):
     """A client of a service; `pending` are its unanswered calls, by its own call ids."""
 
-    pending: dict[int, PendingCall] = field(default_factory=dict["int", "PendingCall"])
+    pending: dict[int, PendingCall] = field(default_factory=_new_dict)
 
 
 class PendingCall(NamedTuple):
