@@ -11,7 +11,7 @@
     ├── PublisherRefused                      the broker refuses this publisher
     ├── PublisherFull                         a KEEP_ALL publisher's readers are too slow; wait for ready()
     ├── TimeSourceChangedError (RuntimeError) simulated time was switched on or off during a sleep
-    ├── WaitTimeout (TimeoutError)            ready() or flush() did not finish in time
+    ├── WaitTimeout (TimeoutError)            a wait or a call from another thread did not finish in time
     ├── SupervisorGaveUp                      a child has died too often
     ├── GoalRejected                          an action server has rejected the goal
     ├── InvalidGoalTransition (RuntimeError)  a goal cannot go from its state into this one

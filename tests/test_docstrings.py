@@ -19,7 +19,7 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-PACKAGES: Final = ("actors", "actors.launch", "actors.testing", "broker")
+PACKAGES: Final = ("actors", "actors.launch", "actors.testing", "actors.threads", "broker")
 """Export what they import for type checkers."""
 TOOLS: Final = "actors.tools"
 """Of its modules all that is public is exported."""
@@ -62,7 +62,7 @@ def callables() -> dict[str, tuple[Callable[..., Any], str]]:
 def _methods(name: str, cls: type) -> Iterator[tuple[str, tuple[Callable[..., Any], str]]]:
     # The fields of dataclasses have docstrings of their own, and only the node calls what it makes.
     generated = getattr(getattr(cls, "__dataclass_params__", None), "init", False)
-    made = re.search(r"Made by `(Lifecycle)?Node\.", cls.__doc__ or "") is not None
+    made = re.search(r"Made by `(Lifecycle)?Node(Thread)?\.", cls.__doc__ or "") is not None
     ready_made = generated or made or getattr(cls, "_is_protocol", False)
     # Methods of tuples, dicts and protocols from elsewhere are documented there.
     for key in dir(cls):

@@ -8,6 +8,8 @@ from actors.endpoints.publisher.publisher import Publisher
 from actors.interfaces.message import Message
 
 if TYPE_CHECKING:
+    from typing_extensions import Buffer
+
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import PublisherEventCallbacks
     from actors.qos.profile import QoSProfile
@@ -65,5 +67,19 @@ class LifecyclePublisher(Publisher[T]):
         """
         if self._activation.active:
             super().publish(msg)
+        else:
+            self.suppressed += 1
+
+    def publish_encoded(self, data: Buffer) -> None:
+        """Send an encoded message as `Publisher.publish_encoded` does; while not active, only count it.
+
+        Args:
+            data: One message as msgpack.
+
+        Raises:
+            TypeError, InvalidMessageError, PublisherFull, NodeDestroyed: As `Publisher.publish_encoded`.
+        """
+        if self._activation.active:
+            super().publish_encoded(data)
         else:
             self.suppressed += 1

@@ -12,10 +12,11 @@ import pytest
 import actors
 import actors.launch
 import actors.testing
+import actors.threads
 import broker
 
 
-@pytest.mark.parametrize("package", [actors, actors.launch, actors.testing, broker])
+@pytest.mark.parametrize("package", [actors, actors.launch, actors.testing, actors.threads, broker])
 def test_every_promised_name_exists(package: object) -> None:
     """Each name that type checkers see can be had at run time, from the module that checkers see it in."""
     source = Path(str(package.__file__)).read_text(encoding="utf-8")  # type: ignore[attr-defined]

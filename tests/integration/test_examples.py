@@ -192,6 +192,6 @@ def test_examples_are_short_and_say_what_they_are(path: Path) -> None:
     text = path.read_text()
     assert len(text.splitlines()) <= (80 if path.stem == "course_decorated" else 60)
     assert text.startswith('"""')
-    public = r"actors|actors\.(launch|testing)|actors\.interfaces\.\w+\.(msg|srv|action)|broker"
+    public = r"actors|actors\.(launch|testing|threads)|actors\.interfaces\.\w+\.(msg|srv|action)|broker"
     imports = re.findall(r"^(?:from|import) ((?:actors|broker|proto)[\w.]*)", text, re.MULTILINE)
     assert [name for name in imports if not re.fullmatch(public, name)] == []

@@ -1,0 +1,254 @@
+"""An event loop in a thread, and calls into it.
+
+Every accepted call is in `_calls` until it has ended. Whoever removes it there completes its future: the
+loop's thread when the coroutine has ended, or the thread that stops it. So a call ends even if the loop is
+blocked.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+import os
+import threading
+from concurrent.futures import Future
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from actors.callbacks.functions import as_coroutine
+from actors.errors import WaitTimeout
+from actors.node.lifecycle import GRACE_SEC
+from actors.runtime.remaining_tasks import end_remaining_tasks
+from actors.runtime.run import LAST_TASKS_SEC
+from actors.threads.errors import ThreadStoppedError
+from proto.aio.process import new_event_loop
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+
+    Work = Coroutine[Any, Any, Any] | Callable[[], Any]
+
+T = TypeVar("T")
+
+STOP_TIMEOUT_SEC: Final = 30.0
+"""How long to wait for the thread's end: longer than four nodes take whose callbacks ignore cancellation."""
+
+
+class LoopThread:
+    """Runs an event loop in a thread.
+
+    Args:
+        name: The thread's name.
+        loop_factory: Makes the loop; None: uvloop's, if it is installed.
+        leave: Called in the loop when it is to end, after the calls have ended.
+
+    Attributes:
+        ended: Done when the thread ends, with the error if it failed.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        loop_factory: Callable[[], asyncio.AbstractEventLoop] | None,
+        leave: Callable[[], Coroutine[Any, Any, None]],
+    ) -> None:
+        self.ended: Future[None] = Future()
+        self._loop_factory = loop_factory or new_event_loop
+        self._leave = leave
+        # A daemon, because Python waits for other threads before it calls what `atexit` has.
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._pid = 0
+        self._running = False
+        self._lock = threading.Lock()
+        """Held while `_running` changes, and from a look at it until a callback is in the loop's queue."""
+        self._calls: set[Future[Any]] = set()
+        self._tasks: dict[asyncio.Task[Any], Future[Any]] = {}
+        self._failure: BaseException | None = None
+        self._started: Future[asyncio.AbstractEventLoop] = Future()
+        self._stop_asked: asyncio.Event
+
+    def start(self) -> None:
+        """Start the thread; return when its loop runs."""
+        self._thread.start()
+        self._loop = self._started.result()
+        self._pid = os.getpid()
+        self._running = True
+        atexit.register(self.stop)
+
+    def _run(self) -> None:
+        failure: BaseException | None = None
+        try:
+            with asyncio.Runner(loop_factory=self._loop_factory) as runner:
+                try:
+                    runner.run(self._serve())
+                finally:
+                    runner.get_loop().run_until_complete(end_remaining_tasks(LAST_TASKS_SEC))
+        except BaseException as error:  # noqa: BLE001 - raised where the thread is stopped
+            failure = self._failure = error
+        self.refuse_calls()
+        if not self._started.done():
+            self._started.set_exception(failure or ThreadStoppedError("The loop has ended at once"))
+        if failure is None:
+            self.ended.set_result(None)
+        else:
+            self.ended.set_exception(failure)
+
+    async def _serve(self) -> None:
+        self._stop_asked = asyncio.Event()
+        self._started.set_result(asyncio.get_running_loop())
+        try:
+            await self._stop_asked.wait()
+        finally:
+            self.refuse_calls()
+            await asyncio.sleep(0)  # everything that was accepted has begun
+            for task in self._tasks:
+                task.cancel()
+            if self._tasks:
+                await asyncio.wait(self._tasks, timeout=GRACE_SEC)
+            await self._leave()
+        if self._failure is not None:
+            raise self._failure
+
+    def fail(self, error: BaseException) -> None:
+        """End the thread with an error; for the loop's thread."""
+        self._failure = self._failure or error
+        self._stop_asked.set()
+
+    def require_running(self) -> None:
+        """Raise ThreadStoppedError unless the thread runs, in this process."""
+        if not self._running or self._pid != os.getpid():
+            raise self._stopped()
+
+    def _stopped(self) -> ThreadStoppedError:
+        if not self._pid:
+            why = "has not been started"
+        elif self._pid != os.getpid():
+            why = "runs in the parent process: start one after the fork"
+        elif self._failure is not None:
+            why = f"has ended: {type(self._failure).__name__}: {self._failure}"
+        else:
+            why = "has been stopped"
+        error = ThreadStoppedError(f"The thread '{self._thread.name}' {why}")
+        error.__cause__ = self._failure
+        return error
+
+    def post(self, callback: Callable[..., object], *args: Any) -> None:
+        """Call a function in the loop, after those before it; raise ThreadStoppedError if it has ended."""
+        self.require_running()  # before the lock: in a forked child nobody may be left to release it
+        with self._lock:
+            self.require_running()
+            self._loop.call_soon_threadsafe(callback, *args)
+
+    def submit(self, work: Work) -> Future[Any]:
+        """Run a coroutine, or a function and the coroutine that it returns, in the loop."""
+        future: Future[Any] = Future()
+        self._calls.add(future)
+        try:
+            self.post(self._begin, future, work)
+        except ThreadStoppedError:
+            self._calls.discard(future)
+            _close(work)
+            raise
+        return future
+
+    def call(self, work: Work, timeout_sec: float | None) -> Any:
+        """Return the result of `submit`; cancel it after `timeout_sec`, or if this thread is interrupted."""
+        try:
+            self._require_other_thread("call")
+        except RuntimeError:
+            _close(work)
+            raise
+        future = self.submit(work)
+        try:
+            return future.result(timeout_sec)
+        except TimeoutError:
+            if future.cancel():
+                raise WaitTimeout(f"The call did not end within {timeout_sec:g} s") from None
+            return future.result()  # it has ended meanwhile, perhaps with a TimeoutError of its own
+        except BaseException:
+            future.cancel()  # Ctrl-C, while it runs
+            raise
+
+    def _begin(self, future: Future[Any], work: Work) -> None:
+        if future.done():
+            _close(work)
+            self._complete(future, None)
+            return
+        task = self._loop.create_task(_run_work(work))
+        self._tasks[task] = future
+        task.add_done_callback(self._task_ended)
+
+        def cancel_task(future: Future[Any]) -> None:
+            del future
+            if not task.done():
+                with suppress(RuntimeError):  # the loop is closed
+                    self._loop.call_soon_threadsafe(task.cancel)
+
+        future.add_done_callback(cancel_task)
+
+    def _task_ended(self, task: asyncio.Task[Any]) -> None:
+        self._complete(self._tasks.pop(task), task)
+
+    def _complete(self, future: Future[Any], task: asyncio.Task[Any] | None) -> None:
+        """Give a call its result, or ThreadStoppedError without a task; do nothing if it is complete."""
+        try:
+            self._calls.remove(future)
+        except KeyError:
+            return
+        if task is not None and task.cancelled() and self._running:
+            future.cancel()  # the coroutine has raised CancelledError
+        if not future.set_running_or_notify_cancel():
+            return
+        if task is None or task.cancelled():
+            future.set_exception(self._stopped())
+        elif (error := task.exception()) is not None:
+            future.set_exception(error)
+        else:
+            future.set_result(task.result())
+
+    def refuse_calls(self) -> None:
+        """Accept no further calls, and end those that run with ThreadStoppedError."""
+        with self._lock:
+            self._running = False
+        for future in self._calls.copy():
+            self._complete(future, None)
+
+    def stop(self, timeout_sec: float = STOP_TIMEOUT_SEC) -> None:
+        """End the calls, leave everything, wait for the thread to end, and raise its error if it failed."""
+        failure = self.join(timeout_sec)
+        if failure is not None:
+            raise failure
+
+    def join(self, timeout_sec: float = STOP_TIMEOUT_SEC) -> BaseException | None:
+        """Stop as `stop` does, but return the error with which the thread failed."""
+        if self._pid != os.getpid():  # not started, or another process's
+            return None
+        self._require_other_thread("stop")
+        self.refuse_calls()
+        with suppress(RuntimeError):  # the loop is closed
+            self._loop.call_soon_threadsafe(self._stop_asked.set)
+        self._thread.join(timeout_sec)
+        if self._thread.is_alive():
+            raise WaitTimeout(
+                f"The thread '{self._thread.name}' did not end within {timeout_sec:g} s: a callback blocks it"
+            )
+        atexit.unregister(self.stop)
+        return self._failure
+
+    def _require_other_thread(self, what: str) -> None:
+        if threading.get_ident() == self._thread.ident:
+            raise RuntimeError(
+                f"{what}() in the thread '{self._thread.name}' would wait for itself for ever:"
+                " await the coroutine, or use another thread"
+            )
+
+
+async def _run_work(work: Work) -> Any:
+    result = work() if callable(work) else work
+    coroutine = as_coroutine(result)
+    return result if coroutine is None else await coroutine
+
+
+def _close(work: Work) -> None:
+    if not callable(work):
+        work.close()

@@ -1,0 +1,211 @@
+"""The thread of nodes as users hold it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
+
+from actors.interfaces.message import Message
+from actors.threads.contexts import Contexts
+from actors.threads.errors import ThreadStoppedError
+from actors.threads.loop_thread import STOP_TIMEOUT_SEC, LoopThread
+from actors.threads.publisher import QUEUED_MESSAGES, ThreadPublisher
+
+if TYPE_CHECKING:
+    from asyncio import AbstractEventLoop
+    from collections.abc import Callable, Coroutine
+    from concurrent.futures import Future
+    from contextlib import AbstractAsyncContextManager
+    from types import TracebackType
+
+    from actors.endpoints.publisher.publisher import Publisher
+
+T = TypeVar("T")
+MessageT = TypeVar("MessageT", bound=Message)
+
+
+class NodeThread:
+    """Runs nodes in a thread with an event loop of its own, for programs without asyncio.
+
+        with NodeThread() as thread:
+            node = thread.enter(actors.Node("panel"))
+            print(thread.call(node.get_node_names))
+
+    Its methods may be called from any thread, except that `call`, `enter`, `leave` and `stop` raise
+    RuntimeError in the loop's own, where they would wait for themselves. Use nodes and their endpoints before
+    `enter`, in callbacks, and otherwise through `call`, `submit` and `publisher`; only `Subscription.take`
+    works in every thread.
+
+    If a node fails after it was entered, the thread ends: the other nodes are left, calls raise
+    ThreadStoppedError, and `stop` raises the error. A thread that runs when the program ends is stopped then.
+
+    Args:
+        name: The thread's name.
+        loop_factory: Makes the event loop; None: uvloop's, if it is installed.
+    """
+
+    def __init__(
+        self,
+        name: str = "callboard-nodes",
+        *,
+        loop_factory: Callable[[], AbstractEventLoop] | None = None,
+    ) -> None:
+        self._contexts = Contexts(self._failed)
+        self._thread = LoopThread(name, loop_factory, self._contexts.leave_all)
+
+    def _failed(self, error: BaseException) -> None:
+        self._thread.fail(error)
+
+    @property
+    def ended(self) -> Future[None]:
+        """A future that is done when the thread ends; it has the error if the thread failed."""
+        return self._thread.ended
+
+    def start(self) -> Self:
+        """Start the thread. Use `with` where possible: it stops the thread as well.
+
+        Returns:
+            This object.
+
+        Raises:
+            RuntimeError: It has been started before.
+        """
+        self._thread.start()
+        return self
+
+    def stop(self, timeout_sec: float = STOP_TIMEOUT_SEC) -> None:
+        """Stop the thread. A second call does nothing more.
+
+        Calls that run are cancelled and raise ThreadStoppedError. What was published is sent, and the nodes
+        are left in reverse order, each within its `stop_timeout_sec`, as at the end of `async with node:`.
+
+        Args:
+            timeout_sec: Seconds to wait at most for the end of the thread.
+
+        Raises:
+            WaitTimeout: The thread still runs; only a callback that blocks it can cause that.
+            RuntimeError: This is the loop's own thread.
+            Exception: The error with which a node failed.
+        """
+        self._thread.stop(timeout_sec)
+
+    def __enter__(self) -> Self:
+        """Start the thread."""
+        return self.start()
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> Literal[False]:
+        """Stop the thread, as `stop` does; raise the error of a node, but not instead of another error."""
+        failure = self._thread.join()
+        if failure is not None and (error is None or isinstance(error, ThreadStoppedError)):
+            raise failure
+        return False
+
+    def enter(self, context: AbstractAsyncContextManager[T], timeout_sec: float | None = None) -> T:
+        """Enter a node, or another asynchronous context manager such as a broker.
+
+        Args:
+            context: The node. It is left by `leave`, or when the thread stops.
+            timeout_sec: Seconds to wait at most; None: as long as it takes, for nodes about a second.
+
+        Returns:
+            What `async with` gives: the node.
+
+        Raises:
+            BrokerUnreachable, NodeNameTaken, NodeAlreadyRunning, NodeDestroyed: As for `async with node:`.
+            WaitTimeout: It was not entered within `timeout_sec`, and is being left again.
+            ThreadStoppedError: The thread does not run, or ends meanwhile.
+            RuntimeError: This is the loop's own thread.
+        """
+        value: T = self._thread.call(self._contexts.enter(context), timeout_sec)
+        return value
+
+    def leave(self, context: AbstractAsyncContextManager[Any]) -> None:
+        """Leave a node, as at the end of `async with node:`; return when it is left.
+
+        Args:
+            context: What `enter` was given, or has returned.
+
+        Raises:
+            LookupError: It is not entered in this thread.
+            ThreadStoppedError: The thread does not run, or ends meanwhile.
+            RuntimeError: This is the loop's own thread.
+            Exception: The error with which the node ends.
+        """
+        self._thread.call(self._contexts.leave(context), None)
+
+    @overload
+    def call(self, work: Coroutine[Any, Any, T], timeout_sec: float | None = ...) -> T: ...
+
+    @overload
+    def call(self, work: Callable[[], Coroutine[Any, Any, T]], timeout_sec: float | None = ...) -> T: ...
+
+    @overload
+    def call(self, work: Callable[[], T], timeout_sec: float | None = ...) -> T: ...
+
+    def call(self, work: Any, timeout_sec: float | None = None) -> Any:
+        """Run a coroutine or a function in the loop, and block until it has ended.
+
+        When the time is over, and when this thread is interrupted by Ctrl-C, it is cancelled.
+
+        Args:
+            work: A coroutine, such as `client.call(request)`; or a function without arguments, such as
+                `node.get_graph` or a lambda. A coroutine that the function returns is awaited.
+            timeout_sec: Seconds to wait at most; None: until it ends. callboard's own waits and calls have
+                deadlines.
+
+        Returns:
+            Its result.
+
+        Raises:
+            WaitTimeout: It did not end within `timeout_sec`.
+            ThreadStoppedError: The thread does not run, or ends meanwhile.
+            RuntimeError: This is the loop's own thread, where it would wait for itself.
+            concurrent.futures.CancelledError: The coroutine was cancelled in the loop.
+            Exception: Its exception.
+        """
+        return self._thread.call(work, timeout_sec)
+
+    @overload
+    def submit(self, work: Coroutine[Any, Any, T]) -> Future[T]: ...
+
+    @overload
+    def submit(self, work: Callable[[], Coroutine[Any, Any, T]]) -> Future[T]: ...
+
+    @overload
+    def submit(self, work: Callable[[], T]) -> Future[T]: ...
+
+    def submit(self, work: Any) -> Future[Any]:
+        """Run a coroutine or a function in the loop, without waiting for it.
+
+        Args:
+            work: As for `call`.
+
+        Returns:
+            Its future. `cancel()` cancels the coroutine. It has ThreadStoppedError if the thread ends before
+            the coroutine.
+
+        Raises:
+            ThreadStoppedError: The thread does not run.
+        """
+        return self._thread.submit(work)
+
+    def publisher(
+        self, publisher: Publisher[MessageT], limit: int = QUEUED_MESSAGES
+    ) -> ThreadPublisher[MessageT]:
+        """Make a publisher of a node in this thread usable in all threads.
+
+        Args:
+            publisher: The publisher.
+            limit: Messages that may wait for the loop, at least 1; not more than 64 MiB in any case.
+
+        Returns:
+            An object whose `publish` may be called in any thread.
+
+        Raises:
+            ValueError: The limit is below 1.
+        """
+        return ThreadPublisher(self._thread, publisher, limit)

@@ -1,0 +1,153 @@
+"""Publishing from any thread."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
+
+from actors.endpoints.endpoint import endpoint_of
+from actors.endpoints.flow_control import queue_limits
+from actors.errors import NodeDestroyed, PublisherFull
+from actors.interfaces.codec import codec_for
+from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.message import Message
+from actors.qos.profile import HistoryPolicy
+
+if TYPE_CHECKING:
+    from actors.endpoints.publisher.publisher import Publisher
+    from actors.threads.loop_thread import LoopThread
+
+T = TypeVar("T", bound=Message)
+
+QUEUED_MESSAGES: Final = 10_000
+"""Messages that may wait for the loop: more than a thread publishes while it keeps the GIL, about 5 ms."""
+QUEUED_BYTES: Final = 64 * 1024 * 1024
+"""Their size. A single message may be larger."""
+
+
+class ThreadPublisher(Generic[T]):
+    """Publishes from any thread. Made by `NodeThread.publisher`.
+
+    Messages wait in a queue of their own until the loop takes all of them at once. When it is full, the
+    oldest message is dropped, or `publish` raises PublisherFull if the publisher is KEEP_ALL.
+
+    `published` = messages handed to the publisher + `dropped` + `queued`.
+
+    Attributes:
+        topic_name: The full name of the topic.
+        published: Messages that `publish` has accepted.
+        dropped: Messages dropped here because the queue was full, or the publisher was destroyed meanwhile.
+    """
+
+    def __init__(self, thread: LoopThread, publisher: Publisher[T], limit: int) -> None:
+        if limit < 1:
+            raise ValueError(f"limit must be at least 1, not {limit}")
+        self.topic_name = publisher.topic_name
+        self.published = 0
+        self.dropped = 0
+        self._thread = thread
+        self._publisher = publisher
+        self._endpoint = endpoint_of(publisher)
+        self._codec = codec_for(publisher.msg_type)
+        self._keep_all = publisher.qos_profile.resolved().history == HistoryPolicy.KEEP_ALL
+        self._limit = limit
+        self._lock = threading.Lock()
+        self._queue: deque[bytes] = deque()
+        self._queued_bytes = 0
+        self._posted = False
+        """Whether `_hand_over` is about to be called."""
+
+    @property
+    def queued(self) -> int:
+        """Messages that wait for the loop."""
+        return len(self._queue)
+
+    def publish(self, msg: T | bytes) -> None:
+        """Send a message as `Publisher.publish` does, from any thread. Never blocks.
+
+        The message is encoded and checked in the calling thread; it may be changed afterwards. The messages
+        of one thread stay in order. The loop is woken once for all messages that wait.
+
+        Args:
+            msg: The message, or one that is already encoded.
+
+        Raises:
+            TypeError, InvalidMessageError, NodeDestroyed: As for `Publisher.publish`.
+            PublisherFull: KEEP_ALL only: the readers are slow and the queue is full. Call `ready()` first.
+            ThreadStoppedError: The node's thread has ended.
+        """
+        endpoint = self._endpoint
+        endpoint.require_alive()
+        self._thread.require_running()
+        if isinstance(msg, bytes):
+            self._codec.decode(msg)
+            data = msg
+        else:
+            data = self._codec.encode(msg)
+        endpoint.context.link.require_fits(f"A message on '{self.topic_name}'", len(data))
+        with self._lock:
+            self._make_space(len(data))
+            if not self._posted:
+                self._thread.post(self._hand_over)
+                self._posted = True
+            self._queue.append(data)
+            self._queued_bytes += len(data)
+            self.published += 1
+
+    def _make_space(self, size: int) -> None:
+        """Drop the oldest messages until one of this size fits, or raise PublisherFull."""
+        queue, endpoint = self._queue, self._endpoint
+        full = len(queue) >= self._limit or (queue and self._queued_bytes + size > QUEUED_BYTES)
+        if self._keep_all:
+            waiting = endpoint.queued + len(queue)
+            if full or not queue_limits.left(endpoint.queue, waiting):
+                raise PublisherFull(f"'{self.topic_name}': {waiting} messages wait; call ready()")
+        while full:
+            self._queued_bytes -= len(queue.popleft())
+            self.dropped += 1
+            full = queue and self._queued_bytes + size > QUEUED_BYTES
+
+    def _hand_over(self) -> None:
+        """Give everything that waits to the publisher; in the loop."""
+        with self._lock:
+            queue, self._queue = self._queue, deque()
+            self._queued_bytes = 0
+            self._posted = False
+        refused = 0
+        for data in queue:
+            try:
+                self._publisher.publish_encoded(data)
+            except PublisherFull:  # `publish` has checked this; others have published since
+                self._endpoint.collect(data)
+            except (NodeDestroyed, InvalidMessageError):  # has been destroyed, or has another broker now
+                refused += 1
+        if refused:
+            with self._lock:
+                self.dropped += refused
+
+    def ready(self, timeout_sec: float | None = None) -> None:
+        """Block until there is space, as `Publisher.ready` does.
+
+        Args:
+            timeout_sec: Seconds to wait at most; None is the node's `default_call_timeout_sec`.
+
+        Raises:
+            WaitTimeout, PublisherRefused, NodeDestroyed: As for `Publisher.ready`.
+            ThreadStoppedError: The node's thread has ended, or ends meanwhile.
+            RuntimeError: This is the loop's own thread.
+        """
+        self._thread.call(self._publisher.ready(timeout_sec), None)
+
+    def flush(self, timeout_sec: float | None = None) -> None:
+        """Block until everything published so far has reached the broker.
+
+        Args:
+            timeout_sec: Seconds to wait at most; None is the node's `default_call_timeout_sec`.
+
+        Raises:
+            WaitTimeout, BrokerUnreachable, PublisherRefused, NodeDestroyed: As for `Publisher.flush`.
+            ThreadStoppedError: The node's thread has ended, or ends meanwhile.
+            RuntimeError: This is the loop's own thread.
+        """
+        self._thread.call(self._publisher.flush(timeout_sec), None)
