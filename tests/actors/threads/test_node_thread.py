@@ -214,15 +214,14 @@ def test_what_is_entered_too_late_is_left() -> None:
     assert ended.is_set()
 
 
-def failing(host: Host) -> actors.Node:
-    """Return a node that fails soon after it was entered."""
-    node = host.node("failing", on_error="stop")
+def enter_failing_node(thread: NodeThread, host: Host) -> None:
+    """Enter a node that then fails."""
+    node = thread.enter(host.node("failing", on_error="stop"))
 
     def fail() -> None:
         raise ValueError("the node is broken")
 
-    node.create_timer(0.01, fail)
-    return node
+    thread.submit(lambda: node.create_timer(0, fail))
 
 
 def test_a_failing_node_ends_the_thread(host: Host) -> None:
@@ -232,7 +231,7 @@ def test_a_failing_node_ends_the_thread(host: Host) -> None:
     def program() -> None:
         with NodeThread("worker") as thread:
             other = thread.enter(host.node("other"))
-            thread.enter(failing(host))
+            enter_failing_node(thread, host)
             with pytest.raises(ThreadStoppedError, match="'worker' has ended: ValueError: the no") as caught:
                 thread.call(endless.wait)
             assert isinstance(caught.value.__cause__, ValueError)
@@ -250,7 +249,7 @@ def test_an_error_of_the_body_is_not_hidden(host: Host) -> None:
 
     def program() -> None:
         with thread:
-            thread.enter(failing(host))
+            enter_failing_node(thread, host)
             thread.ended.exception(DEADLINE_SEC)
             raise LookupError
 
